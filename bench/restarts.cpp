@@ -78,11 +78,11 @@ void costs(int n) {
     const GrowingBox<D> box{.growth = 5, .cells = static_cast<double>(n)};
     const auto cells = cells_of(box, n, 0.2);
     const auto& mesh = cells.mesh;
-    const auto around = must(balls(mesh.linear, alone));
+    const auto around = must(balls(mesh.linear, one_thread));
     const auto logs = metrics_of<D>([&](const Vec<D>& t) { return box.metric(t); }, cells);
-    const auto nodal = must(make_nodal_back_mesh(mesh, around, logs, alone));
-    const auto straight = must(make_back_mesh(mesh.linear, around, logs.vertices, alone));
-    const auto curved = must(make_curved_back_mesh(mesh, around, logs.vertices, alone, KeptGradients::recovered));
+    const auto nodal = must(make_nodal_back_mesh(mesh, around, logs, one_thread));
+    const auto straight = must(make_back_mesh(mesh.linear, around, logs.vertices, one_thread));
+    const auto curved = must(make_curved_back_mesh(mesh, around, logs.vertices, one_thread, KeptGradients::recovered));
     std::vector<Vec<D>> near, far, beyond;
     Dice dice(1);
     for (int k = 0; k < 200000; ++k) {

@@ -40,7 +40,7 @@ QuadraticMesh<D> box(int n, std::uint64_t seed, Sides sides) {
         return x;
     };
     const auto mesh = lattice_mesh(options);
-    if (sides == Sides::straight) return must(elevate(LinearMesh<D>(mesh), alone));
+    if (sides == Sides::straight) return must(elevate(LinearMesh<D>(mesh), one_thread));
     return mapped(mesh, [](const Vec<D>& p) { return wave<D>(p); });
 }
 

@@ -33,13 +33,15 @@ struct SplitOptions {
     [[nodiscard]] static constexpr auto options() {
         using S = SplitOptions;
         return std::tuple(
-            option("longest", &S::longest, "edges that are longer are split").unit("lengths in the metric").above(0),
+            option("longest", &S::longest, "edges longer than this are split").unit("lengths in the metric").above(0),
             option("shortest", &S::shortest,
-                   "no edge shorter than this is made; of an edge longer than 2 none shorter than (2/length)² of it")
+                   "smallest length of new edges; reduced by the factor (2/length)² when an edge longer than 2 is "
+                   "split")
                 .unit("lengths in the metric")
                 .at_least(0),
             option("min_quality", &S::min_quality,
-                   "of new elements, unless what they replace is worse; of an edge longer than 4 at most 0.02")
+                   "smallest quality of new elements, unless the replaced elements are worse; at most 0.02 when an "
+                   "edge longer than 4 is split")
                 .at_least(0)
                 .below(1));
     }
@@ -61,20 +63,22 @@ struct CollapseOptions {
     [[nodiscard]] static constexpr auto options() {
         using S = CollapseOptions;
         return std::tuple(
-            option("shortest", &S::shortest, "edges that are shorter are collapsed")
+            option("shortest", &S::shortest, "edges shorter than this are collapsed")
                 .unit("lengths in the metric")
                 .above(0),
-            option("longest", &S::longest, "no edge longer than this is made").unit("lengths in the metric").above(0),
-            option("min_quality", &S::min_quality, "of new elements, unless what they replace is worse")
+            option("longest", &S::longest, "largest length of new edges").unit("lengths in the metric").above(0),
+            option("min_quality", &S::min_quality,
+                   "smallest quality of new elements, unless the replaced elements "
+                   "are worse")
                 .at_least(0)
                 .below(1),
             option("distance", &S::distance,
-                   "no new facet is farther from the geometry than this share of its longest edge, unless one that it "
-                   "replaces is")
+                   "largest distance of a new facet from the geometry, as a share of its longest edge, unless a "
+                   "replaced facet is farther")
                 .above(0),
             option("neighbour_edges", &S::bend_around,
-                   "of degree 2: where no nodes inside a cavity make its elements valid, those of so many edges around "
-                   "it may follow; 0: none")
+                   "degree 2 only: number of edges around a cavity whose nodes may also move if nodes inside do not "
+                   "make its elements valid. 0: none")
                 .at_least(0)
                 .at_most(64));
     }
@@ -94,11 +98,12 @@ struct SwapOptions {
     [[nodiscard]] static constexpr auto options() {
         using S = SwapOptions;
         return std::tuple(
-            option("target_quality", &S::wanted, "elements of a better quality are left alone").above(0).at_most(1),
-            option("gain", &S::gain, "the least gain: the worst quality after by that before").at_least(1),
+            option("target_quality", &S::wanted, "elements of a better quality are not changed").above(0).at_most(1),
+            option("gain", &S::gain, "smallest ratio of the worst quality after an operation to that before")
+                .at_least(1),
             option("distance", &S::distance,
-                   "no new facet is farther from the geometry than this share of its longest edge, unless one that it "
-                   "replaces is")
+                   "largest distance of a new facet from the geometry, as a share of its longest edge, unless a "
+                   "replaced facet is farther")
                 .above(0));
     }
     friend bool operator==(const SwapOptions&, const SwapOptions&) = default;
@@ -126,13 +131,15 @@ struct SmoothOptions {
     [[nodiscard]] static constexpr auto options() {
         using S = SmoothOptions;
         return std::tuple(
-            option("target_quality", &S::wanted, "elements of a better quality are left alone").above(0).at_most(1),
-            option("gain", &S::gain, "the least gain: the worst quality after by that before").at_least(1),
-            option("sweeps", &S::sweeps, "sweeps over the vertices, and over the nodes").at_least(0).at_most(100),
-            option(
-                "nodes", &S::nodes,
-                "degree 2: nodes of inner edges go along with vertices to where their objective has them; distortion: "
-                "and then to where the elements around them are less distorted"));
+            option("target_quality", &S::wanted, "elements of a better quality are not changed").above(0).at_most(1),
+            option("gain", &S::gain, "smallest ratio of the worst quality after an operation to that before")
+                .at_least(1),
+            option("sweeps", &S::sweeps, "number of sweeps over the vertices, and of sweeps over the nodes")
+                .at_least(0)
+                .at_most(100),
+            option("nodes", &S::nodes,
+                   "degree 2 only. objective: nodes of inner edges follow the vertices to the positions of their "
+                   "objective; distortion: nodes then also move to reduce the distortion of the elements around them"));
     }
     friend bool operator==(const SmoothOptions&, const SmoothOptions&) = default;
 };
@@ -148,8 +155,8 @@ struct MendOptions {
     [[nodiscard]] static constexpr auto options() {
         using S = MendOptions;
         return std::tuple(
-            option("target_quality", &S::wanted, "elements of a better quality are left alone").above(0).at_most(1),
-            option("sweeps", &S::sweeps, "sweeps of swaps and moves").at_least(0).at_most(1000));
+            option("target_quality", &S::wanted, "elements of a better quality are not changed").above(0).at_most(1),
+            option("sweeps", &S::sweeps, "number of sweeps of swaps and moves").at_least(0).at_most(1000));
     }
     friend bool operator==(const MendOptions&, const MendOptions&) = default;
 };
@@ -177,26 +184,30 @@ struct ToMetricOptions {
         using S = ToMetricOptions;
         return std::tuple(
             option("early_collapse_longest", &S::early_collapse_longest,
-                   "the longest edges that collapses may make in all rounds but the last, if collapse/longest is less")
+                   "largest length of edges that collapses create in all rounds except the last, if collapse/longest "
+                   "is smaller")
                 .unit("lengths in the metric")
                 .at_least(0),
             option("early_split_longest", &S::early_split_longest,
-                   "the longest edges that splits leave in all rounds but the last, if split/longest is less")
+                   "edges longer than this are split in all rounds except the last, if split/longest is smaller")
                 .unit("lengths in the metric")
                 .at_least(0),
             option("early_split_shortest", &S::early_split_shortest,
-                   "the shortest edges that splits make in all rounds but the last, if split/shortest is less")
+                   "smallest length of edges that splits create in all rounds except the last, if split/shortest is "
+                   "smaller")
                 .unit("lengths in the metric")
                 .at_least(0),
-            option("collapse", &S::collapse, "the options of the stage collapse"),
-            option("split", &S::split, "the options of the stage split"),
-            option("swap", &S::swap, "the options of the stage swap"),
-            option("smooth", &S::smooth, "the options of the stage smooth"),
-            option("improve", &S::mend, "the options of the stage improve, which comes last"),
-            option("rounds", &S::rounds, "rounds of collapse, split, swap and smooth").at_least(0).at_most(1000),
+            option("collapse", &S::collapse, "options of the stage collapse"),
+            option("split", &S::split, "options of the stage split"),
+            option("swap", &S::swap, "options of the stage swap"),
+            option("smooth", &S::smooth, "options of the stage smooth"),
+            option("improve", &S::mend, "options of the stage improve, which runs last"),
+            option("rounds", &S::rounds, "largest number of rounds of collapse, split, swap and smooth")
+                .at_least(0)
+                .at_most(1000),
             option("min_change", &S::min_change,
-                   "ends where a round raises the share of unit edges by less and makes or removes a smaller share of "
-                   "vertices")
+                   "rounds end when one raises the share of unit edges by less than this, and adds or removes a "
+                   "smaller share of vertices")
                 .at_least(0)
                 .at_most(1));
     }
@@ -268,15 +279,19 @@ struct ReinsertionOptions {
     [[nodiscard]] static constexpr auto options() {
         using S = ReinsertionOptions;
         return std::tuple(
-            option("min_scaled_jacobian", &S::min_scaled_jacobian, "of new elements, unless they were not valid before")
+            option("min_scaled_jacobian", &S::min_scaled_jacobian,
+                   "smallest scaled Jacobian of new elements, unless "
+                   "the elements before were not valid")
                 .at_least(0)
                 .below(1),
-            option("target", &S::target, "of new elements the scaled Jacobian, unless one before is worse")
+            option("target", &S::target,
+                   "scaled Jacobian that new elements should reach, unless an element before is "
+                   "worse")
                 .at_least(0)
                 .below(1),
             option("max_sweeps", &S::max_sweeps,
-                   "sweeps over the vertices; after the first only those with nodes that neighbours kept from their "
-                   "places")
+                   "largest number of sweeps over the vertices. Sweeps after the first visit only vertices with nodes "
+                   "that did not reach their targets")
                 .at_least(1)
                 .at_most(1000));
     }

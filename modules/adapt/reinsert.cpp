@@ -281,7 +281,7 @@ Outcome<Reinserted<D>> reinsert(const QuadraticMesh<D>& mesh, const Proposal<D>&
                                 const Execution& execution) {
     const std::size_t n = mesh.edges.size();
     if (wanted.mid_nodes.size() != n || wanted.kinds.size() != n || wanted.changes.size() != n)
-        return fail(ErrorKind::internal, "reinsert needs a wanted node for each of the " + std::to_string(n) +
+        return fail(ErrorKind::internal, "reinsert needs a target node for each of the " + std::to_string(n) +
                                              " edges, not " + std::to_string(wanted.mid_nodes.size()));
     if (auto checked = check_limits(options); !checked) return fail(checked.error());
     return guarded([&]() -> Outcome<Reinserted<D>> {

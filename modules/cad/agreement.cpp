@@ -274,12 +274,12 @@ std::optional<std::string> first_of(const std::vector<CadUnit>& units) {
 std::string remedy(const std::optional<std::string>& unit, bool is_whole) {
     if (unit) return "the mesh is in " + *unit + ": give that as the unit of the CAD model";
     return std::string("give the CAD model of ") + (is_whole ? "this mesh" : "these references") +
-           ", in the mesh's place; if the file's unit is not the mesh's, say the mesh's; if it has only a part of the "
-           "boundary, name the references of that";
+           " at the position of the mesh. If the file's unit is not the mesh's, give the mesh's unit. If the model "
+           "covers only a part of the boundary, give the references of that part";
 }
 
 const char* subject(bool is_whole) {
-    return is_whole ? "the mesh's boundary" : "the part of the mesh's boundary that is to lie on the CAD model";
+    return is_whole ? "the mesh's boundary" : "the part of the mesh's boundary that belongs to the CAD model";
 }
 
 template <int D>
@@ -341,7 +341,7 @@ std::string strays_of(const auto& verdict, const char* facets) {
     const std::string which = is_one ? counted(verdict.lost_astray, verdict.lost->facets.size()) + " of reference " +
                                            std::to_string(verdict.lost->reference)
                                      : counted(verdict.astray, verdict.facets);
-    return which + " looked at do not lie on it";
+    return which + " in the sample do not lie on it";
 }
 
 }  // namespace
@@ -420,14 +420,14 @@ Outcome<Done> check_part(const LinearMesh<D>& mesh, const CadModel& model, const
         if (units && !units->empty())
             return fail(ErrorKind::input,
                         std::string(subject(is_whole)) + " reaches from " + text(of_part) +
-                            ", what it met of the CAD model from " + text(met),
+                            ", the matching part of the CAD model from " + text(met),
                         {}, {}, remedy(first_of(*units), is_whole));
     }
     if (association.torn_vertices > 0)
         return fail(ErrorKind::input,
                     std::to_string(association.torn_vertices) + " vertices of " + subject(is_whole) +
-                        " are farther from the edges of the CAD model between the faces on which they lie than their "
-                        "own edges are long, the farthest by " +
+                        " are farther from the CAD edges between their CAD faces than their own edges are long, the "
+                        "farthest by " +
                         text(association.largest_vertex_distance),
                     {}, Entity{"vertex", association.farthest_vertex.index() + 1}, remedy(std::nullopt, is_whole));
     constexpr double most = 0.1;

@@ -348,7 +348,10 @@ Outcome<CadAssociation> associate(const LinearMesh<D>& mesh, const EdgeSet<D>& e
     const auto is_on_model = [&](std::size_t f) {
         return !std::binary_search(elsewhere.begin(), elsewhere.end(), mesh.facets.references[f]);
     };
-    if (mesh.facets.size() == 0) return fail(ErrorKind::input, "the mesh has no boundary to put onto the CAD model");
+    if (mesh.facets.size() == 0)
+        return fail(ErrorKind::input,
+                    "the mesh has no boundary that could lie on the CAD "
+                    "model");
     return guarded([&]() -> Outcome<CadAssociation> {
         const std::vector<std::size_t> all = candidates<D>(model);
         if (auto fit = check_sample<D>(mesh, model, all, elsewhere, without_progress(execution)); !fit)

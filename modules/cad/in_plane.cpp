@@ -73,7 +73,7 @@ Outcome<Done> check_flatness(const CadModel& model) {
     constexpr double flat = 1e-7;  // relative to the size, as OpenCASCADE's tolerance
     const CadParts& parts = model.parts();
     if (parts.edges.empty())
-        return fail(ErrorKind::input, "the model has no edges to put a mesh in 2D onto", {}, {},
+        return fail(ErrorKind::input, "the model has no edges for the boundary of a mesh in 2D", {}, {},
                     "export its curves, or the plane faces that they bound");
     Box<3> box = parts.bounds;
     box.include(parts.of_edges);
@@ -82,7 +82,7 @@ Outcome<Done> check_flatness(const CadModel& model) {
     std::snprintf(heights.data(), heights.size(), "from z = %.5g to %.5g", box.low[2], box.high[2]);
     return fail(ErrorKind::input,
                 "the CAD model reaches " + std::string(heights.data()) +
-                    ", the mesh is in 2D: its curves must be in one plane z = constant",
+                    ", but the mesh is in 2D. Its curves must lie in one plane z = constant",
                 {}, {}, "export the plane faces or the curves of the section that was meshed, in the plane x, y");
 }
 

@@ -59,12 +59,12 @@ Outcome<std::unique_ptr<const occ::Kernel>> kernel_by(const std::string& path, O
     static const Library library = loaded();
     if (library.open == nullptr)
         return fail(ErrorKind::unsupported, "OpenCASCADE cannot be loaded: " + library.missing, path, {},
-                    "install Camber's package camber-cad, or Debian's libocct-data-exchange-7.6, or take another "
+                    "install Camber's package camber-cad, or Debian's libocct-data-exchange-7.6, or use another "
                     "geometry");
     occ::Opened opened;
     open(library, opened);
     if (opened.is_out_of_memory)
-        return fail(ErrorKind::memory, "not enough memory to read the model", path, {}, "give it more memory");
+        return fail(ErrorKind::memory, "not enough memory to read the model", path, {}, "make more memory available");
     if (!opened.kernel) return fail(ErrorKind::input, opened.fault, path, {}, opened.remedy);
     return std::unique_ptr<const occ::Kernel>(std::move(opened.kernel));
 }
@@ -91,7 +91,7 @@ bool knows_cad() { return false; }
 
 Outcome<std::unique_ptr<const occ::Kernel>> open_kernel(const std::string& path, occ::Format, double) {
     return fail(ErrorKind::unsupported, "this build of Camber reads no CAD files", path, {},
-                "install OpenCASCADE (Debian: libocct-data-exchange-dev) and build again, or take another geometry");
+                "install OpenCASCADE (Debian: libocct-data-exchange-dev) and build again, or use another geometry");
 }
 
 Outcome<std::unique_ptr<const occ::Kernel>> restored_kernel(const std::string&, double millimetres) {
@@ -146,7 +146,7 @@ namespace {
 Outcome<CadModel> model_with(std::unique_ptr<const occ::Kernel> kernel, const std::string& path) {
     if (kernel->edges.empty() && kernel->faces.empty())
         return fail(ErrorKind::input, "the model has no faces and no edges", path, {},
-                    "export its solids or its shells; of a flat model its curves");
+                    "export its solids or its shells, or the curves of a plane model");
     auto parts = std::make_shared<CadParts>();
     parts->kernel = std::move(kernel);
     const auto is_bounded = [](const Box<3>& box) {
@@ -183,7 +183,7 @@ Outcome<CadModel> model_with(std::unique_ptr<const occ::Kernel> kernel, const st
     parts->size = parts->bounds.diagonal();
     parts->virtual_faces = virtual_faces(*parts->kernel);
     parts->virtual_curves = virtual_curves(*parts->kernel);
-    if (!(parts->size > 0)) return fail(ErrorKind::input, "the model has no size", path);
+    if (!(parts->size > 0)) return fail(ErrorKind::input, "the size of the model is zero", path);
     return CadModel(std::move(parts));
 }
 

@@ -48,9 +48,9 @@ struct CadOptions {
 
     [[nodiscard]] static constexpr auto options() {
         return std::tuple(option("unit", &CadOptions::unit,
-                                 "the unit of the mesh's coordinates, to which the model is converted; auto: that of "
-                                 "the file if the mesh's boundary lies on the model in it, else the only unit in which "
-                                 "it does; file: coordinates are as the file has them"));
+                                 "unit of the mesh's coordinates, to which the model is converted. auto: the file's "
+                                 "unit if the mesh's boundary then lies on the model, else the only unit for which it "
+                                 "does; file: no conversion of the file's coordinates"));
     }
     friend bool operator==(const CadOptions&, const CadOptions&) = default;
 };

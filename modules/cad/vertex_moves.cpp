@@ -272,8 +272,9 @@ Outcome<Done> check_vertices(const CadAssociation& association, CadVertices vert
     const std::string name = (is_edge || D == 2 ? "CAD edge " : "CAD face ") + std::to_string(number + 1);
     const char* const remedy =
         vertices == CadVertices::move
-            ? "moving them onto the model would flatten elements: mesh this model"
-            : "give the CAD model that the mesh was made of, or move its vertices onto this one: --cad-vertices move";
+            ? "moving the vertices onto the model would make elements flat. Generate a mesh of this model"
+            : "give the CAD model from which the mesh was generated, or move the vertices onto this model: "
+              "--cad-vertices move";
     return fail(ErrorKind::input, fit.text(name), {}, Entity{"vertex", fit.farthest.index() + 1}, remedy);
 }
 

@@ -21,9 +21,9 @@ template <int D>
 Outcome<Done> check_sizes(const LinearMesh<D>& mesh, const EdgeSet<D>& edges, const BreaksOfMesh& breaks) {
     if (edges.of_elements.size() != mesh.elements.size() ||
         (!breaks.edge_kinds.empty() && breaks.edge_kinds.size() != edges.size()))
-        return fail(ErrorKind::internal, "make_dynamic was given edges of another mesh");
+        return fail(ErrorKind::internal, "make_dynamic: the edges belong to another mesh");
     if (mesh.elements.size() >= 0x7fffffffU)
-        return fail(ErrorKind::unsupported, "a mesh that changes has at most 2147483646 elements");
+        return fail(ErrorKind::unsupported, "a mesh whose elements change can have at most 2147483646 elements");
     return Done{};
 }
 
@@ -42,7 +42,7 @@ Outcome<Done> check_facets(const DynamicMesh<D>& mesh, const Execution& executio
         [](std::size_t a, std::size_t b) { return std::min(a, b); });
     if (!first) return fail(first.error());
     if (*first == none) return Done{};
-    return fail(ErrorKind::input, "a face of the boundary, or between two references, is no facet", {},
+    return fail(ErrorKind::input, "a face of the boundary or between two references is not in the list of facets", {},
                 Entity{simplex_name<D>, *first + 1}, prepare_it);
 }
 
@@ -238,7 +238,7 @@ template <int D>
 Outcome<DynamicMesh<D>> make_dynamic(const QuadraticMesh<D>& mesh, const BreaksOfMesh& breaks,
                                      const Execution& execution) {
     if (mesh.mid_nodes.size() != mesh.edges.size())
-        return fail(ErrorKind::internal, "a mesh of degree 2 has not one node for each edge");
+        return fail(ErrorKind::internal, "a mesh of degree 2 must have one node for each edge");
     auto made = make_dynamic(mesh.linear, mesh.edges, breaks, execution);
     if (made) made->nodes = mesh.mid_nodes;
     return made;
@@ -324,7 +324,8 @@ Outcome<DynamicMesh<D>> with_faces(const LinearMesh<D>& mesh, const EdgeSet<D>& 
         for (const ElementId side : sides[f])
             if (side.valid() &&
                 std::ranges::find(across[side.index()], FaceNeighbour(FacetId(f))) == across[side.index()].end())
-                return fail(ErrorKind::input, "two facets are on one face", {}, Entity{"facet", f + 1}, prepare_it);
+                return fail(ErrorKind::input, "two facets have the same vertices", {}, Entity{"facet", f + 1},
+                            prepare_it);
     made.face_neighbours = std::move(across);
     made.sides = std::move(sides);
     made.elements = with_marks(mesh.elements, 0);
@@ -482,15 +483,15 @@ Buffer<EdgeKind> kinds_of(const EdgeSet<3>& joined, const EdgeSet<3>& edges, con
 Outcome<DynamicMesh<3>> make_dynamic_surface(const LinearMesh<3>& mesh, const EdgeSet<3>& edges,
                                              const BreaksOfMesh& breaks, const Execution& execution) {
     if (mesh.elements.size() != 0 || mesh.facets.size() == 0)
-        return fail(ErrorKind::internal, "make_dynamic_surface was given a mesh that is no surface alone");
+        return fail(ErrorKind::internal, "make_dynamic_surface: the mesh is not a standalone surface mesh");
     if (!breaks.edge_kinds.empty() && breaks.edge_kinds.size() != edges.size())
-        return fail(ErrorKind::internal, "make_dynamic_surface was given edges of another mesh");
+        return fail(ErrorKind::internal, "make_dynamic_surface: the edges belong to another mesh");
     return guarded([&]() -> Outcome<DynamicMesh<3>> {
         const auto around = facet_shells(edges, without_progress(execution));
         if (!around) return fail(around.error());
         const Pieces pieces = pieces_of(*around, mesh.facets.size());
         if (pieces.count + mesh.points.size() >= max_entities)
-            return fail(ErrorKind::unsupported, "the mesh has more vertices than 32 bits count");
+            return fail(ErrorKind::unsupported, "the mesh has more vertices than 32 bits can number");
         const LinearMesh<3> joined = joined_to_infinity(mesh, edges, *around, pieces);
         const auto joined_edges = unique_edges(joined, without_progress(execution));
         if (!joined_edges) return fail(joined_edges.error());

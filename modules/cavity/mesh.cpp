@@ -232,24 +232,26 @@ template <int D>
 const char* wrong_across(const DynamicMesh<D>& mesh, ElementId e, int face) {
     const auto own = sorted_face<D>(mesh.elements.vertices[e], face);
     const FaceNeighbour across = mesh.face_neighbours[e][face];
-    if (!across.valid()) return "a face has nothing across it, and is no facet";
+    if (!across.valid()) return "a face has neither a neighbour nor a facet";
     if (across.is_facet()) {
         const FacetId f = across.facet();
-        if (f.index() >= mesh.facets.size() || mesh.is_free(f)) return "a face's facet is not there";
+        if (f.index() >= mesh.facets.size() || mesh.is_free(f)) return "the facet of a face does not exist";
         auto facet = mesh.facets.vertices[f];
         std::sort(facet.begin(), facet.end());
-        if (facet != own) return "a face's facet has other vertices";
-        return mesh.sides[f][0] == e || mesh.sides[f][1] == e ? nullptr : "a face's facet does not know of it";
+        if (facet != own) return "the facet of a face has other vertices";
+        return mesh.sides[f][0] == e || mesh.sides[f][1] == e ? nullptr
+                                                              : "the facet of a face does not refer to the "
+                                                                "element";
     }
     const ElementId other = across.element();
-    if (other.index() >= mesh.elements.size() || mesh.is_free(other)) return "the element across a face is not there";
+    if (other.index() >= mesh.elements.size() || mesh.is_free(other)) return "the element across a face does not exist";
     for (int back = 0; back <= D; ++back)
         if (mesh.face_neighbours[other][back] == FaceNeighbour(e) &&
             sorted_face<D>(mesh.elements.vertices[other], back) == own)
             return mesh.elements.references[other] == mesh.elements.references[e]
                        ? nullptr
-                       : "materials meet in a face that is no facet";
-    return "the element across a face does not know of it";
+                       : "a face between two materials has no facet";
+    return "the element across a face does not refer back to the element";
 }
 
 template <int D>
@@ -257,8 +259,8 @@ const char* wrong_element(const DynamicMesh<D>& mesh, ElementId e) {
     if (mesh.is_free(e)) return nullptr;
     const auto& v = mesh.elements.vertices[e];
     for (int i = 0; i <= D; ++i) {
-        if (v[i].index() >= mesh.points.size() || mesh.is_free(v[i])) return "a vertex is not there";
-        if (local_vertex(v, v[i]) != i) return "a vertex is named twice";
+        if (v[i].index() >= mesh.points.size() || mesh.is_free(v[i])) return "a vertex does not exist";
+        if (local_vertex(v, v[i]) != i) return "a vertex occurs twice";
         if (const char* what = wrong_across(mesh, e, i)) return what;
     }
     for (int k = 0; k < edges_per_simplex<D>; ++k) {
@@ -266,7 +268,7 @@ const char* wrong_element(const DynamicMesh<D>& mesh, ElementId e) {
         const EdgeId edge = mesh.edges_of[e][k];
         if (edge.index() >= mesh.edges.size() ||
             mesh.edges[edge] != std::array{std::min(v[i], v[j]), std::max(v[i], v[j])})
-            return "an edge is not that between its vertices";
+            return "an edge does not join its vertices";
     }
     return nullptr;
 }
@@ -279,12 +281,12 @@ const char* wrong_facet(const DynamicMesh<D>& mesh, FacetId f) {
         return std::ranges::all_of(mesh.facets.vertices[f],
                                    [&](VertexId v) { return mesh.states[v].marks.has(Mark::frozen); })
                    ? nullptr
-                   : "a facet on no element is not held";
+                   : "a facet without elements is not frozen";
     for (const ElementId side : {first, second}) {
         if (!side.valid()) continue;
         if (mesh.is_free(side) ||
             std::ranges::find(mesh.face_neighbours[side], FaceNeighbour(f)) == mesh.face_neighbours[side].end())
-            return "an element beside a facet does not know of it";
+            return "an element of a facet does not refer to it";
     }
     return nullptr;
 }
@@ -294,7 +296,7 @@ const char* wrong_vertex(const DynamicMesh<D>& mesh, VertexId v) {
     const ElementId e = mesh.element_of[v];
     if (!e.valid()) return nullptr;
     if (e.index() >= mesh.elements.size() || local_vertex(mesh.elements.vertices[e], v) < 0)
-        return "the element of a vertex does not hold it";
+        return "the element of a vertex does not contain it";
     return nullptr;
 }
 
@@ -304,7 +306,7 @@ const char* wrong_line(const DynamicMesh<D>& mesh, LineId l) {
     const EdgeId edge = mesh.lines[l];
     return edge.index() < mesh.edges.size() && !mesh.is_free(edge) && mesh.line_of[edge] == l
                ? nullptr
-               : "the edge of a line does not know of it";
+               : "the edge of a line does not refer to it";
 }
 
 /// Each edge has an element or frozen vertices, and no duplicate.
@@ -323,9 +325,9 @@ Outcome<Done> check_edges(const DynamicMesh<D>& mesh) {
         }
         const auto& [a, b] = mesh.edges[e];
         const bool held = mesh.states[a].marks.has(Mark::frozen) && mesh.states[b].marks.has(Mark::frozen);
-        if (used[e] == 0 && !held) return wrong("an edge is of no element", "edge", e);
+        if (used[e] == 0 && !held) return wrong("an edge belongs to no element", "edge", e);
         if (const LineId l = mesh.line_at(EdgeId(e)); l.valid() && mesh.lines[l] != EdgeId(e))
-            return wrong("an edge's line is another's", "edge", e);
+            return wrong("the line of an edge belongs to another edge", "edge", e);
         ends.push_back({a, b});
     }
     std::sort(ends.begin(), ends.end());
@@ -339,11 +341,11 @@ Outcome<Done> check_free(const Column<std::uint32_t>& free, std::size_t places, 
     std::vector<std::uint8_t> listed(places, 0);
     for (const std::uint32_t i : free) {
         if (i >= places || listed[i] != 0 || !is_free(Id(std::size_t{i})))
-            return wrong("its place is listed as free and is not", kind, i);
+            return wrong("its index is listed as free, but is in use", kind, i);
         listed[i] = 1;
     }
     for (std::size_t i = 0; i < places; ++i)
-        if (listed[i] == 0 && is_free(Id(i))) return wrong("its place is free and not listed", kind, i);
+        if (listed[i] == 0 && is_free(Id(i))) return wrong("its index is free, but is not listed as free", kind, i);
     return Done{};
 }
 
@@ -359,7 +361,7 @@ template <int D>
 Outcome<Done> check_consistency(const DynamicMesh<D>& mesh, const Execution& execution) {
     return guarded([&]() -> Outcome<Done> {
         if (mesh.is_curved() && mesh.nodes.size() != mesh.edges.size())
-            return fail(ErrorKind::internal, "the nodes are not one an edge");
+            return fail(ErrorKind::internal, "there must be one node for each edge");
         return none_wrong(mesh.elements.size(), simplex_name<D>, execution,
                           [&](std::size_t e) { return wrong_element(mesh, ElementId(e)); })
             .and_then([&](Done) {

@@ -18,7 +18,7 @@ Outcome<Done> check_rows(const MeshPart<D>& part) {
     if (part.states.size() == part.mesh.points.size() && part.facet_marks.size() == part.mesh.facets.size() &&
         part.line_marks.size() == part.mesh.edges.size())
         return Done{};
-    return fail(ErrorKind::internal, "a part of a mesh has rows that do not fit");
+    return fail(ErrorKind::internal, "the rows of a part of a mesh have inconsistent sizes");
 }
 
 template <int D>

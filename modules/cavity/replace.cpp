@@ -51,7 +51,7 @@ template <int D>
 Outcome<Done> check_following(const DynamicMesh<D>& mesh, const Patch<D>& patch, std::vector<bool>& is_taken) {
     for (const ElementId e : patch.reshaped) {
         if (is_taken[e.index()])
-            return fail(ErrorKind::internal, "two patches change one element", {},
+            return fail(ErrorKind::internal, "two patches change the same element", {},
                         Entity{simplex_name<D>, e.index() + 1});
         is_taken[e.index()] = true;
     }
@@ -69,7 +69,7 @@ Outcome<Done> check_following(const DynamicMesh<D>& mesh, const Patch<D>& patch,
         const auto& edges = mesh.edges_of[*first];
         shell(mesh, *first, static_cast<int>(std::ranges::find(edges, following.edge) - edges.begin()), around);
         if (!std::ranges::all_of(around, is_of_patch))
-            return refused("a patch moves a node that elements have which it neither removes nor reshapes");
+            return refused("a patch moves a node of elements that it neither removes nor reshapes");
     }
     return Done{};
 }
@@ -86,7 +86,7 @@ Outcome<Done> check_patches(const DynamicMesh<D>& mesh, std::span<const Patch<D>
         if (patch.planned_for != mesh.stamp) return refused("a patch was planned for another mesh");
         for (const ElementId e : patch.removed.elements) {
             if (is_removed[e.index()])
-                return fail(ErrorKind::internal, "two patches remove one element", {},
+                return fail(ErrorKind::internal, "two patches remove the same element", {},
                             Entity{simplex_name<D>, e.index() + 1});
             is_removed[e.index()] = true;
         }
@@ -95,24 +95,25 @@ Outcome<Done> check_patches(const DynamicMesh<D>& mesh, std::span<const Patch<D>
         made += patch.star.joined.size();
         if (patch.point.vertex.valid() && patch.point.place && !patch.star.kept.empty() &&
             *patch.point.place != mesh.points[patch.point.vertex])
-            return refused("a patch moves a vertex that elements outside of its cavity have");
+            return refused("a patch moves a vertex of elements outside its cavity");
         if (patch.nodes.size() != (mesh.is_curved() ? patch.star.boundary.size() : 0))
-            return refused("a patch has not one node for each edge at its point");
+            return refused("a patch must have one node for each edge at its point");
         if (mesh.is_curved() && !keeps_outer_nodes(mesh, patch))
-            return refused("a patch moves a node that elements or facets outside of its cavity have");
+            return refused("a patch moves a node of elements or facets outside its cavity");
         if (const VertexId p = patch.point.vertex;
             p.valid() && !keeps_topology<D>(mesh.elements.vertices.view(), patch))
             for (const VertexId v : patch.star.boundary) edges.push_back({std::min(p, v), std::max(p, v)});
     }
     if (mesh.elements.size() + made >= max_places || mesh.facets.size() + made >= max_places ||
         mesh.edges.size() + 3 * made >= max_entities)
-        return fail(ErrorKind::unsupported, "the mesh would have more entities than 32 bits count");
+        return fail(ErrorKind::unsupported, "the mesh would have more entities than 32 bits can number");
     std::sort(edges.begin(), edges.end());
-    if (std::adjacent_find(edges.begin(), edges.end()) != edges.end()) return refused("two patches make one edge");
+    if (std::adjacent_find(edges.begin(), edges.end()) != edges.end())
+        return refused("two patches create the same edge");
     std::sort(vanishing.begin(), vanishing.end());
     for (const Patch<D>& patch : patches)
         if (std::binary_search(vanishing.begin(), vanishing.end(), patch.point.vertex))
-            return refused("a patch removes the point of another one");
+            return refused("a patch removes the point of another patch");
     return Done{};
 }
 

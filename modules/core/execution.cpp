@@ -115,12 +115,14 @@ Outcome<Done> check_limits(std::string_view name, double value, const Limits& li
 Error out_of_memory(const std::bad_alloc& failure) {
     const auto* const file = dynamic_cast<const NoFileForArray*>(&failure);
     if (file == nullptr)
-        return {ErrorKind::memory, "not enough memory", {}, {}, "give it more memory, or a smaller mesh"};
+        return {ErrorKind::memory, "not enough memory", {}, {}, "make more memory available, or use a smaller mesh"};
     return {ErrorKind::write,
             "temporary files of arrays cannot be written: " + std::generic_category().message(file->error()),
             file->folder(),
             {},
-            file->error() == EFBIG ? "raise the limit (ulimit -f)" : "make room, or take another place for the output"};
+            file->error() == EFBIG ? "raise the limit (ulimit -f)"
+                                   : "free disk space, or choose another folder for "
+                                     "the output"};
 }
 
 namespace {

@@ -45,9 +45,10 @@ template <int D>
 Outcome<Done> check_simplicial(const Mesh<D>& mesh, int degree) {
     if (mesh.degree != degree)
         return fail(ErrorKind::unsupported, "is of degree " + std::to_string(mesh.degree) +
-                                                ", and this needs one of degree " + std::to_string(degree));
+                                                ", but this operation needs a mesh of degree " +
+                                                std::to_string(degree));
     if (const std::string others = list_others(mesh); !others.empty())
-        return fail(ErrorKind::unsupported, "has " + others + ", and this needs a mesh of simplices alone");
+        return fail(ErrorKind::unsupported, "has " + others + ", but this operation needs a mesh of simplices only");
     return Done{};
 }
 
@@ -474,7 +475,7 @@ template <int D>
 Outcome<Mesh<D>> elevate(Mesh<D> mesh, int degree, const Execution& execution) {
     if (mesh.degree != 1)
         return fail(ErrorKind::usage,
-                    "is of degree " + std::to_string(mesh.degree) + ", and degrees are raised from 1");
+                    "is of degree " + std::to_string(mesh.degree) + ", but the degree can be raised only from 1");
     if (degree < 1 || degree > max_degree)
         return fail(ErrorKind::usage,
                     "the degree must be from 1 to " + std::to_string(max_degree) + ", got " + std::to_string(degree));

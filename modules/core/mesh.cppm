@@ -181,8 +181,9 @@ template <int D>
 template <int D, class F>
 [[nodiscard]] auto on_simplices(Mesh<D> mesh, F&& f) -> decltype(f(LinearMesh<D>{})) {
     if (mesh.degree > 2)
-        return fail(ErrorKind::unsupported,
-                    "is of degree " + std::to_string(mesh.degree) + ", and this needs one of degree 1 or 2");
+        return fail(ErrorKind::unsupported, "is of degree " + std::to_string(mesh.degree) +
+                                                ", but this operation needs a mesh of degree 1 or "
+                                                "2");
     if (mesh.degree == 2) {
         auto quadratic = as_quadratic(std::move(mesh));
         if (!quadratic) return fail(std::move(quadratic.error()));

@@ -227,10 +227,11 @@ template <class E>
 template <class E, std::same_as<Word<E>>... Others>
 [[nodiscard]] consteval std::array<Word<E>, 1 + sizeof...(Others)> words_of(Word<E> first, Others... others) {
     const std::array all{first, others...};
-    if (all.size() != enumerator_count<E>()) throw "not one word for each enumerator";
+    if (all.size() != enumerator_count<E>()) throw "the number of words differs from the number of enumerators";
     for (std::size_t i = 0; i < all.size(); ++i)
         for (std::size_t j = 0; j < i; ++j)
-            if (all[i].value == all[j].value || all[i].word == all[j].word) throw "a word or an enumerator twice";
+            if (all[i].value == all[j].value || all[i].word == all[j].word)
+                throw "a word or an enumerator occurs twice";
     return all;
 }
 

@@ -37,7 +37,7 @@ namespace {
 template <int D>
 Outcome<Done> check_columns(const QuadraticMesh<D>& mesh, std::size_t kinds, std::size_t nodes) {
     if (kinds == mesh.edges.size() && nodes == mesh.edges.size()) return Done{};
-    return fail(ErrorKind::internal, "curve needs a kind and a boundary node for each of the " +
+    return fail(ErrorKind::internal, "curve needs an edge kind and a boundary node for each of the " +
                                          std::to_string(mesh.edges.size()) + " edges, not " + std::to_string(kinds) +
                                          " and " + std::to_string(nodes));
 }

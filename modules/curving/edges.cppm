@@ -56,14 +56,15 @@ struct CurveOptions : EdgeMinimiserOptions, EdgeAccuracyOptions {
         return std::tuple_cat(
             EdgeAccuracyOptions::options(),
             std::tuple(option("min_jacobian", &S::min_jacobian,
-                              "accuracy only: where nodes would bring an element's scaled Jacobian below this, those "
-                              "of its volume edges go only a part of their way")
+                              "accuracy only: limit of the scaled Jacobian. Nodes of volume edges move only a part of "
+                              "the way to their targets if an element would otherwise fall below it")
                            .at_least(0)
                            .below(1),
                        option("max_smooth_error_increase", &S::smooth_loss,
-                              "accuracy by the mesh's own metric only: share by which the error of smooth functions, "
-                              "which the mesh says nothing of, may rise by a model; nodes that cost them more go a "
-                              "part of their way. 0: inner edges follow walls alone")
+                              "accuracy with the mesh's own metric only: largest relative increase of the "
+                              "interpolation error of smooth functions. A model estimates it for functions to which "
+                              "the mesh is not adapted. Nodes that contribute most move only a part of their way. 0: "
+                              "inner edges follow only the boundary")
                            .at_least(0)),
             EdgeMinimiserOptions::options());
     }
@@ -189,14 +190,15 @@ struct PlacementOptions {
     [[nodiscard]] static constexpr auto options() {
         using S = PlacementOptions;
         return std::tuple(
-            option(
-                "boundary_nodes", &S::boundary_nodes,
-                "where nodes of boundary edges go: projection, the middle projected onto the geometry; length, on the "
-                "geometry where the edge is shortest in the metric; accuracy, on the geometry where the edge is "
-                "nearest to it. Where no better place is found it is the projection"),
+            option("boundary_nodes", &S::boundary_nodes,
+                   "nodes of boundary edges. projection: the middle of the edge, projected onto the geometry; length: "
+                   "the point of the geometry for which the edge is shortest in the metric; accuracy: the point of the "
+                   "geometry for which the edge is nearest to it. If no better point is found, length and accuracy use "
+                   "the projection"),
             option("distance_share", &S::distance_share,
-                   "boundary_nodes length only: how far from the geometry edges may be for it, as a share of how far "
-                   "they are straight; twice what they are with the middle projected is always allowed")
+                   "boundary_nodes length only: largest distance of an edge from the geometry, as a share of the "
+                   "distance between its projected middle and its chord. Twice the distance of the edge with the "
+                   "projected middle is always allowed")
                 .at_least(0)
                 .at_most(1));
     }

@@ -86,7 +86,7 @@ Outcome<double> expected_error(const LinearMesh<D>& mesh, const KnownSolution<D>
     const std::size_t n = mesh.elements.size();
     const bool fits = std::ranges::all_of(solution, [&](const KnownField<D>& f) { return f.values.size() == n; });
     if (!fits || degree < 1 || degree > 2)
-        return fail(ErrorKind::internal, "an expected error needs values for each element, and degree 1 or 2");
+        return fail(ErrorKind::internal, "the expected error needs values for each element, and degree 1 or 2");
     const ResidualRule<D> rule(degree);
     const auto square = reduce_each(
         execution, n, 0.0,

@@ -273,7 +273,7 @@ Outcome<Buffer<PlacedNode<D>>> placed_nodes(const MeshEdges<D>& edges, const Col
     const Features<D>& features = surface.features;
     const std::size_t n = mesh.edges.size();
     if (kinds.size() != n || nodes.size() != n || features.edge_kinds.size() != n)
-        return fail(ErrorKind::internal, "the kinds, the nodes or the features are not of this mesh");
+        return fail(ErrorKind::internal, "the kinds, the nodes or the features belong to another mesh");
     auto around = facet_shells(mesh.edges, without_progress(execution));
     if (!around) return fail(around.error());
     return guarded([&]() -> Outcome<Buffer<PlacedNode<D>>> {

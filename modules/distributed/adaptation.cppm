@@ -264,8 +264,9 @@ struct RemeshBlocksOptions {
         using S = RemeshBlocksOptions;
         return std::tuple(
             option("blocks", &S::blocks,
-                   "of a straight mesh: elements in a block, each of which is brought to the metric by itself while "
-                   "what it shares with others stays, then again in other blocks; 0: the mesh as a whole")
+                   "straight meshes only: number of elements in a block. Each block is remeshed separately with a "
+                   "fixed interface to other blocks; then the mesh is divided into other blocks and remeshed again. "
+                   "0: the mesh is remeshed as a whole")
                 .at_least(0));
     }
     friend bool operator==(const RemeshBlocksOptions&, const RemeshBlocksOptions&) = default;

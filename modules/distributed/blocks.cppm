@@ -172,15 +172,14 @@ struct CurveByBlocks {
     [[nodiscard]] static constexpr auto options() {
         using S = CurveByBlocks;
         return std::tuple(
-            option(
-                "blocks", &S::blocks,
-                "elements in a block: the mesh is curved by blocks and written by parts; 0: as a whole, but on several "
-                "ranks, and within a memory, by blocks of 262144")
+            option("blocks", &S::blocks,
+                   "number of elements in a block. The mesh is curved block by block and written in parts. 0: as a "
+                   "whole, or in blocks of 262144 on several ranks or with a memory limit")
                 .at_least(0)
                 .unit("elements"),
             option("memory", &S::memory,
-                   "about as much memory may be taken: what blocks have lies in files without names beside the output, "
-                   "and leaves memory when they have been gone through; 0: it stays there")
+                   "approximate memory limit. Data of blocks that are not processed is stored in temporary files in "
+                   "the folder of the output. 0: all data stays in memory")
                 .at_least(0)
                 .unit("bytes"));
     }

@@ -27,7 +27,7 @@ namespace {
 
 auto unsound(const std::string& what, const char* kind, GlobalNumber row) {
     return fail(ErrorKind::input, what, {}, Entity{kind, row + 1},
-                "camber convert IN -o OUT mends what can be mended; blocks take a mesh as it is");
+                "blocks are not repaired; repair the whole mesh first: camber convert IN -o OUT");
 }
 
 /// No row.
@@ -87,8 +87,8 @@ Outcome<Done> check_part(const RingedPart<D>& part, const Execution& execution) 
             facet[0] = v;
             std::ranges::copy(faces[first].others, facet.begin() + 1);
             if (!std::ranges::binary_search(facets, sorted(facet)))
-                return unsound(is_boundary ? "has a face on the boundary that the mesh lists no facet for"
-                                           : "has a face towards another material that the mesh lists no facet for",
+                return unsound(is_boundary ? "has a face on the boundary for which the mesh lists no facet"
+                                           : "has a face towards another material for which the mesh lists no facet",
                                simplex_name<D>, element);
         }
     }
@@ -327,11 +327,11 @@ Outcome<Done> elevate_blocks(BlockRun<D>& run, const Execution& execution) {
 
 Outcome<Done> check_supported(const ProposeOptions& options) {
     if (!has_field(options.objective))
-        return fail(ErrorKind::unsupported, "nodes are not found by shape or by a solution by blocks", {}, {},
-                    "take another objective, or the mesh as a whole");
+        return fail(ErrorKind::unsupported, "curving by blocks does not support the objectives shape and solution", {},
+                    {}, "use another objective, or curve the mesh as a whole");
     if (options.boundary_nodes != BoundaryNodeAim::projection)
-        return fail(ErrorKind::unsupported, "nodes of the boundary are projected alone by blocks", {}, {},
-                    "leave boundary_nodes out, or take the mesh as a whole");
+        return fail(ErrorKind::unsupported, "curving by blocks supports only boundary_nodes projection", {}, {},
+                    "omit boundary_nodes, or curve the mesh as a whole");
     return check_limits(static_cast<const CurveOptions&>(options));
 }
 

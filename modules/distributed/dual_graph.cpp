@@ -59,7 +59,7 @@ Outcome<std::vector<std::vector<Arc>>> arcs_of(const std::vector<FaceRow<D>>& fa
     for (std::size_t i = 0; i + 1 < faces.size(); ++i) {
         if (faces[i].vertices != faces[i + 1].vertices) continue;
         if (i + 2 < faces.size() && faces[i + 2].vertices == faces[i].vertices)
-            return fail(ErrorKind::input, "shares a face with two others", {},
+            return fail(ErrorKind::input, "shares a face with two other elements", {},
                         Entity{simplex_name<D>, faces[i].element + 1});
         const std::uint64_t a = faces[i].element, b = faces[i + 1].element;
         to[rank_of_row(a, elements, ranks)].push_back({a, b});
@@ -338,8 +338,8 @@ Outcome<PartsOfRank<LinearMesh<D>>> parts_of_runs(const Outcome<RunsOfRank<D>>& 
     return guarded([&]() -> Outcome<PartsOfRank<LinearMesh<D>>> {
         if (auto all = agreed(ranks, runs ? Outcome<Done>(Done{}) : fail(runs.error())); !all) return fail(all.error());
         if (parts == 0 || parts > runs->counts.elements)
-            return fail(ErrorKind::usage, "a mesh of so many elements cannot be in so many parts", {}, {},
-                        "ask for at least 1 and at most an element each");
+            return fail(ErrorKind::usage, "the mesh cannot be divided into this number of parts", {}, {},
+                        "request at least 1 part, and at most one per element");
         return parts_among_ranks(*runs, points_at, parts, partition, ranks);
     });
 }

@@ -186,7 +186,7 @@ class Joining {
         out_.first_vertices = {0};
         for (const std::size_t n : *counts) out_.first_vertices.push_back(out_.first_vertices.back() + n);
         if (out_.first_vertices.back() > max_entities)
-            return fail(ErrorKind::unsupported, "there are more vertices than 32 bits can number");
+            return fail(ErrorKind::unsupported, "the mesh has more vertices than 32 bits can number");
         for (AdaptationRows<D>& part : cut_.parts) put(std::exchange(part, {}), vertices);
         const std::size_t first = out_.first_vertices[ranks_.rank()];
         const auto now = shared.numbers_now([&](std::size_t i) { return VertexId(first + vertices.row(i).index()); });

@@ -35,8 +35,8 @@ class NodesOfEdges {
         auto sorted = nodes_;
         std::ranges::sort(sorted);
         if (const auto twice = std::ranges::adjacent_find(sorted); twice != sorted.end())
-            return fail(ErrorKind::input, "mid node " + number_of(*twice) + " is that of two edges", {}, {},
-                        "the file is damaged, or joined of two");
+            return fail(ErrorKind::input, "mid node " + number_of(*twice) + " belongs to two edges", {}, {},
+                        "the file is damaged, or was joined from two files");
         return std::move(nodes_);
     }
 
@@ -60,7 +60,7 @@ class NodesOfEdges {
         if (!done || faulty == no_node) return done;
         return fail(ErrorKind::input,
                     "an edge has mid node " + number_of(two[0]) + " here and " + number_of(two[1]) + " elsewhere", {},
-                    Entity{simplex_name<K>, faulty + 1}, "the file is damaged, or joined of two");
+                    Entity{simplex_name<K>, faulty + 1}, "the file is damaged, or was joined from two files");
     }
 
     const QuadraticRows<D>& rows_;

@@ -188,10 +188,10 @@ Outcome<BroughtRows<D>> grown(BroughtRows<D> rows, const AdaptationGoal<D>& goal
 template <int D>
 Outcome<Done> check_kind(const Adaptation<D>& state) {
     if (state.mesh.is_curved())
-        return fail(ErrorKind::unsupported, "a curved mesh is not remeshed by blocks", {}, {},
+        return fail(ErrorKind::unsupported, "a curved mesh cannot be remeshed by blocks", {}, {},
                     "straighten it first (camber convert --straighten), or remesh it as a whole: blocks 0");
     if (state.mesh.is_surface())
-        return fail(ErrorKind::unsupported, "a surface alone is not remeshed by blocks", {}, {},
+        return fail(ErrorKind::unsupported, "a standalone surface mesh cannot be remeshed by blocks", {}, {},
                     "remesh it as a whole: blocks 0");
     return Done{};
 }

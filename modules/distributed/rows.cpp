@@ -265,8 +265,8 @@ Outcome<Done> QuadraticRows<D>::find_vertices(std::string_view name, Ranks& rank
     }
     if (own.of_vertices > own.of_nodes)
         return fail(ErrorKind::unsupported,
-                    "several ranks read a mesh of degree 2 whose vertices come before the nodes of edges",
-                    std::string(name), {}, "camber convert on one rank writes it so");
+                    "several ranks can read a mesh of degree 2 only if its vertices come before the nodes of its edges",
+                    std::string(name), {}, "reorder it with camber convert on one rank");
     vertices_ = own.of_nodes;
     return Done{};
 }

@@ -415,7 +415,8 @@ template <int D>
 Outcome<RingedParts<D>> split(const MeshRows<D>& rows, const BlockOptions& options, Ranks& ranks,
                               const Execution& execution) {
     return guarded([&]() -> Outcome<RingedParts<D>> {
-        if (options.elements == 0) return fail(ErrorKind::usage, "a block of no elements", {}, {}, "give at least 1");
+        if (options.elements == 0)
+            return fail(ErrorKind::usage, "a block must have at least one element", {}, {}, "give at least 1");
         auto lists = rows.lists();
         if (!lists) return fail(lists.error());
         sort_required(*lists);

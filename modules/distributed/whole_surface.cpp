@@ -111,8 +111,8 @@ Outcome<std::pair<LinearMesh<D>, std::vector<GlobalNumber>>> boundary_of(const M
     auto lists = rows.lists();
     if (!lists) return fail(lists.error());
     if (!lists->elements.required.empty())
-        return fail(ErrorKind::unsupported, "the mesh has required elements, which are not known by blocks", {}, {},
-                    "take it as a whole, or require the facets and edges themselves");
+        return fail(ErrorKind::unsupported, "the mesh has required elements, which blocks do not support", {}, {},
+                    "process the mesh as a whole, or make the facets and edges of these elements required");
     auto facets = rows.facets(0, counts.facets);
     if (!facets) return fail(facets.error());
     auto edges = rows.edges(0, counts.edges);

@@ -1,4 +1,4 @@
-// camber.drawing: visible faces of a mesh, whole and cut open.
+// Example of camber.drawing: finds the visible faces of a mesh, without and with a cutting plane.
 #include <array>
 #include <cstddef>
 #include <cstdio>
@@ -9,7 +9,7 @@ import camber.drawing;
 
 using namespace camber;
 
-/// Two tetrahedra on a common face, one above and one below.
+/// Two tetrahedra with a common face, one above and one below this face.
 static Outcome<Mesh<3>> two_tetrahedra() {
     LinearMesh<3> mesh;
     mesh.points = Buffer<Vec<3>>{{{0, 0, 0}}, {{1, 0, 0}}, {{0, 1, 0}}, {{0, 0, 1}}, {{0, 0, -1}}};
@@ -22,7 +22,7 @@ static Outcome<Mesh<3>> two_tetrahedra() {
 int main() {
     const auto mesh = two_tetrahedra();
     if (!mesh) return 1;
-    const auto kept = kept_by(Cut<3>{{{0, 0, 1}}, 0}, *mesh, Execution{});  // cuts the upper one away
+    const auto kept = kept_by(Cut<3>{{{0, 0, 1}}, 0}, *mesh, Execution{});  // removes the upper tetrahedron
     if (!kept) return 1;
     const auto whole = faces_to_draw(*mesh, {}, Execution{}), cut = faces_to_draw(*mesh, kept->view(), Execution{});
     if (!whole || !cut) return 1;

@@ -25,12 +25,12 @@ namespace {
 // A stroke font: digits, lower-case letters, a few signs and the J of Jacobian.
 
 struct StrokePoint {
-    double x, y;  ///< from the base line, in sixths of a capital letter
+    double x, y;  ///< coordinates relative to the base line, in sixths of a capital letter's height
 };
 using Stroke = std::vector<StrokePoint>;
 
-/// Strokes of each letter as points of two characters: x and y; a and b are one and two below the base line. A stroke
-/// of one point is a dot.
+/// The strokes of each letter. A point is two characters, x and y; for y, a and b mean one and two below the base line.
+/// A stroke of one point is a dot.
 constexpr auto letters = std::to_array<std::pair<char, std::string_view>>({
     {'0', "103041453616050110"},
     {'1', "052620 1030"},
@@ -81,7 +81,7 @@ constexpr auto letters = std::to_array<std::pair<char, std::string_view>>({
     {'z', "04440040"},
 });
 
-/// Strokes and width of a text.
+/// Strokes of a text and its width.
 struct StrokedText {
     std::vector<Stroke> strokes;
     double width = 0;
@@ -159,7 +159,7 @@ class Brush {
                    });
     }
 
-    /// Calls cover(x, y) → colour and coverage for the pixel centres in a box.
+    /// For each pixel centre in the box, blends the colour from cover(x, y) → (colour, coverage) into the image.
     template <class Cover>
     void each_pixel(double left, double top, double right, double bottom, Cover&& cover) {
         const auto within = [](double v, std::size_t most) {
@@ -194,8 +194,8 @@ Image with_marks(Image image, const std::vector<PictureMark>& marks) {
     return image;
 }
 
-// No libpng: the image is complete and in memory, so a PNG is four chunks around zlib data, and zlib is needed for
-// meshes anyway.
+// PNG files are written without libpng: a file is four chunks around zlib data, and zlib is already required for
+// meshes.
 
 namespace {
 
@@ -205,7 +205,7 @@ void put_number(Bytes& out, std::uint32_t value) {
     for (const unsigned shift : {24U, 16U, 8U, 0U}) out.push_back(static_cast<std::uint8_t>(value >> shift));
 }
 
-/// Length, name, data and the checksum of name and data.
+/// Writes a PNG chunk: length, name, data, and the checksum of name and data.
 void put_chunk(Bytes& out, std::string_view name, std::span<const std::uint8_t> data) {
     put_number(out, static_cast<std::uint32_t>(data.size()));
     const std::size_t begin = out.size();
@@ -214,7 +214,7 @@ void put_chunk(Bytes& out, std::string_view name, std::span<const std::uint8_t> 
     put_number(out, static_cast<std::uint32_t>(crc32(0, out.data() + begin, static_cast<uInt>(out.size() - begin))));
 }
 
-/// PNG prediction: none, left, above, mean, or Paeth.
+/// PNG predictor for a byte: filter 0 none, 1 left, 2 above, 3 mean, 4 Paeth.
 std::uint8_t predicted(int filter, int left, int above, int corner) {
     switch (filter) {
         case 1: return static_cast<std::uint8_t>(left);
@@ -229,7 +229,7 @@ std::uint8_t predicted(int filter, int left, int above, int corner) {
     }
 }
 
-/// Filter number, then the row.
+/// Returns the filter number, then the filtered row.
 Bytes filtered(int filter, std::span<const std::uint8_t> row, std::span<const std::uint8_t> above, std::size_t pixel) {
     Bytes out(row.size() + 1);
     out[0] = static_cast<std::uint8_t>(filter);
@@ -247,7 +247,8 @@ std::size_t weight(const Bytes& row) {
     return sum;
 }
 
-/// Uses the filter with the minimum weight for each row; pixels have 3 bytes if all are opaque.
+/// Selects for each row the filter whose output has the minimum sum of magnitudes. Pixels have 3 bytes if all are
+/// opaque.
 Bytes filtered_rows(const Image& image, std::size_t pixel) {
     Bytes out;
     Bytes row(image.width * pixel), above;
@@ -276,7 +277,7 @@ Outcome<Buffer<std::byte>> png(const Image& image) {
         uLongf size = compressBound(static_cast<uLong>(rows.size()));
         Bytes packed(size);
         if (compress2(packed.data(), &size, rows.data(), static_cast<uLong>(rows.size()), Z_BEST_COMPRESSION) != Z_OK)
-            return fail(ErrorKind::memory, "zlib could not pack the picture");
+            return fail(ErrorKind::memory, "zlib could not compress the picture");
         packed.resize(size);
         Bytes out{0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'}, head;
         put_number(head, static_cast<std::uint32_t>(image.width));

@@ -1,4 +1,4 @@
-// Draws scenes as pixels: subdivision into flat triangles, depth buffer, sampling.
+// Draws scenes as pixels: divides faces into flat triangles and samples them with a depth buffer.
 module;
 #include <algorithm>
 #include <array>
@@ -17,14 +17,14 @@ namespace camber {
 
 namespace {
 
-// Subdivision of a patch into flat triangles.
+// Division of a face into flat triangles.
 
-/// Maximum distance of a chord from its curve (pixels), and maximum number of pieces of an edge.
+/// Maximum distance of a chord from its curve (pixels), and maximum number of chords for an edge.
 constexpr double chord_error = 0.05;
 constexpr std::size_t most_pieces = 64;
 
-/// Returns a power of two, so that points of a coarser division are points of finer ones. An edge with its middle at
-/// distance d from the chord's is within d/n² of n chords.
+/// Number of chords for an edge: a power of two, so that points of a coarser division are also points of finer ones. If
+/// the mid node has distance d from the chord's midpoint, n chords deviate by at most d/n².
 inline std::size_t pieces_of_edge(const DrawnFace& patch, std::size_t edge) {
     const Vec<3> chord = midpoint(patch.nodes[edge], patch.nodes[(edge + 1) % 3]);
     const double wanted = std::sqrt(distance(patch.nodes[3 + edge], chord) / chord_error);
@@ -33,13 +33,14 @@ inline std::size_t pieces_of_edge(const DrawnFace& patch, std::size_t edge) {
     return n;
 }
 
-/// A subdivision point: barycentric and on paper.
+/// A corner of a flat triangle: barycentric coordinates on the face, and position on paper.
 struct SmallCorner {
     FacePoint xi;
     Vec<3> point;
 };
 
-/// Points of an edge with fewer pieces lie on its chords, as in the neighbouring patch: no gap opens.
+/// Divides a face into flat triangles. If an edge needs fewer chords than the face, all points on that edge lie on its
+/// chords. The neighbouring face uses the same chords, so no gap opens.
 class Subdivision {
   public:
     void cut(const DrawnFace& patch) {
@@ -58,7 +59,7 @@ class Subdivision {
                 corners_.push_back({xi, on_paper(patch, pieces, lattice, xi)});
             }
     }
-    /// Calls visit(a, b, c) for each small triangle, oriented like the patch.
+    /// Calls visit(a, b, c) for each flat triangle, oriented like the face.
     template <class Visit>
     void each_triangle(Visit&& visit) const {
         for (std::size_t j = 0; j < n_; ++j)
@@ -96,19 +97,19 @@ class Subdivision {
     std::vector<SmallCorner> corners_;
 };
 
-// Nearest patch at each sample of a strip of paper.
+// Nearest face at each sample in a strip of the picture.
 
-/// Along each axis.
+/// Number of samples along each axis of a pixel.
 constexpr std::size_t samples_per_pixel = 3;
 
-/// Rows [first, last) of pixels, in full width.
+/// Pixel rows [first, last) of the picture, in full width.
 struct Strip {
     std::size_t width, first, last;
     [[nodiscard]] std::size_t columns() const { return width * samples_per_pixel; }
     [[nodiscard]] std::size_t rows() const { return (last - first) * samples_per_pixel; }
 };
 
-/// Position of a sample on its patch, and the patch coordinates' rate of change (per pixel).
+/// A sample on a face: its barycentric coordinates xi, and their gradients' norms (per pixel).
 struct Hit {
     const DrawnFace& patch;
     FacePoint xi;
@@ -117,7 +118,7 @@ struct Hit {
 
 struct FlatTriangle {
     std::array<SmallCorner, 3> c;
-    double twice;  ///< signed area, positive if counter-clockwise for the viewer
+    double twice;  ///< twice the signed area, positive if counter-clockwise for the viewer
 
     FlatTriangle(const SmallCorner& a, const SmallCorner& b, const SmallCorner& d) : c{a, b, d}, twice(0) {
         const Vec<3> u = b.point - a.point, v = d.point - a.point;
@@ -146,7 +147,7 @@ struct FlatTriangle {
     }
 };
 
-/// Samples of a row or column.
+/// Sample numbers [begin, end) along a row or column.
 struct SampleRange {
     std::size_t begin, end;
 };
@@ -159,7 +160,7 @@ inline SampleRange samples_between(double low, double high, std::size_t first, s
     return {clamped(begin), clamped(end)};
 }
 
-/// Calls hit(sample, Hit) for each sample covered by a patch that is nearer than all earlier ones.
+/// For each sample that a new face covers in front of all earlier faces, calls hit(sample, Hit).
 class DepthBuffer {
   public:
     DepthBuffer(const Strip& strip, const std::optional<PaperFrame>& clip)
@@ -182,7 +183,7 @@ class DepthBuffer {
   private:
     template <class OnHit>
     void draw(const DrawnFace& patch, const FlatTriangle& t, OnHit&& hit) {
-        constexpr double s = samples_per_pixel, slack = -1e-7;  // small overlap with neighbours closes gaps
+        constexpr double s = samples_per_pixel, slack = -1e-7;  // a small overlap of adjacent triangles prevents gaps
         Box<3> box;
         for (const SmallCorner& corner : t.c) box.include(corner.point);
         for (int axis = 0; axis < 2; ++axis) {
@@ -211,7 +212,7 @@ class DepthBuffer {
     }
 
     Strip strip_;
-    /// Clipping in x and y (pixels).
+    /// Bounds of the drawing in x and y (pixels).
     std::array<double, 2> low_{-HUGE_VAL, -HUGE_VAL}, high_{HUGE_VAL, HUGE_VAL};
     std::vector<double> depths_;
     Subdivision subdivision_;
@@ -219,7 +220,7 @@ class DepthBuffer {
 
 constexpr std::size_t rows_of_a_strip = 16;
 
-/// Candidate patches of each strip, in order.
+/// For each strip, the numbers of the faces that may be visible in it, ascending.
 struct Strips {
     std::vector<std::uint32_t> offsets, patches;
     std::size_t count = 0;
@@ -237,7 +238,7 @@ StripRange strips_of(const DrawnFace& patch, const PictureOptions& o, std::size_
         box.low[0] > static_cast<double>(o.width))
         return {0, 0};
     const double begin = std::floor(std::fmax(box.low[1] - 1, 0) / rows_of_a_strip);
-    // Strongly enlarged patches extend far below the paper.
+    // With a strong zoom, faces extend far below the paper.
     const double end = std::fmin(std::floor((box.high[1] + 1) / rows_of_a_strip) + 1, static_cast<double>(count));
     return {static_cast<std::size_t>(begin), static_cast<std::size_t>(end)};
 }
@@ -260,7 +261,7 @@ Strips sorted_into_strips(const Scene& scene) {
     return strips;
 }
 
-/// Stores of(hit) of the nearest patch in each sample, then calls finish(strip, samples).
+/// For each strip, stores of(hit) of the nearest face in each sample, then calls finish(strip, samples).
 template <class Sample, class Of, class Finish>
 Outcome<Done> each_strip(const Scene& scene, const Execution& execution, const Sample& none, Of&& of, Finish&& finish) {
     return guarded([&]() -> Outcome<Done> {
@@ -309,7 +310,7 @@ class Shader {
 
     const Scene& scene_;
     Theme theme_;
-    double width_;  ///< of lines (pixels)
+    double width_;  ///< line width (pixels)
 };
 
 struct Sample {

@@ -23,7 +23,7 @@ constexpr Colour rgb(std::uint32_t hexadecimal) {
     return {part(16), part(8), part(0)};
 }
 
-// The plain ramp has ascending lightness; the other goes from warm and dark through pale to blue.
+// Lightness increases along the plain ramp. The quality ramp goes from dark red over pale tones to blue.
 constexpr std::array plain_ramp{rgb(0x2c2a6e), rgb(0x2c64a8), rgb(0x2f9fa6), rgb(0x8fca74), rgb(0xf7e26b)};
 constexpr std::array quality_ramp{rgb(0x7d1630), rgb(0xd2553a), rgb(0xf0b867), rgb(0xcfe0c8), rgb(0x8fbfd0)};
 constexpr std::array kinds{rgb(0x6ea6d7), rgb(0xf0a35e), rgb(0x7fc08a), rgb(0xd98a9c), rgb(0xb79bd6),
@@ -95,7 +95,7 @@ Vec<D> centroid(const LinearMesh<D>& mesh, const std::array<VertexId, N>& vertic
 
 NodeNumber number_of(VertexId v) { return v.value; }
 
-/// Local edge between two vertices of a K-simplex.
+/// Index of the local edge between local vertices a and b of a K-simplex.
 template <int K>
 constexpr std::size_t local_edge(int a, int b) {
     for (std::size_t e = 0; e < local_edges<K>.size(); ++e)
@@ -118,7 +118,7 @@ std::array<NodeNumber, 6> nodes_of(const SimplexVertices<K>& vertices,
     return nodes;
 }
 
-/// Triangles that are cells themselves.
+/// Returns a face for each triangle of the mesh with flag 1 in `kept`.
 template <int K, class Edges>
 Column<Face> whole_triangles(const Simplices<K>& triangles, const Edges& edges, std::size_t vertex_count,
                              std::span<const std::uint8_t> kept, FaceKind kind) {
@@ -132,9 +132,9 @@ Column<Face> whole_triangles(const Simplices<K>& triangles, const Edges& edges, 
 }
 
 enum class Seen : std::uint8_t { no, boundary, uncovered, facet };
-using SeenFaces = std::array<Seen, 4>;  ///< by opposite local vertex
+using SeenFaces = std::array<Seen, 4>;  ///< at index i: state of the face opposite local vertex i
 
-/// None if no facet is listed there.
+/// Reference of the facet with these vertices; none if no such facet is listed.
 std::optional<Reference> reference_of_facet(const LinearMesh<3>& mesh, const Incidence<FacetId>& facets,
                                             std::array<VertexId, 3> vertices) {
     std::sort(vertices.begin(), vertices.end());
@@ -156,7 +156,7 @@ std::array<VertexId, 3> vertices_of_face(const LinearMesh<3>& mesh, std::size_t 
     return {v[local[0]], v[local[1]], v[local[2]]};
 }
 
-/// Thread-safe: each face belongs to one call of the visitor.
+/// Finds the faces to draw of each element. Thread-safe, because each face belongs to one call of the visitor.
 Outcome<Buffer<SeenFaces>> seen_faces(const LinearMesh<3>& mesh, const Incidence<FacetId>& facets,
                                       std::span<const std::uint8_t> kept, const DrawnGroups& groups,
                                       const Execution& execution) {
@@ -177,7 +177,7 @@ Outcome<Buffer<SeenFaces>> seen_faces(const LinearMesh<3>& mesh, const Incidence
             seen[f->face.element.index()][f->face.opposite] = Seen::facet;
     };
     auto done = each_face<3>(mesh, *balls_of, part_of(execution, 0.4, 0.9), [&](std::span<const FaceAround<3>> on) {
-        // Faces with more than two elements are defects; all of their elements are shown.
+        // A valid mesh has no face with more than two elements; if one occurs, it is drawn for each of them.
         if (!groups.shown.empty() && std::none_of(on.begin(), on.end(), is_body)) return show_facet(on);
         if (on.size() == 2 && is_body(on[0]) == is_body(on[1])) return;
         for (const FaceAround<3>& f : on)
@@ -284,13 +284,13 @@ Vec<3> in_view(const View& view, const Vec<3>& p) {
     return {{dot(view.right, p), dot(view.up, p), dot(view.towards, p)}};
 }
 
-/// Square in the middle, for the zoom's box.
+/// The largest centred square in the frame, to which a zoom is clipped.
 PaperFrame clip_of(const PaperFrame& frame) {
     const double side = std::min(frame.width, frame.height);
     return {frame.left + (frame.width - side) / 2, frame.top + (frame.height - side) / 2, side, side};
 }
 
-/// Box of the nodes; the margin leaves space for curves beyond them.
+/// Bounding box of the nodes along the view axes, with a margin for curves that leave the box.
 template <int D>
 Box<3> box_of(const Mesh<D>& mesh, std::span<const Face> faces, const View& view) {
     Box<3> box;
@@ -320,10 +320,9 @@ template <int D>
 Outcome<Scene> make_scene(const Mesh<D>& mesh, std::span<const Face> faces, const FaceValues& values,
                           std::span<const std::uint32_t> marked, PictureOptions options, const Execution& execution) {
     if (faces.empty())
-        return fail(
-            ErrorKind::input,
-            "there is nothing to draw: the mesh has no elements, or a cut or hidden groups leave out all of them", {},
-            {}, "cut elsewhere or show more groups; camber info prints the mesh's box and groups");
+        return fail(ErrorKind::input,
+                    "there is nothing to draw: the mesh has no elements, or a cut or hidden groups remove all of them",
+                    {}, {}, "cut elsewhere or show more groups; camber info prints the mesh's box and groups");
     return guarded([&]() -> Outcome<Scene> {
         const View& view = options.view;
         const Box<3> box = options.zoom ? box_of(*options.zoom, view) : box_of(mesh, faces, view);
@@ -344,7 +343,7 @@ Outcome<Scene> make_scene(const Mesh<D>& mesh, std::span<const Face> faces, cons
             patch.is_marked = std::binary_search(marked.begin(), marked.end(), face.element);
             if (options.edges == Edges::shown || patch.is_marked)
                 for (std::size_t i = 0; i < 3; ++i) patch.lines[i] = line_kind(of_edges[face.nodes[3 + i] - vertices]);
-            // In 2D nothing overlaps, but marked elements must be on top.
+            // No elements overlap in 2D, but the lines of marked elements must be drawn last.
             if (D == 2 && patch.is_marked)
                 for (Vec<3>& node : patch.nodes) node[2] += 1;
             return patch;

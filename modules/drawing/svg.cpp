@@ -36,7 +36,7 @@ void add_title(const PictureOptions& o, const Place& p, const Theme& theme, std:
     marks.emplace_back(TextMark{p.x, p.top - 1.2 * p.size, p.size, Anchor::start, theme.ink, o.title});
 }
 
-/// Rounds to 1/1000 of the range, so that values near 0 print as 0.
+/// Rounds to 1/1000 of the range, so that rounding errors near 0 are printed as 0.
 double rounded(double value, const ColourRange& range) {
     if (range.spacing == Spacing::logarithmic || !(range.high > range.low)) return value;
     const double step = pow(10, std::floor(log10((range.high - range.low) / 1000)));
@@ -49,7 +49,8 @@ void add_bar(const PictureOptions& o, const ColourRange& range, std::vector<Pict
     const Theme theme = theme_of(o.background);
     add_title(o, p, theme, marks);
     const double step = p.height / steps_of_a_bar;
-    // From the top, each down to the end of the bar, so that there is no gap.
+    // The bar is drawn in steps from the top. Each step extends to the end of the bar, so that no gap opens between
+    // steps.
     for (std::size_t i = steps_of_a_bar; i-- > 0;) {
         const double place = (static_cast<double>(i) + 0.5) / steps_of_a_bar,
                      height = static_cast<double>(i + 1) * step;
@@ -64,10 +65,10 @@ void add_bar(const PictureOptions& o, const ColourRange& range, std::vector<Pict
     }
 }
 
-/// Relative to the text size: width of a letter, and indent after the colour box.
+/// In units of the text size: width of a letter, and indentation after the colour box.
 constexpr double letter_width = 0.66, text_indent = 1.7;
 
-/// "inlet (3)", or the number alone.
+/// Legend text of kind i, for example "inlet (3)", or its number alone.
 std::string text_of_kind(const ColourKinds& kinds, std::size_t i) {
     const std::string number = std::to_string(kinds.numbers[i]);
     return i < kinds.names.size() && !kinds.names[i].empty() ? kinds.names[i] + " (" + number + ")" : number;
@@ -85,7 +86,7 @@ std::string shortened(const std::string& text, double room) {
     const auto is_middle = [&](std::size_t at) { return (static_cast<unsigned char>(text[at]) & 0xc0U) == 0x80U; };
     if (text.size() <= most) return text;
     std::size_t end = most - 3;
-    while (end > 0 && is_middle(end)) --end;  // no part of a UTF-8 sequence
+    while (end > 0 && is_middle(end)) --end;  // do not cut inside a UTF-8 character
     return text.substr(0, end) + "...";
 }
 
@@ -150,7 +151,7 @@ std::vector<PictureMark> marks_of(const Scene& scene) {
 
 namespace {
 
-/// Shortest form of a number of tenths: "-.5", "12", "3.4". A negative number needs no separator.
+/// Writes tenths/10 in its shortest form, for example "-.5", "12", "3.4". A separator is omitted before a minus sign.
 void put_tenths(std::string& out, std::int64_t tenths) {
     if (tenths < 0)
         out += '-';
@@ -160,11 +161,11 @@ void put_tenths(std::string& out, std::int64_t tenths) {
     if (size >= 10 || size == 0) out += std::to_string(size / 10);
     if (size % 10 != 0) out += '.' + std::to_string(size % 10);
 }
-/// Limits positions far outside of the paper.
+/// Position in tenths of a pixel, limited for points far outside the paper.
 std::int64_t tenths_of(double value) { return std::llround(std::clamp(10 * value, -1e12, 1e12)); }
 void put(std::string& out, double value) { put_tenths(out, tenths_of(value)); }
 
-/// Writes path segments in tenths of a pixel, relative to the previous rounded end.
+/// Writes path segments in tenths of a pixel, relative to the previous end point as rounded.
 class Pen {
   public:
     explicit Pen(const Vec<3>& begin) : at_(tenths(begin)), d_("M") { put(at_); }
@@ -195,7 +196,7 @@ class Pen {
     std::string d_;
 };
 
-/// name="value"
+/// Writes the attribute name="value".
 void put(std::string& out, std::string_view name, double value) {
     out += ' ';
     out += name;
@@ -220,7 +221,7 @@ std::string curve(const DrawnFace& patch, std::size_t edge) {
 
 constexpr FacePoint middle{1.0 / 3, 1.0 / 3, 1.0 / 3};
 
-/// A part of a patch, again of degree 2.
+/// Returns a part of a face as a face of degree 2, with `corners` in barycentric coordinates.
 DrawnFace part_of_patch(const DrawnFace& whole, const std::array<FacePoint, 3>& corners) {
     DrawnFace part = whole;
     part.lines = {};
@@ -237,7 +238,7 @@ DrawnFace part_of_patch(const DrawnFace& whole, const std::array<FacePoint, 3>& 
     return part;
 }
 
-/// True if parts of the patch face the viewer and parts face away.
+/// True if one part of the face is turned to the viewer and another away from it.
 bool folds(const DrawnFace& patch) {
     bool towards = false, away = false;
     for (std::size_t i = 0; i < 3; ++i) {
@@ -251,7 +252,7 @@ bool folds(const DrawnFace& patch) {
 
 constexpr std::size_t cuts_of_a_fold = 5;
 
-/// Adds the visible small parts of a patch at a solid's silhouette.
+/// Adds small parts of a face that are turned to the viewer, for faces at the silhouette of a solid.
 void add_parts(const DrawnFace& patch, std::vector<DrawnFace>& out) {
     constexpr auto n = static_cast<double>(cuts_of_a_fold);
     const auto at = [&](std::size_t i, std::size_t j) {
@@ -269,7 +270,7 @@ void add_parts(const DrawnFace& patch, std::vector<DrawnFace>& out) {
         }
 }
 
-/// Farthest first.
+/// Sorts the visible faces from the farthest to the nearest.
 std::vector<DrawnFace> painted_in_order(const Scene& scene, const Buffer<std::uint32_t>& visible) {
     std::vector<DrawnFace> patches;
     for (const std::uint32_t f : visible) {
@@ -287,7 +288,7 @@ std::vector<DrawnFace> painted_in_order(const Scene& scene, const Buffer<std::ui
 
 constexpr double most_opacity = 0.8;
 
-/// Rounded to tenths.
+/// Opacity of the face's lines, rounded to tenths.
 double opacity_of_lines(const DrawnFace& patch, double width) {
     double longest = 0;
     for (std::size_t i = 0; i < 3; ++i) {
@@ -368,7 +369,7 @@ class Writer {
         put(out_, "width", frame.width);
         put(out_, "height", frame.height);
     }
-    /// Omitted if it is the group's opacity.
+    /// Omits the attribute if the SVG group already has this opacity.
     void put_opacity(double opacity) {
         if (opacity != most_opacity) put(out_, "stroke-opacity", opacity);
     }
@@ -382,7 +383,7 @@ class Writer {
             out_ += "/>\n";
             return;
         }
-        // A thin stroke of the same colour closes gaps between faces.
+        // A thin stroke in the same colour closes gaps between faces.
         out_ += " stroke=\"" + fill + "\" stroke-width=\".4\"";
         put_opacity(1);
         out_ += "/>\n";

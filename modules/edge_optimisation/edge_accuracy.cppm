@@ -40,16 +40,17 @@ struct EdgeAccuracyOptions {
         using S = EdgeAccuracyOptions;
         return std::tuple(
             option("metric_kind", &S::metric_kind,
-                   "accuracy only: what the metric was made of, which says what its sizes tell: hessian, of a solution "
-                   "for elements of degree 1; third_derivatives, for elements of degree 2; geometry, axes alone count; "
-                   "natural, the mesh's own; automatic, natural where it is the mesh's own, else something unknown"),
+                   "accuracy only: origin of the metric, which determines the meaning of its sizes. hessian: a "
+                   "solution, for elements of degree 1; third_derivatives: a solution, for elements of degree 2; "
+                   "geometry: only the axes of the metric count; natural: the mesh; automatic: natural for the mesh's "
+                   "own metric, else unknown"),
             option("metric_norm", &S::metric_norm,
-                   "of the kinds hessian and third_derivatives: the p of the norm L^p whose error the metric is for; "
-                   "0: the maximum norm")
+                   "metric_kind hessian and third_derivatives only: exponent p of the norm L^p whose error the metric "
+                   "minimises. 0: the maximum norm")
                 .at_least(0),
             option("size_share", &S::size_share,
-                   "accuracy only: how far sizes that change draw nodes into the finer side, as a share of what a "
-                   "geodesic asks for; 0: what belongs to metric_kind")
+                   "accuracy only: shift of nodes towards smaller sizes where sizes vary, as a share of the shift of "
+                   "a geodesic. 0: the value for metric_kind")
                 .at_least(0)
                 .at_most(3));
     }

@@ -148,28 +148,30 @@ struct EdgeMinimiserOptions {
         using S = EdgeMinimiserOptions;
         return std::tuple(
             option("field", &S::field,
-                   "energy and length: metric along the edge: background, from the mesh's vertices all the way; edge, "
-                   "from "
-                   "the edge's own three "
-                   "values"),
-            option("quadrature_points", &S::quadrature_points, "energy and length: Gauss points along an edge")
+                   "energy and length only: metric along an edge. background: interpolated in the background mesh at "
+                   "each point; edge: interpolated from the edge's three values"),
+            option("quadrature_points", &S::quadrature_points,
+                   "energy and length only: number of Gauss points on an "
+                   "edge")
                 .at_least(2)
                 .at_most(12),
-            option("iterations", &S::max_iterations, "energy and length: largest number of quasi-Newton steps an edge")
+            option("iterations", &S::max_iterations,
+                   "energy and length only: largest number of quasi-Newton steps "
+                   "for an edge")
                 .at_least(0)
                 .at_most(1000),
             option("length_tolerance", &S::length_tolerance,
-                   "energy only: from its minimum the length is lowered while that promises more than this share; 0: "
-                   "never")
+                   "energy only: from the minimum of the energy, the length is reduced while its predicted relative "
+                   "decrease exceeds this. 0: never")
                 .at_least(0)
                 .at_most(1),
             option("max_tangential_shift", &S::max_tangential_shift,
-                   "energy and length: how far a node may slide along its edge")
+                   "energy and length only: largest shift of a node along its edge")
                 .unit("chord lengths")
                 .at_least(0)
                 .below(0.25),
             option("max_offset", &S::max_offset,
-                   "energy and length: how far a volume node may leave the middle of its chord")
+                   "energy and length only: largest distance of a volume node from the middle of its chord")
                 .unit("lengths in the metric")
                 .above(0));
     }

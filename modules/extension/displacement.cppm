@@ -13,10 +13,10 @@ import :parts;
 export namespace camber {
 
 struct ExtensionSums {
-    double by_product = 0;  ///< correction · product
+    double by_product = 0;  ///< Σ correction · A d for the matrix A and the direction d
     double by_residual = 0;
-    double largest = 0;  ///< largest correction / height
-    double joined = 0;   ///< rows that have joined
+    double largest = 0;  ///< largest length of a correction over its edge's height
+    double joined = 0;   ///< number of unknowns that start to move
 
     friend ExtensionSums operator+(const ExtensionSums& a, const ExtensionSums& b) {
         return {a.by_product + b.by_product, a.by_residual + b.by_residual, std::max(a.largest, b.largest),
@@ -43,12 +43,12 @@ template <int D>
     return {mesh.linear.points, mesh.linear.elements.vertices, mesh.edges};
 }
 
-/// Equations for the edges of one part, as far as the displacement reaches.
+/// Linear system for one part of a mesh. It contains the edges that the displacement reaches.
 template <int S, int D>
 class ExtensionPart {
   public:
-    /// Nodes of edges of kind `volume` are unknowns; `boundary_nodes` (one an edge) prescribes all others. Errors:
-    /// columns that do not fit (internal), stopped, memory. All arguments must outlive it.
+    /// Nodes of edges of kind `volume` are unknowns; `boundary_nodes` (one per edge) prescribes all others. All
+    /// arguments must outlive the part. Errors: wrong row counts (internal), stopped, memory.
     [[nodiscard]] static Outcome<ExtensionPart> make(const ExtensionDomain<S, D>& domain, const Column<EdgeKind>& kinds,
                                                      std::span<const LagrangeNode<D>> boundary_nodes,
                                                      const Incidence<ElementId>& shells, const OwnVertices& own,
@@ -61,25 +61,26 @@ class ExtensionPart {
 
     /// True if a prescribed node is off the middle of its chord.
     [[nodiscard]] bool is_displaced() const;
-    /// Σ |det| and number of simplices by run.
+    /// Returns two numbers per run: Σ |det|, and the number of simplices.
     [[nodiscard]] Outcome<std::vector<double>> volume_and_count(const Execution& execution) const;
 
-    /// Moves the prescribed nodes and starts a row for each unknown beside them. `mean`: mean |det| over the whole
-    /// domain.
+    /// Applies the prescribed displacements and starts a row for each unknown in the simplices around them. `mean`:
+    /// mean |det| over the whole domain.
     [[nodiscard]] Outcome<Done> begin(double mean, double stiffening, const Execution& execution);
-    /// Moves the nodes. Returns the sums of each run.
+    /// Moves the nodes by `length` × direction. Returns the sums of each run.
     [[nodiscard]] Outcome<std::vector<ExtensionSums>> step(double length, double tolerance, const Execution& execution);
-    /// New direction: correction + `turn` × last direction. Joined rows move from now on.
+    /// Sets the direction to correction + `turn` × last direction. Unknowns that joined in the last step move from now
+    /// on.
     [[nodiscard]] Outcome<Done> turn_by(double turn, const Execution& execution);
-    /// Starts rows around edges that have joined here or in `of_others`.
+    /// Starts rows around the unknowns that joined in the last step, in this part or in others (`of_others`).
     [[nodiscard]] Outcome<Done> join(std::span<const EdgeId> of_others, const Execution& execution);
-    /// Multiplies the direction by the matrix. Returns dᵀA d and dᵀr of each run.
+    /// Multiplies the matrix A by the direction d. Returns dᵀA d and dᵀr, with the residual r, for each run.
     [[nodiscard]] Outcome<std::vector<AlongDirection>> multiply(const Execution& execution);
 
-    [[nodiscard]] std::span<Vec<D>> directions();                  ///< one an edge
-    [[nodiscard]] const std::vector<EdgeId>& joined_last() const;  ///< rising by batch
-    [[nodiscard]] std::size_t moving() const;                      ///< rows that move
-    /// Returns the nodes, one an edge; only those of owned edges are final. Empties the part. Errors: stopped, memory.
+    [[nodiscard]] std::span<Vec<D>> directions();                  ///< one per edge
+    [[nodiscard]] const std::vector<EdgeId>& joined_last() const;  ///< unknowns that joined in the last step
+    [[nodiscard]] std::size_t moving() const;                      ///< number of moving unknowns
+    /// Returns the nodes, one per edge; only nodes of owned edges are final. Empties the part. Errors: stopped, memory.
     [[nodiscard]] Outcome<Buffer<LagrangeNode<D>>> nodes(const Execution& execution) &&;
 
   private:
@@ -89,29 +90,32 @@ class ExtensionPart {
 };
 
 struct ExtensionOptions {
-    /// Largest final Jacobi correction, relative to the smallest height of simplices around the edge: about the error
-    /// of det (I + ∇u), at any anisotropy.
+    /// Largest Jacobi correction at the end, relative to the smallest height of simplices around its edge. It is about
+    /// the error of det (I + ∇u), at any anisotropy.
     double tolerance = 1e-3;
     int max_iterations = 1000;
-    /// Exponent s of the weight (mean |det| / |det|)^s. 0 is the Dirichlet energy; larger values make small simplices
-    /// stiffer, so that large ones deform.
+    /// Exponent s of the weight (mean |det| / |det|)^s. 0 gives the Dirichlet energy; larger values make small
+    /// simplices stiffer, so that large simplices deform.
     double stiffening = 2;
 };
 
 template <int D>
 struct Extension {
-    Buffer<LagrangeNode<D>> nodes;  ///< one an edge
+    Buffer<LagrangeNode<D>> nodes;  ///< one per edge
     int iterations = 0;
     double correction = 0;   ///< largest final correction, see `tolerance`
-    std::size_t solved = 0;  ///< unknowns solved for; all others are straight
+    std::size_t solved = 0;  ///< number of unknowns that moved; other `volume` edges are straight
 };
 
-/// Extends a displacement over simplices. `given_nodes` (one an edge) holds the nodes of all edges that are not of kind
-/// `volume`, displaced from the middles of their chords. The other nodes get the u that minimises Σ w_K ∫_K |∇u|² dx
-/// over the straight simplices, in the space of the edge functions 4 ξ_i ξ_j (vertices are fixed). For S = D, det (I +
-/// ∇u) is the scaled Jacobian; for S < D, ∇u is in the simplex's plane. u varies least across thin simplices: layers
-/// move with their wall. Only rows where the displacement exceeds the tolerance are solved, by conjugate gradients; the
-/// same bytes for any number of threads. Errors: columns that do not fit (internal), stopped.
+/// Extends a displacement u of edge nodes over simplices. `given_nodes` (one per edge) prescribes the nodes of all
+/// edges that are not of kind `volume`; u is measured from the chord middles. The other nodes get the u that minimises
+/// Σ w_K ∫_K |∇u|² dx over the straight simplices K, with the weights w_K of `stiffening`. The space is that of the
+/// edge functions 4 ξ_i ξ_j (vertices are fixed).
+///
+/// For S = D, det (I + ∇u) is the scaled Jacobian; for S < D, ∇u is in the simplex's plane. u varies least across thin
+/// simplices, so layers move with their wall. Only unknowns that the displacement reaches within the tolerance are
+/// solved, by conjugate gradients. The result is bitwise equal for any number of threads. Errors: wrong row counts
+/// (internal), stopped.
 template <int S, int D>
 [[nodiscard]] Outcome<Extension<D>> extend_displacement(const ExtensionDomain<S, D>& domain,
                                                         const Column<EdgeKind>& kinds,
@@ -128,8 +132,8 @@ template <int D>
 }
 
 struct Faces {
-    Buffer<std::uint8_t> facets;  ///< 1: part of a face
-    Buffer<std::uint8_t> inside;  ///< one an edge; 1: inside a face, not on its curves
+    Buffer<std::uint8_t> facets;  ///< one per facet; 1: part of a face
+    Buffer<std::uint8_t> inside;  ///< one per edge; 1: inside a face, not on its curves
 };
 
 struct FaceShifts {
@@ -137,8 +141,8 @@ struct FaceShifts {
     std::vector<Vec<3>> shifts;
 };
 
-/// Extends displacements over each face separately, with weight 1/area. `given(facet, edge)`: displacement of an edge
-/// not inside a face, for the face of the facet. Errors: stopped, memory.
+/// Extends displacements of curves over each face separately, with weight 1/area. `given(facet, edge)` returns the
+/// displacement of an edge on a curve, for the face of the facet. Errors: stopped, memory.
 [[nodiscard]] Outcome<FaceShifts> extend_over_triangles(const LinearMesh<3>& mesh, const EdgeSet<3>& edges,
                                                         const Faces& faces,
                                                         const std::function<Vec<3>(FacetId, EdgeId)>& given,
@@ -148,10 +152,10 @@ struct ExtensionSolve {
     int iterations = 0;
     double correction = 0;  ///< largest final correction, see `tolerance`
 };
-/// Solves for the parts of a domain on this process. The parts are new, and at least one part of the domain is
-/// displaced. Conjugate gradients with diagonal preconditioner; the D components share their steps. Rows join when the
-/// residual reaches them, so directions are conjugated by the product (Polak and Ribière). Sums are added in the order
-/// of parts, on any number of processes.
+/// Solves the system of the parts on this process. The parts must be new, and at least one part of the domain must be
+/// displaced. The method is conjugate gradients with a diagonal preconditioner; the D components share their step
+/// lengths. Unknowns join when the residual reaches them, so directions are made conjugate by the product A d (Polak
+/// and Ribière). Sums are added in the order of parts, on any number of processes.
 template <int S, int D>
 [[nodiscard]] Outcome<ExtensionSolve> solve_extension(std::span<ExtensionPart<S, D>> parts, BetweenParts<D>& between,
                                                       const ExtensionOptions& options, const Execution& execution);

@@ -5,15 +5,15 @@ module;
 #include <cstddef>
 #include <limits>
 #include <vector>
-/// Energy w ∫_K |∇u|² dx of node displacements u of a straight element K, for shapes and degrees.
+/// Energy w ∫_K |∇u|² dx of the node displacements u of a straight element K with weight w.
 export module camber.extension:energy;
 import camber.core;
 import camber.bezier;
 
 export namespace camber {
 
-/// Weight by |det| of a simplex of the element's volume. Bounded, so that the smallest elements do not hide others by
-/// rounding.
+/// Weight of an element by |det| of a simplex with the same volume. The weight is bounded, so that the smallest
+/// elements do not hide others by rounding.
 struct Weighting {
     double mean = 1, stiffening = 0;
 
@@ -23,15 +23,15 @@ struct Weighting {
 template <Shape shape, int D>
 using CornerPoints = std::array<Vec<D>, shape_table<shape>.corner_count>;
 
-/// |det| of a map from dimension S (S < D: square root of the Gram determinant), and gradients of reference coordinates
-/// times |det|.
+/// |det| of a linear map from dimension S (S < D: square root of the Gram determinant), and the gradients of reference
+/// coordinates multiplied by |det|.
 template <int S, int D>
 struct ScaledInverse {
     double volume = 0;
     std::array<Vec<D>, S> gradients{};
 };
 
-/// `columns`: derivatives of the map.
+/// `columns`: derivatives of the map by the reference coordinates.
 template <int S, int D>
 [[nodiscard]] ScaledInverse<S, D> scaled_inverse(const std::array<Vec<D>, S>& columns) {
     static_assert(S == D || (S == 2 && D == 3), "elements, or faces in space");
@@ -53,24 +53,24 @@ template <int S, int D>
     return scaled_inverse<S, D>(columns);
 }
 
-/// Number of nodes except corners, numbered from 0 in the order of `lagrange_nodes`.
+/// Number of nodes other than corners. They are numbered from 0 in the order of `lagrange_nodes`.
 template <Shape shape, int degree>
 inline constexpr int moving_nodes = element_nodes<shape, degree> - shape_table<shape>.corner_count;
 
-/// Stored energy of an element. Simplices of any degree store w |det| ∇ξ_i · ∇ξ_j for each edge ij; squares follow from
-/// Σ ∇ξ_i = 0. Other shapes store the lower triangle of the matrix of moving nodes, by rows.
+/// Stored energy of an element. Simplices of any degree store w |det| ∇ξ_i · ∇ξ_j for each edge ij; the squares |∇ξ_i|²
+/// follow from Σ ∇ξ_i = 0. Other shapes store the lower triangle of the matrix of nodes other than corners, by rows.
 template <Shape shape, int degree>
 struct ElementEnergy {
     static constexpr int moving = moving_nodes<shape, degree>;
     std::array<double, is_simplex(shape) ? shape_table<shape>.edge_count : moving*(moving + 1) / 2> products{};
-    double height = std::numeric_limits<double>::infinity();  ///< smallest height
+    double height = std::numeric_limits<double>::infinity();  ///< smallest height of the element
 };
 
 }  // namespace camber
 
 namespace camber {
 
-/// Unit of matrix entries, by dimension S: quadratic simplices then need no factor.
+/// Common factor of matrix entries for dimension S. It is chosen so that quadratic simplices need no other factor.
 template <int S>
 inline constexpr double energy_unit = [] {
     double factorial = 1;
@@ -78,7 +78,8 @@ inline constexpr double energy_unit = [] {
     return factorial / 16;
 }();
 
-/// Other edges of a simplex for an edge ij: ik and jk for each further vertex k, and kl for two.
+/// Local numbers of the other edges of a simplex, for an edge ij: `first` are ik, `second` are jk, for each further
+/// vertex k. `opposite` joins the two further vertices of a tetrahedron.
 template <int S>
 struct EdgesBeside {
     std::array<int, S - 1> first{}, second{};
@@ -107,7 +108,7 @@ inline constexpr auto edges_beside = [] {
     return table;
 }();
 
-/// ∫ ∂_a φ_m ∂_b φ_n over the reference simplex by moving nodes m, n, as coefficients of the stored products.
+/// Coefficients of the stored products in ∫ ∇φ_m · ∇φ_n over the reference simplex, for nodes m, n other than corners.
 template <int S, int degree>
 const auto& product_coefficients() {
     constexpr Shape shape = simplex<S>;
@@ -117,8 +118,9 @@ const auto& product_coefficients() {
         std::vector<std::array<Coefficients, moving>> rows(moving);
         for (const ReferenceRulePoint& point : reference_rule<shape>(degree)) {
             const auto functions = lagrange_functions<shape, degree>(point.x);
-            // Functions depend on ξ_1 … ξ_S, so derivatives by ξ_0 are 0. With g_aa as minus the sum of the others,
-            // Σ_ab ∂_a φ ∂_b ψ g_ab is −Σ_(edges ab) (∂_a − ∂_b) φ (∂_a − ∂_b) ψ g_ab.
+            // The functions depend on ξ_1 … ξ_S, so their derivatives by ξ_0 are 0. With g_ab = ∇ξ_a · ∇ξ_b, each g_aa
+            // is minus the sum of g_ab over b ≠ a. Therefore Σ_ab ∂_a φ ∂_b ψ g_ab is −Σ_(edges ab) (∂_a − ∂_b) φ (∂_a
+            // − ∂_b) ψ g_ab.
             const auto difference = [&](int node, int edge) {
                 const auto [a, b] = local_edges<S>[edge];
                 const ReferencePoint& gradient = functions.gradients[corners + node];
@@ -152,7 +154,8 @@ const std::vector<ReferenceGradients<shape, degree>>& reference_gradients() {
     return table;
 }
 
-/// Largest gradient of barycentric coordinates of the shape's factors: 1 / smallest height.
+/// Largest gradient of the barycentric coordinates of the simplices whose product is the shape. It is 1 / smallest
+/// height.
 template <Shape shape, int S, int D>
 [[nodiscard]] double steepest_gradient(const ScaledInverse<S, D>& at) {
     double steepest = 0;
@@ -193,7 +196,7 @@ template <Shape shape, int degree, int D>
             for (int n = 0; n <= m; ++n, ++k)
                 energy.products[k] += weight / at.volume * dot(gradients[m], gradients[n]);
     }
-    constexpr int of_simplex = S == 3 ? 6 : 2;  // |det| / volume
+    constexpr int of_simplex = S == 3 ? 6 : 2;  // |det| / volume of a simplex
     const double factor = energy_unit<S> * weighting.of(of_simplex * volume);
     for (double& product : energy.products) product *= factor;
     if (!std::ranges::all_of(energy.products, [](double product) { return std::isfinite(product); })) return {};
@@ -204,7 +207,7 @@ template <Shape shape, int degree, int D>
 template <int S, int degree, int D>
 [[nodiscard]] ElementEnergy<simplex<S>, degree> energy_of_simplex(const std::array<Vec<D>, S + 1>& corners,
                                                                   const Weighting& weighting) {
-    // The factor 1/det² of products of gradients is combined with the volume.
+    // `rows` are gradients times |det|. A product of two has the factor 1/det², the integral the factor |det|.
     const auto [volume, rows] = scaled_inverse<S, D>(corners);
     const double factor = weighting.of(volume) / volume;
     ElementEnergy<simplex<S>, degree> energy;
@@ -223,8 +226,8 @@ template <int S, int degree, int D>
 
 export namespace camber {
 
-/// Energy of a straight element; 0 if degenerate. Exact for simplices; otherwise by a rule of degree + 1 points a
-/// direction, exact for affine elements.
+/// Computes the energy of a straight element; zero if the element is degenerate. Exact for simplices; for other shapes
+/// a quadrature rule with degree + 1 points per direction is used, which is exact for affine elements.
 template <Shape shape, int degree, int D>
     requires(shape != Shape::pyramid)
 [[nodiscard]] ElementEnergy<shape, degree> element_energy(const CornerPoints<shape, D>& corners,
@@ -235,13 +238,13 @@ template <Shape shape, int degree, int D>
         return energy_by_quadrature<shape, degree, D>(corners, weighting);
 }
 
-/// Calls add(moving node, entry) for each entry in row `own`: w ∫ ∇φ_m · ∇φ_n dx times (S + 2)!/16, S the element's
-/// dimension.
+/// Calls add(n, entry) for each entry of row `own`: w ∫ ∇φ_own · ∇φ_n dx times (S + 2)!/16, where S is the element's
+/// dimension and n a node other than corners.
 template <Shape shape, int degree, class Add>
 void each_row_entry(const ElementEnergy<shape, degree>& energy, int own, const Add& add) {
     constexpr int moving = moving_nodes<shape, degree>;
     if constexpr (is_simplex(shape) && degree == 2) {
-        // From ∫ ξ_a ξ_b = (1 + δ_ab) · constant.
+        // The entries follow from ∫ ξ_a ξ_b = (1 + δ_ab) · constant over the simplex.
         constexpr int S = shape_table<shape>.dimension;
         const auto& g = energy.products;
         const auto& beside = edges_beside<S>[own];

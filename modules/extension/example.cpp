@@ -1,4 +1,4 @@
-// camber.extension: extends the arc of a wall into its layers, which move with the wall.
+// camber.extension: extends the displacement of a wall into its layers of elements, which move with the wall.
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -34,7 +34,7 @@ int main() {
     if (!edges) return 1;
     const auto around = shells(*edges, {});
     if (!around) return 1;
-    // Nodes of the wall y = 0 move by 0.15, more than a layer; all others are unknowns.
+    // Nodes of the wall y = 0 move by 0.15, which is more than the height of a layer. All other nodes are unknowns.
     Buffer<EdgeKind> kinds;
     Buffer<LagrangeNode<2>> nodes;
     for (const auto& [a, b] : edges->vertices) {

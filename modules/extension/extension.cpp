@@ -1,4 +1,4 @@
-// Solves extensions by conjugate gradients over mesh parts.
+// Extends displacements by conjugate gradients over the parts of a mesh.
 module;
 #include <algorithm>
 #include <array>
@@ -20,16 +20,17 @@ namespace camber {
 
 namespace {
 
-/// Smaller shares of the first correction are rounding.
+/// Iterations stop when the residual's norm is this share of the first one: the rest is rounding error.
 constexpr double rounding = 1e-14;
 
-/// Progress of a solve: the remaining steps follow from the mean reduction of the residual's norm. Never falls.
+/// Progress of a solve, from the reduction of the residual so far and the reduction that is missing. The progress never
+/// falls.
 class Headway {
   public:
     Headway(double first, double tolerance, const Execution& execution)
         : first_(first), tolerance_(tolerance), execution_(execution) {}
     void after_step(const ExtensionSums& sums) {
-        const double gained = 0.5 * log(first_ / sums.by_residual);  // in all steps, of the norm
+        const double gained = 0.5 * log(first_ / sums.by_residual);  // logarithm of the norm's reduction in all steps
         const double missing = log(sums.largest / tolerance_);
         if (gained > 0 && missing < std::numeric_limits<double>::infinity())
             share_ = std::max(share_, gained / (gained + std::max(missing, 0.0)));
@@ -42,7 +43,7 @@ class Headway {
     const Execution& execution_;
 };
 
-/// All parts as one system; sums of runs are added in order.
+/// All parts, used as one system. The sums of runs are added in their order.
 template <int S, int D>
 class Parts {
   public:
@@ -133,8 +134,8 @@ class Parts {
     std::span<ExtensionPart<S, D>> parts_;
     BetweenParts<D>& between_;
     const Execution& execution_;
-    EdgesOfParts moving_;  ///< own edges that other parts contain
-    EdgesOfParts given_;   ///< edges of other parts, rising
+    EdgesOfParts moving_;  ///< by part: own moving edges that other parts contain
+    EdgesOfParts given_;   ///< by part: received edges of other parts, ascending
 };
 
 }  // namespace
@@ -174,7 +175,7 @@ Outcome<Extension<D>> extend_displacement(const ExtensionDomain<S, D>& domain, c
                                           const Column<LagrangeNode<D>>& given_nodes,
                                           const Incidence<ElementId>& shells, const ExtensionOptions& options,
                                           const Execution& execution) {
-    // Measured shares of time on shells with layers, 1 and 5 million elements.
+    // The shares of progress are time shares measured on shell-like parts with layers, with 1 and 5 million elements.
     auto part = ExtensionPart<S, D>::make(domain, kinds, given_nodes.view(), shells,
                                           {VertexId(0), VertexId(domain.points.size())}, part_of(execution, 0, 0.12));
     if (!part) return fail(part.error());

@@ -1,4 +1,4 @@
-/// Extends displacements of edge nodes: from curves over faces, from the boundary into the volume; on a whole mesh or
+/// Extends displacements of edge nodes from curves over faces and from the boundary into the volume, on a whole mesh or
 /// its parts.
 export module camber.extension;
 export import :parts;

@@ -16,14 +16,14 @@ namespace camber {
 
 namespace {
 
-/// Triangles of one face and their edges. Edges on curves are separate for each triangle: their displacements differ
-/// between adjacent faces.
+/// Triangles of one face and their edges. An edge on a curve is listed once per triangle, because its displacement
+/// depends on the face.
 struct FaceTriangles {
     Buffer<SimplexVertices<2>> triangles;
     Buffer<std::array<EdgeId, 3>> of_triangles;
     Buffer<std::array<VertexId, 2>> ends;
     Buffer<EdgeKind> kinds;      ///< `volume`: an unknown
-    std::vector<EdgeId> inside;  ///< mesh edge of each unknown; these come first
+    std::vector<EdgeId> inside;  ///< mesh edge of each unknown; unknowns precede edges on curves
     struct OnCurve {
         EdgeId edge;
         FacetId facet;
@@ -31,7 +31,7 @@ struct FaceTriangles {
     std::vector<OnCurve> on_curves;
 };
 
-/// Facets connected across edges inside faces, in the order of first facets.
+/// Groups facets that are connected across edges inside faces, in the order of their first facets.
 std::vector<std::vector<FacetId>> connected_faces(const EdgeSet<3>& edges, const Faces& faces) {
     std::vector<std::size_t> root(faces.facets.size());
     std::iota(root.begin(), root.end(), std::size_t{0});
@@ -64,7 +64,7 @@ std::vector<std::vector<FacetId>> connected_faces(const EdgeSet<3>& edges, const
     return connected;
 }
 
-/// `own`: by edge, reused for the next face.
+/// `own`: by mesh edge, its number in the face; a buffer that the caller reuses for the next face.
 FaceTriangles triangles_of(const LinearMesh<3>& mesh, const EdgeSet<3>& edges, const Faces& faces,
                            std::span<const FacetId> facets, std::vector<EdgeId>& own) {
     FaceTriangles out;

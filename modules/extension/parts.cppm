@@ -9,15 +9,16 @@ module;
 export module camber.extension:parts;
 import camber.core;
 
-/// Algorithms on parts of a mesh. A part computes the rows of its vertices, on a mesh with two rings of elements around
-/// them, and receives the rows of other parts. A mesh on one process can be one part.
+/// Algorithms on a mesh that is divided into parts. A part computes the rows of its own vertices, on a mesh with two
+/// rings of elements around these vertices, and receives the rows of other parts. On one process the whole mesh can be
+/// one part.
 export namespace camber {
 
-/// A part owns the vertices [first, last), in runs, and the simplices whose lowest vertex is one of them. Sums are by
-/// run, so that they do not depend on the number of runs in a part.
+/// Vertices that a part owns: the range [first, last), divided into runs. The part also owns each simplex whose lowest
+/// vertex it owns. Sums are computed by run, so that they do not depend on the number of runs in a part.
 struct OwnVertices {
     VertexId first, last;
-    std::vector<VertexId> later_runs = {};  ///< first vertex of each later run
+    std::vector<VertexId> later_runs = {};  ///< first vertex of each run after the first run
 
     [[nodiscard]] bool owns(VertexId v) const { return v >= first && v < last; }
     template <std::size_t N>
@@ -34,7 +35,7 @@ template <int D>
     return {VertexId(0), VertexId(mesh.points.size())};
 }
 
-/// Simplices of a mesh with `vertices` vertices, partly owned.
+/// Simplices of a mesh with `vertices` vertices; a part owns some of them.
 template <std::size_t N>
 struct OwnSimplices {
     std::span<const std::array<VertexId, N>> all;
@@ -42,14 +43,15 @@ struct OwnSimplices {
     const OwnVertices& own;
 };
 
-/// Sums over the simplices of each run (by lowest vertex), as `reduce_each`: accumulate(value, simplex).
+/// Sums over the simplices of each run (by their lowest vertices). accumulate(value, simplex) adds a simplex, as in
+/// `reduce_each`.
 template <class T, std::size_t N>
 [[nodiscard]] Outcome<std::vector<T>> reduce_own(const Execution& execution, const OwnSimplices<N>& of, const T& init,
                                                  const auto& accumulate, const auto& join) {
     return guarded([&]() -> Outcome<std::vector<T>> {
         const OwnVertices& own = of.own;
         const auto& simplices = of.all;
-        // A run lists its simplices, and chunks follow this list; a mesh that is one run needs no list.
+        // The simplices of each run are listed, and chunks follow this list. A mesh that is one run needs no list.
         const bool is_whole = own.runs() == 1 && own.first.index() == 0 && own.last.index() == of.vertices;
         std::vector<std::size_t> begin(own.runs() + 1, 0);
         Buffer<ElementId> listed;
@@ -83,11 +85,13 @@ template <int D>
 class BetweenParts {
   public:
     virtual ~BetweenParts() = default;
-    /// Gathers the numbers of all runs of the mesh in order, from those of this process. Errors: of any process.
+    /// Gathers the numbers of all runs of the mesh in order. `of_parts`: the numbers of this process. Errors: those of
+    /// any process.
     [[nodiscard]] virtual Outcome<std::vector<double>> gather(Outcome<std::vector<double>> of_parts) = 0;
     [[nodiscard]] virtual std::vector<EdgeId> shared(std::size_t part, std::vector<EdgeId> edges) const = 0;
-    /// Sends rows to all other parts that contain the edges. `rows`: one a part of this process, with a row an edge;
-    /// `edges`: shared ones. Returns the edges received by each part, rising. Errors: of any process.
+    /// Sends rows to all other parts that contain the same edges. `rows`: one array per part of this process, with one
+    /// row per edge. `edges`: the edges to send, by part. Returns the ascending edges that each part received. Errors:
+    /// those of any process.
     [[nodiscard]] virtual Outcome<EdgesOfParts> bring(std::span<const std::span<Vec<D>>> rows,
                                                       const EdgesOfParts& edges) = 0;
 

@@ -16,16 +16,16 @@ import :parts;
 
 namespace camber {
 
-/// Rows join once their correction is this share of the tolerance.
+/// An unknown joins the moving unknowns when its correction exceeds this share of the tolerance.
 inline constexpr double joining = 0.1;
 
-/// `beside`: residual up to date, node not displaced. `joined`: the node moves from the next step on.
+/// `beside`: the residual is up to date, but the node does not move. `joined`: the node moves from the next step on.
 enum class Row : std::uint8_t { beside, joined, moving };
 
 template <int S>
 int local_edge(const std::array<EdgeId, edges_per_simplex<S>>& edges, EdgeId edge) {
     int own = 0;
-    for (int k = 1; k < edges_per_simplex<S>; ++k) own += edges[k] == edge ? k : 0;  // without a branch
+    for (int k = 1; k < edges_per_simplex<S>; ++k) own += edges[k] == edge ? k : 0;  // a sum, to avoid a branch
     return own;
 }
 
@@ -46,15 +46,15 @@ struct RowBlock {
     std::size_t begin = 0, end = 0;
     const EdgeId* columns = nullptr;
     const double* values = nullptr;
-    std::vector<EdgeId> own_columns = {};  ///< if more entries than expected
+    std::vector<EdgeId> own_columns = {};  ///< used if the block has more entries than expected
     std::vector<double> own_values = {};
-    std::vector<EdgeId> joined = {};  ///< in the last step
+    std::vector<EdgeId> joined = {};  ///< edges whose rows joined in the last step
 };
 inline constexpr std::size_t block_rows = 256;
 inline constexpr std::size_t blocks_at_once = 4;
 
-/// Row order during assembly: diagonal entry, entries of edges that share a vertex, entries of opposite edges (one a
-/// simplex).
+/// Entries of a block during assembly. A row has its diagonal entry, then entries of edges that share a vertex, then
+/// entries of opposite edges (one per simplex).
 struct Entries {
     std::vector<EdgeId> columns = {};
     std::vector<double> values = {};
@@ -72,7 +72,7 @@ struct Entries {
     }
 };
 
-/// Matrix rows and vectors, one an edge. Unwritten pages of the arrays take no memory.
+/// Matrix rows and vectors, with space for one row per edge. Unwritten pages of the arrays take no memory.
 template <int S, int D>
 struct Rows {
     std::size_t count = 0;
@@ -81,7 +81,7 @@ struct Rows {
     Buffer<Row> state;
     Buffer<double> inverse_diagonal, height;
     Buffer<Vec<D>> u, residual, product;
-    Buffer<std::uint32_t> ends;  ///< end of each row's entries
+    Buffer<std::uint32_t> ends;  ///< end of each row's entries in its block
     Buffer<EdgeId> columns;
     Buffer<double> values;
 
@@ -98,11 +98,11 @@ struct Rows {
           values(columns.size()) {}
 
     [[nodiscard]] Vec<D> correction(std::size_t i) const { return inverse_diagonal[i] * residual[i]; }
-    /// Length of the correction / height.
+    /// Length of the correction over the smallest height of simplices at the edge.
     [[nodiscard]] double size(std::size_t i) const { return norm(correction(i)) / height[i]; }
 };
 
-/// Edges that the displacement has not reached have no row, and do not move.
+/// Linear system of a part. Edges that the displacement has not reached have no row, and their nodes do not move.
 template <int S, int D>
 struct ExtensionSystem {
     ExtensionDomain<S, D> domain;
@@ -110,19 +110,19 @@ struct ExtensionSystem {
     const Incidence<ElementId>& shells;
     OwnVertices owned;
     std::span<const LagrangeNode<D>> boundary_nodes;
-    Buffer<Vec<D>> direction;  ///< one an edge; initially the prescribed displacements
+    Buffer<Vec<D>> direction;  ///< one per edge; initially the prescribed displacements
     Weighting weighting = {};
-    Buffer<std::uint32_t> began;                    ///< one an edge: batch of the row, from 1; 0: none
+    Buffer<std::uint32_t> began;                    ///< one per edge: batch in which its row started, from 1; 0: no row
     Buffer<ElementEnergy<simplex<S>, 2>> energies;  ///< unwritten for simplices without a row
     Rows<S, D> rows;
     std::vector<RowBlock> blocks = {};
     std::vector<std::vector<std::uint32_t>> of_runs = {};
     std::uint32_t round = 0;
-    std::vector<EdgeId> joined = {};  ///< in the last step
+    std::vector<EdgeId> joined = {};  ///< edges whose rows joined in the last step
 
     [[nodiscard]] bool owns(EdgeId edge) const { return owned.owns(domain.edges.vertices[edge]); }
 
-    /// Unknowns in the simplices around these edges without a row, rising.
+    /// Returns the unknowns without a row in the simplices around these edges, in ascending order.
     Outcome<std::vector<EdgeId>> reach_out(std::span<const EdgeId> from, const Execution& execution) {
         constexpr std::size_t grain = 1024;
         std::vector<std::vector<EdgeId>> seen((from.size() + grain - 1) / grain);
@@ -146,7 +146,7 @@ struct ExtensionSystem {
         return reached;
     }
 
-    /// True if this row is the first around the simplex, so it computes the simplex once for all.
+    /// True if `edge` has the first row of the simplex. That row computes the energy, so it is computed once.
     [[nodiscard]] bool is_first_of(EdgeId edge, ElementId e) const {
         const auto& edges = domain.edges.of_elements[e];
         return std::all_of(edges.begin(), edges.end(), [&](EdgeId other) {
@@ -184,7 +184,7 @@ struct ExtensionSystem {
         rows.ends[i] = static_cast<std::uint32_t>(entries.columns.size());
     }
 
-    /// `room`: index of the first entry; `expected`: number of entries for closed shells.
+    /// `room`: index of the block's first entry in `rows`. `expected`: number of entries if all shells are closed.
     void begin_block(RowBlock& block, std::span<const EdgeId> edges, std::size_t room, std::size_t expected) {
         Entries entries;
         entries.columns.reserve(expected);
@@ -225,7 +225,8 @@ struct ExtensionSystem {
             1);
     }
 
-    /// Starts blocks for these edges (rising), each within one run. Returns each block's first entry.
+    /// Starts blocks of rows for these ascending edges; all rows of a block are in one run. Returns the index of each
+    /// block's first entry.
     std::vector<std::size_t> begin_blocks(std::span<const EdgeId> edges) {
         of_runs.resize(owned.runs());
         const auto run_of = [&](EdgeId edge) { return owned.run_of(domain.edges.vertices[edge][0]); };
@@ -234,7 +235,7 @@ struct ExtensionSystem {
             room.push_back(rows.entries);
             const std::size_t run = run_of(edges[begin]);
             for (; end < edges.size() && end < begin + block_rows && run_of(edges[end]) == run; ++end)
-                rows.entries += 1 + 3 * shells[edges[end]].size();  // if closed
+                rows.entries += 1 + 3 * shells[edges[end]].size();  // enough for a closed shell
             of_runs[run].push_back(static_cast<std::uint32_t>(blocks.size()));
             blocks.push_back({rows.count + begin, rows.count + end});
         }
@@ -243,7 +244,7 @@ struct ExtensionSystem {
         return room;
     }
 
-    /// Sums over the blocks of each run: accumulate(value, block).
+    /// Sums over the blocks of each run. accumulate(value, block) adds a block.
     template <class T>
     Outcome<std::vector<T>> reduce_runs(const Execution& execution, const auto& accumulate) {
         of_runs.resize(owned.runs());
@@ -258,7 +259,7 @@ struct ExtensionSystem {
         return sums;
     }
 
-    /// Calls visit(row, A x) for the rows of a block, x by edge.
+    /// Calls visit(row, value) for each row of a block with its value of A x; x has one vector per edge.
     template <class Visit>
     void each_product(const RowBlock& block, std::span<const Vec<D>> x, const Visit& visit) const {
         std::size_t k = 0;

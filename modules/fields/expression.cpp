@@ -28,8 +28,8 @@ namespace camber {
 namespace {
 
 constexpr const char* remedy =
-    "it may use x, y, z (3D), pi, numbers, + - * / ^, comparisons, c ? a : b and functions as sqrt, exp, log, sin, "
-    "tanh, atan2, abs, min, max";
+    "it may use x, y, z (3D), pi, numbers, + - * / ^, comparisons, c ? a : b and functions such as sqrt, exp, log, "
+    "sin, tanh, atan2, abs, min, max";
 
 /// An illegal character that the parser accepts: an assignment, or a byte that ends the text.
 struct Intruder {
@@ -46,7 +46,7 @@ std::optional<Intruder> intruder_of(std::string_view text) {
         if (is_comparison)
             ++i;
         else if (text[i] == '=')
-            return Intruder{i, "assigns with \"=\"", "write == to compare; a formula changes no variable"};
+            return Intruder{i, "assigns with \"=\"", "write == to compare; a formula cannot assign variables"};
     }
     return std::nullopt;
 }
@@ -140,7 +140,7 @@ Outcome<ScalarExpression<D>> ScalarExpression<D>::parsed(std::string text) {
         if (evaluator.results() != 1)
             return fail(
                 ErrorKind::usage,
-                quoted_expression(text) + " gives " + std::to_string(evaluator.results()) + " values, one is wanted",
+                quoted_expression(text) + " gives " + std::to_string(evaluator.results()) + " values instead of one",
                 {}, {}, remedy);
         return ScalarExpression(std::move(text));
     } catch (const mu::Parser::exception_type& error) {

@@ -23,10 +23,12 @@ struct LinearField {
     [[nodiscard]] static constexpr auto options() {
         using S = LinearField;
         return std::tuple(
-            option("min_size", &S::min_size, "size across, at the plane").unit("model units").above(0),
-            option("size", &S::size, "size along, and across at a distance of 1/2").unit("model units").above(0),
+            option("min_size", &S::min_size, "size normal to the plane, on the plane").unit("model units").above(0),
+            option("size", &S::size, "size along the plane, and normal to it at a distance of 1/2")
+                .unit("model units")
+                .above(0),
             option("position", &S::position, "z (2D: y) of the plane").unit("model units"),
-            option("scale", &S::scale, "all sizes times this").above(0));
+            option("scale", &S::scale, "factor of all sizes").above(0));
     }
     friend bool operator==(const LinearField&, const LinearField&) = default;
 };
@@ -42,8 +44,8 @@ struct PolarOneField {
         return std::tuple(
             option("min_size", &S::min_size, "size along the radius, in the layer").unit("model units").above(0),
             option("size", &S::size, "size along the layer").unit("model units").above(0),
-            option("radius", &S::radius, "of the layer").unit("model units").above(0),
-            option("scale", &S::scale, "all sizes times this").above(0));
+            option("radius", &S::radius, "radius of the layer").unit("model units").above(0),
+            option("scale", &S::scale, "factor of all sizes").above(0));
     }
     friend bool operator==(const PolarOneField&, const PolarOneField&) = default;
 };
@@ -64,11 +66,11 @@ struct PolarTwoField {
             option("size", &S::size, "size along z, and around the circle away from the layer")
                 .unit("model units")
                 .above(0),
-            option("radius", &S::radius, "of the layer").unit("model units").above(0),
+            option("radius", &S::radius, "radius of the layer").unit("model units").above(0),
             option("layer_width", &S::layer_width, "distance from which the size around the circle is `size`")
                 .unit("model units")
                 .above(0),
-            option("scale", &S::scale, "all sizes times this").above(0));
+            option("scale", &S::scale, "factor of all sizes").above(0));
     }
     friend bool operator==(const PolarTwoField&, const PolarTwoField&) = default;
 };
@@ -98,9 +100,10 @@ struct RotatingField {
 
     [[nodiscard]] static constexpr auto options() {
         using S = RotatingField;
-        return std::tuple(option("min_size", &S::min_size, "size along the turning axis").unit("model units").above(0),
-                          option("size", &S::size, "size across it").unit("model units").above(0),
-                          option("period", &S::period, "of a whole turn").unit("model units").above(0));
+        return std::tuple(
+            option("min_size", &S::min_size, "size along the rotating axis").unit("model units").above(0),
+            option("size", &S::size, "size normal to the rotating axis").unit("model units").above(0),
+            option("period", &S::period, "distance along x in which the axes turn once").unit("model units").above(0));
     }
     friend bool operator==(const RotatingField&, const RotatingField&) = default;
 };

@@ -29,9 +29,8 @@ struct InterpolationOptions {
 
     [[nodiscard]] static constexpr auto options() {
         using S = InterpolationOptions;
-        return std::tuple(option("tolerance", &S::tolerance, "relative error of the norms that is asked for")
-                              .at_least(1e-8)
-                              .at_most(0.1));
+        return std::tuple(
+            option("tolerance", &S::tolerance, "relative tolerance of the norms").at_least(1e-8).at_most(0.1));
     }
 };
 

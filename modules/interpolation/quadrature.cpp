@@ -176,7 +176,7 @@ template <int D>
 Error find_not_finite(const QuadraticMesh<D>& mesh, std::size_t e, Sides sides, const Rules<D>& rules,
                       Integrator<D>& integrator) {
     const Entity element{simplex_name<D>, e + 1U};
-    constexpr const char* remedy = "it must be finite wherever the mesh is";
+    constexpr const char* remedy = "it must be finite in the whole mesh";
     const auto look = [&](std::span<const Vec<D>> points, std::span<const double> values) -> std::optional<Error> {
         for (std::size_t p = 0; p < points.size(); ++p) {
             if (std::isfinite(values[p])) continue;
@@ -197,8 +197,11 @@ Error find_not_finite(const QuadraticMesh<D>& mesh, std::size_t e, Sides sides, 
         static_cast<void>(integrator.integrate(piece_of(mesh, e, sides, {}, integrator), rule));
         if (auto found = look(integrator.points(), integrator.values())) return *found;
     }
-    return Error{
-        ErrorKind::usage, "the field or its error's square is beyond the range of numbers", {}, element, remedy};
+    return Error{ErrorKind::usage,
+                 "the field or the square of its error is too large for a floating-point number",
+                 {},
+                 element,
+                 remedy};
 }
 
 #define CAMBER_INSTANTIATE(D)                \

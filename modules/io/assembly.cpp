@@ -62,7 +62,7 @@ auto both_roles(const Mesh<D>& raw, VertexId vertex) {
     });
     return fail(ErrorKind::input, "is a mid node of " + as_mid.text() + " and a corner of " + as_corner.text(),
                 as_mid.where(raw.name), Entity{"vertex", raw.number_of(vertex)},
-                "the file is damaged, or joined of two");
+                "the file is damaged, or was joined from two files");
 }
 
 Renumbering renumber(const Buffer<std::uint8_t>& role) {
@@ -174,8 +174,8 @@ Outcome<LinearMesh<D>> corner_mesh(Mesh<D>& raw, const Renumbering& numbers, con
     renumber_column(mesh.geometry.on_surfaces, item);
     if (dropped > 0)
         notices.push_back({std::to_string(dropped) +
-                           " entries of corners, required vertices, normals, tangents or places on geometry are of mid "
-                           "nodes and were left out"});
+                           " entries of corners, required vertices, normals, tangents or geometry associations refer "
+                           "to mid nodes and were left out"});
     return mesh;
 }
 
@@ -220,8 +220,8 @@ void note_mid_nodes(const Buffer<Reference>& point_references, const LinearMesh<
             ++references;
     }
     if (straight > 0)
-        notices.push_back({std::to_string(straight) + " edges have no mid node in the file and were made straight"});
-    if (references > 0) notices.push_back({"references of " + std::to_string(references) + " mid nodes were not kept"});
+        notices.push_back({std::to_string(straight) + " edges have no mid node in the file and are straight"});
+    if (references > 0) notices.push_back({"references of " + std::to_string(references) + " mid nodes were left out"});
 }
 
 template <int D>

@@ -172,7 +172,7 @@ std::vector<Notice> not_in_cgns(const Mesh<D>& all) {
     std::vector<Notice> losses = not_held(mesh, {.groups = true, .point_references = false}, "CGNS");
     if (out_of_run(mesh.elements.references) + out_of_run(mesh.facets.references) + out_of_run(mesh.edges.references) >
         0)
-        losses.push_back({"CGNS has a section for each reference: simplices are brought into their order"});
+        losses.push_back({"CGNS has one section for each reference: simplices were reordered"});
     for (Notice& notice : cgns::changed_names(mesh)) losses.push_back(std::move(notice));
     for (Notice& notice : not_in_further_groups(mesh, "CGNS")) losses.push_back(std::move(notice));
     return losses;
@@ -193,7 +193,7 @@ std::string plain_name(int dimension, Reference reference) {
 
 Error no_folder(std::string_view root) {
     return {ErrorKind::write,
-            "no folder for temporary files can be made",
+            "no folder for temporary files can be created",
             std::string(root),
             {},
             "set TMPDIR to a folder with room for the file"};
@@ -209,7 +209,7 @@ Error error_of(const char* said, ErrorKind kind, std::string_view doing, std::st
                 std::string(doing) + reason,
                 std::string(name),
                 {},
-                "the file is damaged, or no CGNS file: try cgnscheck on it"};
+                "the file is damaged, or is not a CGNS file; check it with cgnscheck"};
     // The library reports only the failed call; errno has the system's reason.
     const bool has_no_place = failure == EFBIG || failure == ENOSPC || failure == EDQUOT;
     const std::string of_system = has_no_place ? ": " + std::generic_category().message(failure) : std::string();
@@ -221,10 +221,10 @@ Error error_of(const char* said, ErrorKind kind, std::string_view doing, std::st
 
 Error no_library(std::string_view why) {
     return {ErrorKind::unsupported,
-            "CGNS needs its library, which is not to be had: " + std::string(why),
+            "the CGNS library cannot be loaded: " + std::string(why),
             {},
             {},
-            "install it (Debian: libcgns3.4), or take another format"};
+            "install it (Debian: libcgns3.4), or use another format"};
 }
 
 }  // namespace cgns
@@ -236,7 +236,7 @@ namespace {
 
 auto absent() {
     return fail(ErrorKind::unsupported, "this build of Camber has no CGNS", {}, {},
-                "install the library (Debian: libcgns-dev) and build again, or take another format");
+                "install the library (Debian: libcgns-dev) and build again, or use another format");
 }
 
 }  // namespace

@@ -154,11 +154,11 @@ struct ConditionReader {
                 name_group(of.cell_dimension - 1, reference, condition.name);
             else
                 of.notices.push_back(
-                    {"the boundary condition " + in_quotes(condition.name) + " has no face of the mesh"});
+                    {"the boundary condition " + in_quotes(condition.name) + " contains no face of the mesh"});
         }
         if (listed_again > 0)
             of.notices.push_back({std::to_string(listed_again) +
-                                  " faces are in several boundary conditions: the last of each was taken"});
+                                  " faces are in several boundary conditions: the last one was used for each"});
         for (int k = D; k >= 1; --k) number_sections(k, k == of.cell_dimension - 1 ? taken : std::set<Reference>{});
         return Done{};
     }

@@ -67,9 +67,9 @@ class Tree {
             const bool fits =
                 budget_.take(1, bytes_of_a_node) && (!has_data || budget_.take(static_cast<std::uint64_t>(bytes), 1));
             if (!fits)
-                return refused("its nodes announce more than " +
+                return refused("its nodes declare more than " +
                                    std::to_string(UnpackedBudget::most(file_bytes_) >> 20U) +
-                                   " MiB, which is no mesh in a file of " + std::to_string(file_bytes_) + " bytes",
+                                   " MiB, which is implausible for a file of " + std::to_string(file_bytes_) + " bytes",
                                name);
             auto done = below(child, depth + 1, name);
             lib_.release_id(file_, child);

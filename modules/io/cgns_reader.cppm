@@ -79,8 +79,8 @@ struct Reader {
     /// To be called before memory is reserved. Errors: input (more numbers than the file can hold).
     [[nodiscard]] Outcome<Done> announced(std::size_t numbers, const std::string& what) {
         if (budget.take(numbers)) return Done{};
-        return fail(ErrorKind::input, what + ": more numbers are announced than a file of this size holds", mesh.name,
-                    {}, "the file is damaged; if it is whole, write it uncompressed");
+        return fail(ErrorKind::input, what + ": the file declares more numbers than a file of this size can contain",
+                    mesh.name, {}, "the file is damaged; if it is whole, write it uncompressed");
     }
 
     /// Returns the descriptor `reference` of the current node.

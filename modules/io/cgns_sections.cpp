@@ -150,7 +150,7 @@ struct SectionReader {
     }
     [[nodiscard]] Outcome<Done> damaged(const Section& section, std::size_t element) const {
         return fail(ErrorKind::input, "the mixed section " + in_quotes(section.name) + " is damaged", of.mesh.name,
-                    Entity{"element", element}, "try cgnscheck on it");
+                    Entity{"element", element}, "check the file with cgnscheck");
     }
 };
 
@@ -225,7 +225,7 @@ Outcome<Done> read_fields(Reader<D>& of) {
                                  dimensions == 1 && static_cast<std::size_t>(sizes[0]) == of.mesh.points.size();
         if (!at_vertices && fields > 0) {
             of.notices.push_back({"the " + std::to_string(fields) + " fields of the solution " +
-                                  in_quotes(name.data()) + " are not at all vertices and were skipped"});
+                                  in_quotes(name.data()) + " do not have values at all vertices and were skipped"});
             continue;
         }
         for (int f = 1; f <= fields; ++f) {
@@ -241,12 +241,14 @@ Outcome<Done> read_fields(Reader<D>& of) {
                 return of.broken("field " + std::to_string(f) + " cannot be read");
             if (type != CGNS_ENUMV(RealDouble) && type != CGNS_ENUMV(RealSingle) && type != CGNS_ENUMV(Integer) &&
                 type != CGNS_ENUMV(LongInteger)) {
-                of.notices.push_back({"the field " + in_quotes(field.data()) + " is not of real numbers: left out"});
+                of.notices.push_back({"the field " + in_quotes(field.data()) +
+                                      " does not have real numbers and was "
+                                      "left out"});
                 continue;
             }
             if (scalars.contains(field.data()))
                 of.notices.push_back(
-                    {"the field " + in_quotes(field.data()) + " is in several solutions: the last was taken"});
+                    {"the field " + in_quotes(field.data()) + " is in several solutions: the last one was used"});
             else
                 order.emplace_back(field.data());
             scalars.insert_or_assign(field.data(), Column<double>(std::move(values)));

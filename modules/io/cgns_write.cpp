@@ -130,7 +130,7 @@ class Writer {
 
     Outcome<Done> write() {
         if (grid_.nodes() == 0)
-            return fail(ErrorKind::unsupported, "CGNS has no zones without vertices", {}, {}, "take another format");
+            return fail(ErrorKind::unsupported, "a CGNS zone must have vertices", {}, {}, "use another format");
         const bool surface = linear_.elements.size() == 0 && D == 3;
         const auto cells = static_cast<cgsize_t>(surface ? linear_.facets.size() : linear_.elements.size());
         const std::array<cgsize_t, 3> size{static_cast<cgsize_t>(grid_.nodes()), cells, 0};
@@ -185,8 +185,10 @@ class Writer {
                           bool with_condition) {
         constexpr std::size_t width = Grid<Mesh>::template width<K>;
         if (rows.size() * width > static_cast<std::size_t>(std::numeric_limits<cgsize_t>::max()))
-            return fail(ErrorKind::unsupported, "the CGNS library at hand counts with too few bits for this mesh", {},
-                        {}, "take another format, or a CGNS of 64 bits");
+            return fail(ErrorKind::unsupported,
+                        "the integers of the installed CGNS library are too small for this "
+                        "mesh",
+                        {}, {}, "use another format, or a 64-bit CGNS library");
         Buffer<cgsize_t> numbers(rows.size() * width);
         auto filled = each(execution_, rows.size(), [&](std::size_t r) {
             for (std::size_t n = 0; n < width; ++n)
@@ -272,7 +274,7 @@ Outcome<Chunks> encode(const Mesh& mesh, const MeshFields& fields, const Executi
     int file = 0;
     errno = 0;
     if (lib.open_(path.c_str(), CG_MODE_WRITE, &file) != CG_OK)
-        return fail(error_of(lib.get_error_(), ErrorKind::write, "the temporary file cannot be made", path));
+        return fail(error_of(lib.get_error_(), ErrorKind::write, "the temporary file cannot be created", path));
     auto written = guarded([&] { return Writer<Mesh>(lib, file, mesh, fields, execution).write(); });
     const bool closed = lib.close_(file) == CG_OK;
     if (!written) return fail(std::move(written.error()));

@@ -112,7 +112,7 @@ Outcome<Done> check_cells(const CellArray<Nodes>& cells, std::size_t points, con
         return fail(
             ErrorKind::input,
             std::to_string(cells.references.size()) + " references of " + std::to_string(cells.nodes.size()) + " cells",
-            name, {}, "give one a cell, or none");
+            name, {}, "give one per cell, or none");
     FirstFault missing, twice;
     auto looked = each(
         execution, cells.nodes.size(),
@@ -125,7 +125,7 @@ Outcome<Done> check_cells(const CellArray<Nodes>& cells, std::size_t points, con
     if (!looked) return looked;
     if (missing.any())
         return fail(ErrorKind::input, "has a node that is none of the " + std::to_string(points) + " points", name,
-                    Entity{"row", missing.row()}, "nodes count the points from 0");
+                    Entity{"row", missing.row()}, "points are numbered from 0");
     if (twice.any()) return fail(ErrorKind::input, "has a node twice", name, Entity{"row", twice.row()});
     return Done{};
 }
@@ -202,7 +202,7 @@ template <int D>
 Outcome<DecodedMesh> mesh_of_arrays(MeshArrays<D> arrays, const Execution& execution) {
     const std::size_t points = arrays.points.size();
     if (!arrays.point_references.empty() && arrays.point_references.size() != points)
-        return fail(ErrorKind::input, "are not one a point", "references of points");
+        return fail(ErrorKind::input, "must be one per point", "references of points");
     return check_points(arrays.points, execution)
         .and_then([&](Done) { return check_all(arrays.elements, points, execution); })
         .and_then([&](Done) { return check_all(arrays.facets, points, execution); })
@@ -313,8 +313,9 @@ Outcome<DecodedMesh> decode_mesh(std::span<const std::byte> bytes, std::string_v
                                  const Execution& execution) {
     const bool is_known = format_with_content(mesh_formats(), bytes) != nullptr;
     if (const auto namesake = is_known ? std::nullopt : namesake_of(bytes))
-        return fail(ErrorKind::unsupported, "is a mesh of " + std::string(namesake->what) + ", which is not read",
-                    std::string(path), {}, std::string(namesake->remedy));
+        return fail(ErrorKind::unsupported,
+                    "is a mesh of " + std::string(namesake->what) + ", which Camber cannot read", std::string(path), {},
+                    std::string(namesake->remedy));
     const auto format = format_to_read(mesh_formats(), bytes, path);
     if (!format) return fail(format.error());
     auto decoded = (*format)->decode(bytes, path, options, execution);

@@ -36,7 +36,8 @@ Outcome<Solution> solution_of(const MeshFields& fields, int dimension, std::size
     for (const MeshField& field : fields)
         if (field.centring == Centring::node) taken.push_back(&field);
     if (taken.empty())
-        return fail(ErrorKind::usage, "the mesh has no fields at its nodes", {}, {}, "give a file that has some");
+        return fail(ErrorKind::usage, "the mesh has no fields at its nodes", {}, {},
+                    "give a file with fields at the nodes");
     for (const MeshField* const field : taken) solution.fields.push_back(field->kind);
     const std::size_t stride = row_width(solution);
     Buffer<double> values(vertices * stride);

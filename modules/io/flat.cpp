@@ -153,7 +153,7 @@ Outcome<MeshEntities<3>> raised(const MeshEntities<2>& entities, const Execution
 }
 
 auto no_inner_nodes() {
-    return fail(ErrorKind::unsupported, "has nodes inside its faces, and 2D meshes in space have none yet");
+    return fail(ErrorKind::unsupported, "has nodes inside its faces, which flat meshes in space do not support");
 }
 
 }  // namespace
@@ -199,7 +199,7 @@ Outcome<std::optional<Flattened>> flattened(const Mesh<3>& mesh, const Execution
 Outcome<Mesh<3>> raised(const Mesh<2>& mesh, const Lift& lift, const Execution& execution) {
     return guarded([&]() -> Outcome<Mesh<3>> {
         if (!lift.heights.empty() && lift.heights.size() != mesh.points.size())
-            return fail(ErrorKind::internal, "the lift is of a mesh with another number of vertices");
+            return fail(ErrorKind::internal, "the lift belongs to a mesh with a different number of vertices");
         if (!mesh.inner_nodes.empty()) return no_inner_nodes();
         auto points = map_each(
             execution, mesh.points.size(),
@@ -253,8 +253,8 @@ Outcome<DecodedMesh> with_flat_in_2d(DecodedMesh decoded, const Execution& execu
             decoded.mesh = std::move((*flat)->mesh);
         } else if (is_nearly_flat(*mesh)) {
             decoded.notices.push_back(
-                {"the mesh is nearly flat, its z differ by rounding: taken as a surface in space (with one and the "
-                 "same z it would be a mesh in 2D)"});
+                {"the mesh is nearly flat: its z values differ only by rounding. It is read as a surface in space; "
+                 "with equal z values it would be a mesh in 2D"});
         }
         return std::move(decoded);
     });

@@ -71,7 +71,7 @@ Outcome<Done> read_at_vertices(const File& file, const DirectionBlocks& blocks, 
             if (!wrong) return done;
             notices.push_back({std::to_string(given.at.size()) + " rows of " +
                                std::string(name_of(blocks.at_vertices)) +
-                               " were left out: not all of them have a vertex and a direction of the file"});
+                               " were left out: not all of them refer to a vertex and a direction of the file"});
             given = {};
             return done;
         });
@@ -184,8 +184,8 @@ Outcome<std::optional<listing::NodeOrder<K>>> read_order(const File& file) {
     }
     if (!sound)
         return fail_at(file, block->start,
-                       std::string(block->info->name) + " does not list the " + std::to_string(order.size()) +
-                           " nodes of its simplex once each");
+                       std::string(block->info->name) + " does not list each of the " + std::to_string(order.size()) +
+                           " nodes of its simplex once");
     return std::optional(order);
 }
 
@@ -290,7 +290,7 @@ Outcome<Chunks> encode_gmf_solution(const Solution& solution, GmfOptions options
                     "the solution's dimension is " + std::to_string(solution.dimension) + ", not 2 or 3");
     if (solution.fields.empty()) return fail(ErrorKind::usage, "the solution has no fields");
     if (solution.values.size() != solution.rows * row_width(solution))
-        return fail(ErrorKind::usage, "the solution does not have the values that its fields and rows need");
+        return fail(ErrorKind::usage, "the number of values of the solution does not match its fields and rows");
     return guarded([&] { return gmf::encode(solution, options, execution); });
 }
 

@@ -29,10 +29,13 @@ Outcome<File> checked(File file) {
                 return fail_at(file, block.start, "a second block " + std::string(block.info->name),
                                "join the two, or remove one");
     }
-    if (!file.dimension) return fail_at(file, 0, "the file has no Dimension", "the file is damaged, or not of GMF");
+    if (!file.dimension)
+        return fail_at(file, 0, "the file has no Dimension",
+                       "the file is damaged, or is not a GMF "
+                       "file");
     if (*file.dimension != 2 && *file.dimension != 3)
         return fail_at(file, 0, "Dimension is " + std::to_string(*file.dimension) + ", not 2 or 3",
-                       "Camber takes meshes in 2D and 3D");
+                       "Camber reads meshes in 2D and 3D");
     if (file.bezier_basis != 0 && file.bezier_basis != 1)
         return fail_at(file, 0, "BezierBasis is " + std::to_string(file.bezier_basis) + ", not 0 or 1");
     return file;
@@ -53,7 +56,7 @@ std::string fault_text(const Fault& fault) {
         case FaultKind::none: break;
         case FaultKind::syntax: return "a number is malformed, or too large for its kind";
         case FaultKind::index:
-            if (fault.limit == 0) return "the index " + value + " refers to something that the file does not have";
+            if (fault.limit == 0) return "the index " + value + " refers to an entity that the file does not have";
             return "the index " + value + " is not between 1 and " + std::to_string(fault.limit);
         case FaultKind::repeated: return "vertex " + value + " occurs twice";
         case FaultKind::not_finite: return "a value is infinite or not a number";
@@ -66,9 +69,9 @@ const char* fault_remedy(FaultKind kind) {
     switch (kind) {
         case FaultKind::none: break;
         case FaultKind::syntax: return "the file is damaged, or a row before has too few or too many numbers";
-        case FaultKind::index: return "GMF counts from 1; the file is damaged, or of another mesh";
+        case FaultKind::index: return "GMF counts from 1; the file is damaged, or belongs to another mesh";
         case FaultKind::repeated: return "remove it: it has no volume";
-        case FaultKind::not_finite: return "what wrote the file failed there: write it anew";
+        case FaultKind::not_finite: return "the program that wrote the file failed there. Write it again";
         case FaultKind::too_large: return "use smaller references";
     }
     return "";
@@ -84,7 +87,7 @@ const Block* File::find(Keyword keyword) const {
 
 Outcome<File> open_file(std::span<const std::byte> bytes, std::string_view name, const Execution& execution) {
     File file{.bytes = bytes, .name = std::string(name)};
-    if (bytes.empty()) return fail_at(file, 0, "the file is empty", "write it anew");
+    if (bytes.empty()) return fail_at(file, 0, "the file is empty", "write it again");
     if (const auto order = binary_order(bytes)) {
         file.order = *order;
         return index_binary(std::move(file)).and_then(checked);
@@ -144,7 +147,7 @@ Outcome<Done> check_size(const File& file, const Block& block, int integers, int
                    std::string(block.info->name) + " announces " + std::to_string(block.count) + " rows of " +
                        std::to_string(row) + (ascii ? " numbers" : " bytes") + ", but " + std::to_string(room) +
                        " follow",
-                   fits ? "the rows are longer than GMF has them" : "the file is cut off or its count is wrong");
+                   fits ? "the rows are longer than GMF allows" : "the file is cut off or its count is wrong");
 }
 
 std::size_t words_per_row(const File& file, const Block& block) {
@@ -196,8 +199,8 @@ template <int K, int Degree>
 Outcome<Done> check_simplices(const File& file) {
     if (const Block* const others = file.find(simplex_keyword<K, 3 - Degree>); others && others->count > 0)
         return fail(ErrorKind::unsupported,
-                    Degree == 1 ? "elements of degree 2 are not read by runs"
-                                : std::string(others->info->name) + " beside those of degree 2 are not read by runs",
+                    Degree == 1 ? "elements of degree 2 cannot be read in parts here"
+                                : std::string(others->info->name) + " beside those of degree 2 cannot be read in parts",
                     place(file, others->start), {}, Degree == 1 ? straighten : rewrite);
     const Block* const block = file.find(simplex_keyword<K, Degree>);
     if (!block) return Done{};
@@ -210,9 +213,9 @@ Outcome<Done> check_simplices(const File& file) {
 template <int D, int Degree>
 Outcome<Done> check_blocks(const File& file) {
     if (file.encoding == GmfEncoding::ascii)
-        return fail(ErrorKind::unsupported, "text is not read by runs", file.name, {}, rewrite);
+        return fail(ErrorKind::unsupported, "text cannot be read in parts", file.name, {}, rewrite);
     if (*file.dimension != D)
-        return fail(ErrorKind::unsupported, "the mesh is not one of dimension " + std::to_string(D), file.name);
+        return fail(ErrorKind::unsupported, "the mesh does not have dimension " + std::to_string(D), file.name);
     for (const Block& block : file.blocks)
         if (block.info->content == Content::foreign_elements)
             return fail(ErrorKind::unsupported, std::string(block.info->name) + " are no simplices",
@@ -220,7 +223,7 @@ Outcome<Done> check_blocks(const File& file) {
     const Block* const points = file.find(Keyword::vertices);
     if (!points) return fail_at(file, 0, "the file has no Vertices", "give a mesh");
     if (Degree == 2 && file.bezier_basis == 1)
-        return fail(ErrorKind::unsupported, "nodes that are control points are not read by runs", file.name, {},
+        return fail(ErrorKind::unsupported, "nodes that are control points cannot be read in parts", file.name, {},
                     rewrite);
     return check_size(file, *points, 1, D)
         .and_then([&](Done) { return check_simplices<D, Degree>(file); })
@@ -234,7 +237,7 @@ Outcome<Done> read_run(const File& file, Keyword keyword, std::size_t begin, std
     const Block* const block = file.find(keyword);
     if (size == 0) return Done{};
     if (!block || begin + size > block->count)
-        return fail(ErrorKind::internal, "a run of rows ends behind the rows of " + std::string(name_of(keyword)));
+        return fail(ErrorKind::internal, "a range of rows ends after the rows of " + std::string(name_of(keyword)));
     Block run = *block;
     run.body = row_begin(file, *block, begin, RowType::integers, RowType::reals);
     run.count = size;

@@ -103,7 +103,7 @@ Outcome<Done> read_text_block(File& file, std::string_view name, std::size_t sta
     Words words = words_between(file, begin, end);
     std::int64_t number = 0;
     if (!read_number(words, number) || (info->content != Content::value && number < 0))
-        return fail_at(file, start, std::string(name) + " is not followed by a number that it can have");
+        return fail_at(file, start, std::string(name) + " is not followed by a valid number");
     if (info->content == Content::value) {
         set_value(file, info->keyword, number);
         return Done{};
@@ -151,7 +151,7 @@ Outcome<Done> read_version(File& file, Begin& begun) {
         return fail(ErrorKind::unsupported, "the GMF version is not 1 to 4", place(file, at()));
     file.version = std::max(1, static_cast<int>(version));
     if (!begun.has_version)
-        file.notices.push_back({"the file does not begin with MeshVersionFormatted: read as GMF all the same"});
+        file.notices.push_back({"the file does not begin with MeshVersionFormatted, but was read as GMF"});
     return Done{};
 }
 
@@ -159,7 +159,7 @@ Outcome<Done> read_version(File& file, Begin& begun) {
 Outcome<File> without_end(File file) {
     if (file.bytes.empty() || !is_blank(static_cast<char>(file.bytes.back())))
         return fail_at(file, file.bytes.size(), "the file ends before the keyword End", "it seems to be cut off");
-    file.notices.push_back({"the file has no End: nobody can tell whether it is whole"});
+    file.notices.push_back({"the file has no keyword End, so it may be incomplete"});
     return file;
 }
 
@@ -171,7 +171,7 @@ Outcome<File> index_ascii(File file, const Execution& execution) {
     auto begun = begin_of(file.bytes);
     if (!begun)
         return fail_at(file, 0,
-                       "this is no GMF file: it begins neither with MeshVersionFormatted nor as binary files do",
+                       "this is not a GMF file: it begins neither with MeshVersionFormatted nor with a binary header",
                        "give a .mesh or .meshb file");
     if (auto read = read_version(file, *begun); !read) return fail(std::move(read.error()));
     Words& words = begun->words;
@@ -277,8 +277,8 @@ Outcome<File> index_binary(File file) {
         if (!next) return cut_off(file);
         if (*next < static_cast<std::int64_t>(header.at()) || static_cast<std::uint64_t>(*next) > file.bytes.size())
             return fail_at(file, at,
-                           "the block after keyword " + std::to_string(*number) + " is said to be at byte " +
-                               std::to_string(*next) + ", which is not between here and the file's end",
+                           "the block after keyword " + std::to_string(*number) + " has the position " +
+                               std::to_string(*next) + ", which is not between here and the end of the file",
                            "the file is cut off or damaged");
         const auto end = static_cast<std::size_t>(*next);
         auto read = read_binary_block(file, header, static_cast<std::int32_t>(*number), at, end);

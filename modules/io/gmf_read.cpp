@@ -25,7 +25,7 @@ Outcome<Done> read_points(const File& file, const Execution& execution, listing:
     const Block* const block = file.find(Keyword::vertices);
     if (!block) {
         const bool solution = file.find(Keyword::sol_at_vertices) != nullptr;
-        return fail_at(file, 0, solution ? "the file holds a solution, not a mesh" : "the file has no Vertices",
+        return fail_at(file, 0, solution ? "the file contains a solution, not a mesh" : "the file has no Vertices",
                        "give a mesh");
     }
     if (auto fits = check_size(file, *block, 1, D); !fits) return fits;
@@ -69,7 +69,7 @@ Outcome<Done> read_indices(const File& file, Keyword keyword, std::size_t limit,
         if (index != 0) items.push_back(static_cast<Item>(from_file(index)));
     if (const std::size_t none = indices.size() - items.size(); none > 0)
         notices.push_back({std::to_string(none) + " rows of " + std::string(block->info->name) +
-                           " have the index 0, which is nothing: left out"});
+                           " have the index 0 and were left out"});
     return read;
 }
 
@@ -148,7 +148,7 @@ Outcome<Done> refuse_tetrahedra(const File& file) {
     for (const Keyword keyword : {Keyword::tetrahedra, Keyword::tetrahedra_p2})
         if (const Block* const block = file.find(keyword); block && block->count > 0)
             return fail_at(file, block->start, "the file has tetrahedra, but its Dimension is 2",
-                           "set Dimension 3, and give three coordinates a vertex");
+                           "set Dimension 3, and give three coordinates per vertex");
     return Done{};
 }
 
@@ -256,7 +256,7 @@ Outcome<DecodedMesh> decode(const gmf::File& file, std::vector<Notice> notices, 
     auto raw = gmf::read_raw<D>(file, notices, part_of(execution, 0, of_rows));
     if (!raw) return fail(std::move(raw.error()));
     if (file.find(gmf::Keyword::sol_at_vertices))
-        notices.push_back({"the block of keyword SolAtVertices was skipped: a solution is read on its own"});
+        notices.push_back({"the block of keyword SolAtVertices was skipped: solutions are read separately"});
     using enum listing::MidNodeKind;
     return listing::assembled(std::move(*raw), file.bezier_basis == 1 ? control_point : on_curve, std::move(notices),
                               part_of(execution, of_rows, 1));

@@ -56,9 +56,7 @@ bool are_columns_sound(const LinearMesh<D>& mesh) {
            mesh.facets.references.size() == mesh.facets.size() && mesh.edges.references.size() == mesh.edges.size();
 }
 
-auto broken() {
-    return fail(ErrorKind::internal, "the columns of the mesh do not have the lengths that belong together");
-}
+auto broken() { return fail(ErrorKind::internal, "the columns of the mesh have inconsistent lengths"); }
 
 }  // namespace
 
@@ -93,7 +91,7 @@ std::vector<Notice> not_in_gmf(const Mesh<D>& all) {
                               " associations with curves and surfaces whose parameters are not known",
                           true});
     if (no_distance > 0)
-        losses.push_back({"GMF has no word for the distances from curves and surfaces that are not known: " +
+        losses.push_back({"GMF cannot mark distances from curves and surfaces as unknown: " +
                               std::to_string(no_distance) + " are written as 0",
                           true});
     return losses;

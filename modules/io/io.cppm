@@ -153,12 +153,14 @@ template <class Format>
     if (format && format->decode) return format;
     const std::string command = how_to_convert(path);
     const std::string remedy =
-        command.empty() ? "give a " + listed(endings_read(formats)) + " file" : "make it one: " + command;
+        command.empty() ? "give a " + listed(endings_read(formats)) + " file" : "convert it: " + command;
     if (format)
-        return fail(ErrorKind::unsupported, std::string(format->what) + " is written, but not read", std::string(path),
-                    {}, remedy);
+        return fail(ErrorKind::unsupported, std::string(format->what) + " can be written, but not read",
+                    std::string(path), {}, remedy);
     return fail(ErrorKind::input,
-                bytes.empty() ? "the file is empty" : "it begins as no known format does, nor is its ending known",
+                bytes.empty() ? "the file is empty"
+                              : "neither its first bytes nor its extension belongs to a known "
+                                "format",
                 std::string(path), {}, remedy);
 }
 
@@ -171,7 +173,7 @@ template <class Format>
     if (name.empty())
         return fail(ErrorKind::usage, "no format known for this ending", std::string(path), {},
                     "use " + listed(endings_written(formats)));
-    return fail(ErrorKind::usage, "is no format that is written", std::string(name), {},
+    return fail(ErrorKind::usage, "is not an output format", std::string(name), {},
                 "use " + listed(names_written(formats)));
 }
 

@@ -34,7 +34,7 @@ Outcome<Done> check_points(const Mesh<D>& mesh, const Execution& execution) {
     if (!done || !first.any()) return done;
     return fail(ErrorKind::input, "a coordinate is infinite or not a number", mesh.name,
                 Entity{"vertex", mesh.number_of(VertexId(first.row()))},
-                "what wrote the file failed there: write it anew");
+                "the program that wrote the file failed there. Write it again");
 }
 
 enum class RowFault { none, unknown_point, repeated };
@@ -63,7 +63,7 @@ Outcome<Done> check_rows(const std::string& name, const Rows<N>& rows, std::size
     const bool repeated = fault_of(rows.nodes[i], points) == RowFault::repeated;
     return fail(ErrorKind::input, repeated ? "a node occurs twice" : "a node is not one of those that the file lists",
                 rows.origin.place ? rows.origin.place(i) : name, Entity{rows.origin.noun, rows.origin.number_of(i)},
-                repeated ? "remove it: it has no volume" : "the file is damaged, or joined of two");
+                repeated ? "remove it: it has no volume" : "the file is damaged, or was joined from two files");
 }
 
 }  // namespace
@@ -178,9 +178,11 @@ auto disagreement(const Mesh<D>& raw, const Simplices<K>& kind, const EdgeSet<D>
         text = two_nodes
                    ? edge + " has mid node " + number(v.index()) + " here and " + number(first.index()) + " in " +
                          other.text()
-                   : "mid node " + number(v.index()) + " of " + edge + " is that of another edge in " + other.text();
+                   : "mid node " + number(v.index()) + " of " + edge + " belongs to another edge in " + other.text();
     }
-    return fail(ErrorKind::input, text, here.where(raw.name), entity, "the file is damaged, or joined of two");
+    return fail(ErrorKind::input, text, here.where(raw.name), entity,
+                "the file is damaged, or was joined from two "
+                "files");
 }
 
 template <int D>

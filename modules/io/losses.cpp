@@ -53,11 +53,11 @@ std::vector<Notice> not_held(const LinearMesh<D>& mesh, Holds holds, std::string
         Loss{holds.directions, given.normals.at.size(), "normals at vertices"},
         Loss{holds.directions, given.tangents.at.size(), "tangents at vertices"},
         Loss{holds.associations, given.on_points.size() + given.on_curves.size() + given.on_surfaces.size(),
-             "places on CAD entities"},
+             "associations with CAD entities"},
         Loss{holds.entities,
              without_zeros(mesh.elements.entities) + without_zeros(mesh.facets.entities) +
                  without_zeros(mesh.edges.entities),
-             "entities that simplices lie on"},
+             "CAD entities of simplices"},
         Loss{holds.groups, mesh.groups.size(), "names of references", false},
         Loss{holds.feature_edges, D == 3 ? mesh.edges.size() : 0, "edges"},
         Loss{holds.point_references, without_zeros(mesh.point_references), "references of vertices"}};
@@ -122,7 +122,7 @@ void tell_numbers(int dimension, const Classes& classes, std::vector<Notice>& no
                            " the reference " + listed_changes(changed)});
     if (entities > 0)
         notices.push_back({std::to_string(entities) + " " + of +
-                               " get another entity: one has one reference in the file, and a positive number",
+                               " get another entity: in the file, each entity has one reference and a positive number",
                            true});
 }
 
@@ -144,15 +144,19 @@ void tell_places(const LinearMesh<D>& mesh, MshVersion version, const Numbers& n
     const std::size_t all = given.on_points.size() + given.on_curves.size() + given.on_surfaces.size();
     const std::string name = version == MshVersion::v4 ? "MSH" : "MSH 2.2";
     if (kept < all)
-        notices.push_back({name + " has no place for " + std::to_string(all - kept) + " places on CAD entities" +
-                               (version == MshVersion::v4 ? ": one a vertex, the lowest, is kept" : ""),
+        notices.push_back({name + " has no place for " + std::to_string(all - kept) +
+                               " associations with CAD entities" +
+                               (version == MshVersion::v4 ? ": each vertex has one in the file, that of the lowest "
+                                                            "dimension"
+                                                          : ""),
                            true});
     if (distances > 0)
         notices.push_back(
             {name + " has no place for the distances of " + std::to_string(distances) + " vertices from CAD entities",
              true});
     if (renumbered > 0)
-        notices.push_back({std::to_string(renumbered) + " vertices are on entities that get a positive number", true});
+        notices.push_back(
+            {std::to_string(renumbered) + " vertices are on entities that get a new, positive number", true});
 }
 
 /// References of vertices that are not point elements.
@@ -163,7 +167,8 @@ void tell_points(const LinearMesh<D>& mesh, const Numbers& numbers, std::vector<
         references.size() - static_cast<std::size_t>(std::count(references.begin(), references.end(), 0));
     if (given > numbers.points.size())
         notices.push_back({"MSH has no place for " + std::to_string(given - numbers.points.size()) +
-                               " references of vertices: those of vertices on CAD points are kept if they are positive",
+                               " references of vertices: only positive references of vertices on CAD points are "
+                               "written",
                            true});
 }
 
@@ -216,13 +221,15 @@ std::vector<Notice> losses(const LinearMesh<D>& mesh, bool is_curved, const Writ
     const std::size_t tetrahedra = D == 3 ? mesh.elements.size() : 0;
     const Simplices<2>& triangles = triangles_of(mesh);
     if (tetrahedra > 0) tell("has no place for " + std::to_string(tetrahedra) + " tetrahedra: the boundary is written");
-    if (is_curved) tell("is flat: each curved triangle becomes four between its nodes");
+    if (is_curved) tell("has only flat triangles: each curved triangle becomes four, with its nodes as corners");
     if (D == 2 && mesh.facets.size() > 0) tell("has no place for " + std::to_string(mesh.facets.size()) + " edges");
     if (all.left_out > 0)
-        tell("would make triangles without area of " + std::to_string(all.left_out) + ": these are left out");
+        tell("cannot store triangles without area: " + std::to_string(all.left_out) + " are left out");
     if (all.rounded > 0) tell("in binary has coordinates of 32 bits: " + std::to_string(all.rounded) + " are rounded");
     if (tetrahedra == 0 && !is_curved && !is_in_order(triangles, mesh.points.size(), all))
-        tell("lists triangles alone, solid by solid: these and the vertices are numbered anew, of each place one");
+        tell(
+            "lists only triangles, solid by solid: triangles and vertices are renumbered, with one vertex at each "
+            "position");
     const bool same_references =
         std::equal(triangles.references.begin(), triangles.references.end(), all.triangles.begin(), all.triangles.end(),
                    [](Reference reference, const Triangle& t) { return reference == t.reference; });
@@ -233,7 +240,7 @@ std::vector<Notice> losses(const LinearMesh<D>& mesh, bool is_curved, const Writ
     if (encoding == StlEncoding::binary)
         tell("in binary has no place for references");
     else
-        tell("has solids for references: they become 1, 2 and so on, with the solids' names");
+        tell("stores references as solids: they become 1, 2 and so on, with the names of the solids");
     return notices;
 }
 

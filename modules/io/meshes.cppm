@@ -158,7 +158,8 @@ template <class M>
     auto* const same = std::get_if<Mesh<dimension>>(&mesh);
     if (!same)
         return fail(ErrorKind::unsupported, "is a mesh in " + std::to_string(5 - dimension) +
-                                                "D, and this needs one in " + std::to_string(dimension) + "D");
+                                                "D, but this operation needs one in " + std::to_string(dimension) +
+                                                "D");
     if constexpr (std::is_same_v<M, LinearMesh<dimension>>)
         return as_linear(std::move(*same));
     else

@@ -128,8 +128,8 @@ Outcome<Done> curve(listing::Simplices<K>& simplices, const EdgeNumbers& numbers
             const auto number = numbers.find(corners[local_edges<K>[k][0]], corners[local_edges<K>[k][1]]);
             const auto& origin = simplices.curved.origin;
             if (!number)
-                return fail(ErrorKind::input, "one of its edges is none of an element's", origin.place(i),
-                            Entity{origin.noun, origin.number_of(i)}, "MFEM has no node for it: remove it");
+                return fail(ErrorKind::input, "one of its edges belongs to no element", origin.place(i),
+                            Entity{origin.noun, origin.number_of(i)}, "MFEM has no node for this edge. Remove it");
             nodes[K + 1 + k] = VertexId(vertices + *number);
         }
     }
@@ -169,7 +169,7 @@ struct Source {
     [[nodiscard]] Outcome<Done> expect(std::string_view word) {
         if (words.next() == word) return Done{};
         return fail_here(in_quotes(word) + " is missing here",
-                         "the sections of MFEM's files have one order; " + std::string(damaged));
+                         "the sections of an MFEM file have a fixed order; " + std::string(damaged));
     }
     [[nodiscard]] Outcome<std::int64_t> number(const std::string& what) {
         std::int64_t value = 0;
@@ -181,7 +181,7 @@ struct Source {
         const auto value = number(what);
         if (!value) return fail(value.error());
         if (*value < 0 || static_cast<std::uint64_t>(*value) > left() / (2 * min_words) + 1)
-            return fail_here("announces " + std::to_string(*value) + " " + what + ", more than follow");
+            return fail_here("announces " + std::to_string(*value) + " " + what + ", but fewer follow");
         if (static_cast<std::uint64_t>(*value) > max_entities)
             return refuse_here("has more " + what + " than 32 bits can number", "divide the mesh");
         return static_cast<std::size_t>(*value);

@@ -50,7 +50,7 @@ Outcome<Done> read_rows(Source& source, const std::string& title, const std::str
             return bad_row("a number is missing or malformed");
         if (!std::in_range<Reference>(attribute)) return bad_row("the attribute does not fit 32 bits");
         if (kind < 0 || static_cast<std::size_t>(kind) >= geometries.size())
-            return bad_row("its geometry " + std::to_string(kind) + " is none of MFEM's");
+            return bad_row("its geometry " + std::to_string(kind) + " is not one of MFEM");
         const Geometry& shape = geometries[static_cast<std::size_t>(kind)];
         std::array<std::int64_t, 8> vertices{};
         for (std::size_t n = 0; n < shape.vertices; ++n)
@@ -77,7 +77,7 @@ Outcome<std::string> read_name(Source& source) {
     const std::string_view rest(words.at + 1, static_cast<std::size_t>(words.end - words.at) - 1);
     const std::size_t end = rest.find_first_of("\"\n");
     if (end == std::string_view::npos || rest[end] != '"')
-        return source.fail_here("the name of a set does not end in its line");
+        return source.fail_here("the name of a set does not end on its line");
     words.at += end + 2;
     return std::string(rest.substr(0, end));
 }
@@ -136,7 +136,7 @@ Outcome<NodeField> read_field_head(Source& source) {
     if (auto begun = source.expect("FiniteElementCollection:"); !begun) return fail(begun.error());
     const auto order = order_of(source.words.next());
     if (!order)
-        return source.refuse_here("its nodes are of another space than H1 of order 1 or 2",
+        return source.refuse_here("its nodes do not belong to the space H1 of order 1 or 2",
                                   "project them with Mesh::SetCurvature(2)");
     field.order = *order;
     if (auto begun = source.expect("VDim:"); !begun) return fail(begun.error());
@@ -180,7 +180,7 @@ Outcome<Vertices> read_vertices_head(Source& source) {
 template <int D>
 Outcome<Buffer<Vec<D>>> read_points(Source& source, std::size_t count, bool by_components) {
     if (count > source.left() / 2 + 1)
-        return source.fail_here(std::to_string(count) + " nodes are wanted, more than follow");
+        return source.fail_here(std::to_string(count) + " nodes are required, but fewer follow");
     Buffer<Vec<D>> points(count);
     for (std::size_t i = 0; i < count * D; ++i) {
         const std::size_t node = by_components ? i % count : i / D, component = by_components ? i / count : i % D;
@@ -219,7 +219,7 @@ Outcome<Done> read_end(Source& source, std::vector<Notice>& notices) {
     // Without a separator after it, the last number may be truncated.
     if (!source.has_end && source.words.at == source.words.end && !is_blank(source.text.back()))
         notices.push_back({"the last line has no end: the file may be cut off within its last number"});
-    if (source.words.find()) notices.push_back({"what follows the vertices was left out"});
+    if (source.words.find()) notices.push_back({"all data after the vertices was left out"});
     return Done{};
 }
 
@@ -252,7 +252,8 @@ Outcome<DecodedMesh> read_mesh(Source& source, const Vertices& vertices, Topolog
     if (quadratic) {
         if (const std::size_t strays = drop_strays<K - 1>(simplices_of<K - 1>(mesh).straight, numbers); strays > 0)
             notices.push_back({std::to_string(strays) +
-                               " boundary elements with an edge of no element were left out: MFEM has no nodes of it"});
+                               " boundary elements with an edge that belongs to no element were left out: MFEM has no "
+                               "nodes for such edges"});
         auto curved = curve<K>(simplices_of<K>(mesh), numbers, vertices.count).and_then([&](Done) {
             return curve<K - 1>(simplices_of<K - 1>(mesh), numbers, vertices.count);
         });
@@ -297,13 +298,13 @@ Outcome<DecodedMesh> read_of_dimension(Source& source, Unheld unheld, const Exec
 }
 
 Outcome<DecodedMesh> read(Source source, Unheld unheld, const Execution& execution) {
-    if (source.text.empty()) return source.fail_here("the file is empty", "write it anew");
+    if (source.text.empty()) return source.fail_here("the file is empty", "write it again");
     const std::string_view line = first_line_of(source.text);
     const bool has_end = line == first_line_of_names || line == "MFEM mesh v1.2";
     if (line != first_line && !has_end) {
         if (!line.starts_with("MFEM "))
             return source.fail_here("does not begin with \"MFEM mesh v1.0\"", "give an MFEM mesh");
-        return source.refuse_here("is of another version or kind than \"MFEM mesh v1.0\", 1.2 and 1.3",
+        return source.refuse_here("has a version or kind other than \"MFEM mesh v1.0\", 1.2 and 1.3",
                                   "write the conforming mesh by Mesh::Print");
     }
     source.has_end = has_end;
@@ -314,7 +315,7 @@ Outcome<DecodedMesh> read(Source source, Unheld unheld, const Execution& executi
     if (*dimension == 2) return read_of_dimension<2>(source, unheld, execution);
     if (*dimension == 3) return read_of_dimension<3>(source, unheld, execution);
     return source.refuse_here("is of dimension " + std::to_string(*dimension),
-                              "Camber takes meshes of triangles and tetrahedra");
+                              "Camber reads meshes of triangles and tetrahedra");
 }
 
 }  // namespace

@@ -179,7 +179,7 @@ void note_boundary(const Simplices<K>& elements, const Simplices<K - 1>& listed,
     const auto boundary = faces_of(elements, listed, {.threads = 1});
     if (!boundary) return;
     if (const std::size_t lost = listed.size() - boundary->size(); lost > 0)
-        notices.push_back({"MFEM has no place for " + std::to_string(lost) + " facets that are no element's face"});
+        notices.push_back({"MFEM has no place for " + std::to_string(lost) + " facets that are not faces of elements"});
     note_renamed(referenced(*boundary, groups), "boundary", notices);
     note_names(groups, elements, *boundary, notices);
 }
@@ -194,12 +194,14 @@ class Writer {
 
     Outcome<Chunks> write() && {
         if (!columns_fit(linear_) || !grid_.is_sound())
-            return fail(ErrorKind::internal, "the columns of the mesh do not have the lengths that belong together");
+            return fail(ErrorKind::internal, "the columns of the mesh have inconsistent lengths");
         if constexpr (D == 3)
             if (is_surface_alone(linear_)) return std::move(*this).write(linear_.facets, linear_.edges);
         if (linear_.elements.size() == 0 && cells_of(linear_) > 0)
-            return fail(ErrorKind::unsupported, "has no elements, and MFEM no boundary without them", {}, {},
-                        "write another format");
+            return fail(ErrorKind::unsupported,
+                        "has no elements, and MFEM does not support a boundary without "
+                        "elements",
+                        {}, {}, "write another format");
         return std::move(*this).write(linear_.elements, linear_.facets);
     }
 

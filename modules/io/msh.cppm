@@ -265,7 +265,7 @@ class Source {
             store(read, std::as_const(row));
         }
         at_ = bytes_.size() - static_cast<std::size_t>(words.end - words.at);
-        if (read < n) return error("here should be a number of a table", "the file is cut off or damaged");
+        if (read < n) return error("a number of a table is missing here", "the file is cut off or damaged");
         return Done{};
     }
 

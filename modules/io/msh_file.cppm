@@ -132,12 +132,11 @@ auto with_elements(File& file, std::int32_t type, F&& f) {
 }
 
 [[nodiscard]] inline auto unknown_type(const Source& source, std::int64_t type) {
-    return fail(ErrorKind::unsupported, "holds elements of type " + std::to_string(type) + ", which is not known",
+    return fail(ErrorKind::unsupported, "holds elements of type " + std::to_string(type) + ", which is unknown",
                 source.place(), {}, simplices_remedy);
 }
 [[nodiscard]] inline auto cut_off(const Source& source, const char* section) {
-    return source.error(std::string(section) + ": here should be a number that it can have",
-                        "the file is cut off or damaged");
+    return source.error(std::string(section) + ": a valid number is missing here", "the file is cut off or damaged");
 }
 /// Tag without its sign, which is an orientation.
 [[nodiscard]] constexpr Reference magnitude(std::int64_t tag) {

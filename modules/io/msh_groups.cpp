@@ -106,7 +106,7 @@ class Assignment {
         groups_.push_back({dimension_, tag, "group_" + std::to_string(tag)});
         notices_.push_back({"the physical group " + std::to_string(tag) + " shares " +
                             std::string(plurals[static_cast<std::size_t>(dimension_)]) +
-                            " with others and has no name: it is called \"" + groups_.back().name + "\""});
+                            " with others and has no name. It gets the name \"" + groups_.back().name + "\""});
     }
     void add_names(const Tags& tags, Reference reference) {
         if (tags.size() < 2) return;

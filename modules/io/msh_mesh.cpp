@@ -241,7 +241,7 @@ Outcome<Done> add_points(const File& file, listing::Mesh<3>& mesh, Places& place
         const VertexId v = points.nodes[i][0];
         if (!v.valid())
             return fail(ErrorKind::input, "a node is not one of those that the file lists", mesh.name,
-                        Entity{"point", points.tags[i]}, "the file is damaged, or joined of two");
+                        Entity{"point", points.tags[i]}, "the file is damaged, or was joined from two files");
         mesh.point_references[v.index()] = points.physicals[i];
         places.add_point(v, points.entities[i]);
     }
@@ -271,7 +271,7 @@ std::vector<Notice> notices_of(const File& file, const Counts& counts, bool has_
                            " lines from a node to itself were left out: they have no length"});
     if (file.left_over > 0)
         notices.push_back(
-            {"what stands behind the last section was not read (" + std::to_string(file.left_over) + " bytes)"});
+            {"all data after the last section was not read (" + std::to_string(file.left_over) + " bytes)"});
     if (file.partitioned > 0) {
         std::string between;
         if (counts.between_partitions > 0)

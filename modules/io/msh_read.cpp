@@ -74,11 +74,11 @@ std::string last_line(std::string_view name) {
 Outcome<std::string> next_section(Source& source) {
     source.skip_blanks();
     if (source.left() == 0) return std::string();
-    if (!source.rest().starts_with('$')) return source.error("here should be a section ($…)", "the file is damaged");
+    if (!source.rest().starts_with('$')) return source.error("a section ($…) is missing here", "the file is damaged");
     std::string_view name = source.line().substr(1);
     while (name.ends_with(' ') || name.ends_with('\t')) name.remove_suffix(1);
     constexpr std::size_t longest = 64;
-    if (name.empty() || name.size() > longest) return source.error("the line before has no section's name");
+    if (name.empty() || name.size() > longest) return source.error("the previous line has no section name");
     return std::string(name);
 }
 
@@ -86,7 +86,7 @@ Outcome<Done> end_section(Source& source, std::string_view name) {
     source.skip_blanks();
     const std::string end = last_line(name);
     if (source.left() == 0) return source.error("the file ends before " + end, "it seems to be cut off");
-    if (!source.rest().starts_with(end)) return source.error("here should be " + end, "the file is damaged");
+    if (!source.rest().starts_with(end)) return source.error("missing here: " + end, "the file is damaged");
     source.line();
     return Done{};
 }
@@ -126,13 +126,13 @@ Outcome<Done> read_byte_order(Source& source) {
         source = from;
         return Done{};
     }
-    return source.error("the number 1 of a binary file's $MeshFormat is not here in either byte order",
+    return source.error("the number 1 of $MeshFormat in a binary file is missing here, in both byte orders",
                         "the file is damaged");
 }
 
 Outcome<Generation> begin(Source& source, std::span<const std::byte> bytes) {
     const auto line = find_format(bytes);
-    if (!line) return source.error("this is no MSH file: it does not begin with $MeshFormat", "give a .msh file");
+    if (!line) return source.error("this is not an MSH file: it does not begin with $MeshFormat", "give a .msh file");
     const auto version = generation(*line);
     if (!version)
         return fail(ErrorKind::unsupported, "MSH version " + line->version + " is not 1, 2 or 4", source.place(), {},
@@ -141,7 +141,7 @@ Outcome<Generation> begin(Source& source, std::span<const std::byte> bytes) {
     source.binary = line->binary;
     if (line->data_size != sizeof(double))
         return fail(ErrorKind::unsupported,
-                    "numbers of " + std::to_string(line->data_size) + " bytes are not what MSH files have (8)",
+                    "numbers of " + std::to_string(line->data_size) + " bytes are not supported; MSH files have 8",
                     source.place(), {}, remedy);
     if (*version == Generation::v1) return *version;
     if (source.binary)
@@ -184,7 +184,7 @@ Outcome<bool> read_section(Source& source, Generation version, std::string_view 
     if (name == "Nodes" || name == "NOD" || (name == "ParametricNodes" && version == Generation::v2))
         return read_nodes(source, version, name == "ParametricNodes", file.nodes, execution).map(yes);
     if (version == Generation::v40 && name == "PartitionedEntities")
-        return fail(ErrorKind::unsupported, "is partitioned, which is read of version 4.1, but not of 4.0",
+        return fail(ErrorKind::unsupported, "is partitioned, which Camber reads from version 4.1, but not from 4.0",
                     source.place(), {}, remedy);
     if ((version == Generation::v40 || version == Generation::v41) &&
         (name == "Entities" || name == "PartitionedEntities"))
@@ -208,7 +208,7 @@ Outcome<Done> check_positive(const Source& source, std::size_t begin, RowShape s
     for (std::size_t i = 0; i < tags.size(); ++i)
         if (const auto tag = static_cast<std::int64_t>(tags[i]); tag < 1)
             return source.at_row(begin, i, shape)
-                .error("$Nodes: " + std::to_string(tag) + " is the tag of a node, which is to be positive",
+                .error("$Nodes: " + std::to_string(tag) + " is the tag of a node, but must be positive",
                        "number the nodes from 1");
     return Done{};
 }
@@ -230,7 +230,7 @@ Outcome<Done> order_nodes(const Source& source, Nodes& nodes) {
     const auto twice = std::adjacent_find(nodes.tags.begin(), nodes.tags.end());
     if (twice != nodes.tags.end())
         return fail(ErrorKind::input, "is listed twice", source.place(), Entity{"node", *twice},
-                    "the file is damaged, or joined of two");
+                    "the file is damaged, or was joined from two files");
     nodes.index = TagIndex(nodes.tags, {});
     return Done{};
 }

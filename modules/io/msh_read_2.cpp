@@ -25,7 +25,7 @@ bool read_count(Source& source, std::size_t& count) {
 }
 
 auto too_many(const Source& source, const char* section, std::size_t count) {
-    return source.error(std::string(section) + " announces " + std::to_string(count) + " rows, more than follow",
+    return source.error(std::string(section) + " announces " + std::to_string(count) + " rows, but fewer follow",
                         "the file is cut off or damaged");
 }
 
@@ -284,7 +284,7 @@ Outcome<Done> read_data(Source& source, bool of_nodes, File& file, const Executi
     const RowShape shape{1, 4, head.components};
     if (!source.has_room(head.rows, shape))
         return source.error(
-            "the field " + in_quotes(head.name) + " announces " + std::to_string(head.rows) + " rows, more than follow",
+            "the field " + in_quotes(head.name) + " announces " + std::to_string(head.rows) + " rows, but fewer follow",
             "the file is cut off or damaged");
     Field field{head.name, of_nodes, head.components, Buffer<std::uint64_t>(head.rows),
                 Buffer<double>(head.rows * head.components)};

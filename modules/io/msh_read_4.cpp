@@ -90,7 +90,7 @@ Outcome<Done> read_node_block(Source& source, Generation version, const BlockHea
     const auto parameters = static_cast<std::size_t>(head.kind != 0 ? head.entity.dimension : 0);
     const RowShape tag{1, 8, 0}, place{0, 8, 3 + parameters}, both{1, 4, 3 + parameters};
     if (!source.has_room(head.count, both))
-        return source.error("$Nodes: a block announces " + std::to_string(head.count) + " nodes, more than follow",
+        return source.error("$Nodes: a block announces " + std::to_string(head.count) + " nodes, but fewer follow",
                             "the file is cut off or damaged");
     const std::size_t before = nodes.tags.size(), n = head.count;
     if (before + n > max_entities) return source.error("$Nodes: there are more nodes than 32 bits can number");
@@ -147,7 +147,7 @@ Outcome<Done> read_element_block(Source& source, Generation version, const Block
     const RowShape shape{type->nodes + 1, tag_bytes, 0};
     if (!source.has_room(head.count, shape))
         return source.error(
-            "$Elements: a block announces " + std::to_string(head.count) + " elements, more than follow",
+            "$Elements: a block announces " + std::to_string(head.count) + " elements, but fewer follow",
             "the file is cut off or damaged");
     const std::size_t n = head.count;
     if (!is_held(*type)) {
@@ -301,7 +301,7 @@ MeshFields fields_of(const File& file, std::span<const std::uint64_t> cell_tags,
                               Column<double>(std::move(*values))});
     }
     if (file.steps_left_out > 0)
-        notices.push_back({"fields have several time steps: the last of each was taken, " +
+        notices.push_back({"fields have several time steps: the last one of each was used, " +
                            std::to_string(file.steps_left_out) + " were left out"});
     return MeshFields(std::move(fields));
 }

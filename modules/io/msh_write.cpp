@@ -57,19 +57,18 @@ class Writer {
         with_each_dimension(linear_, [&](auto, const auto& simplices) {
             sound = sound && (simplices.entities.empty() || simplices.entities.size() == simplices.size());
         });
-        if (!sound)
-            return fail(ErrorKind::internal, "the columns of the mesh do not have the lengths that belong together");
+        if (!sound) return fail(ErrorKind::internal, "the columns of the mesh have inconsistent lengths");
         const std::size_t most = std::numeric_limits<std::int32_t>::max();
         if (options_.version == MshVersion::v2 && (grid_.nodes() > most || cells_of(linear_) + grid_.nodes() > most))
-            return fail(ErrorKind::unsupported, "MSH 2.2 cannot number so many nodes or elements", {}, {},
+            return fail(ErrorKind::unsupported, "the mesh has more nodes or elements than MSH 2.2 can number", {}, {},
                         "write MSH 4.1 (--format msh)");
         return Done{};
     }
     [[nodiscard]] Outcome<Done> check_fields() const {
         const std::size_t most = std::numeric_limits<std::int32_t>::max();
         if (!fields_.empty() && (grid_.nodes() > most || cells_of(linear_) + grid_.nodes() > most))
-            return fail(ErrorKind::unsupported, "MSH cannot number the values of fields of so many nodes or elements",
-                        {}, {}, "write a .vtu");
+            return fail(ErrorKind::unsupported, "the fields have more nodes or elements than MSH can number", {}, {},
+                        "write a .vtu");
         return check_rows<D>(fields_, grid_.nodes(), cells_of(linear_));
     }
 

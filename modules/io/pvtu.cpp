@@ -24,7 +24,7 @@ namespace vtu {
 namespace {
 
 Outcome<std::vector<std::string>> sources_of(std::span<const std::byte> bytes, const std::string& name) {
-    constexpr const char* damaged = "it is cut off, or no PVTU file";
+    constexpr const char* damaged = "it is cut off, or is not a PVTU file";
     pugi::xml_document document;
     const auto result = document.load_buffer(bytes.data(), bytes.size(), pugi::parse_default, pugi::encoding_utf8);
     if (result.status == pugi::status_out_of_memory) throw std::bad_alloc();
@@ -34,7 +34,7 @@ Outcome<std::vector<std::string>> sources_of(std::span<const std::byte> bytes, c
     for (const pugi::xml_node& piece : document.child("VTKFile").child("PUnstructuredGrid").children("Piece"))
         sources.emplace_back(piece.attribute("Source").as_string());
     if (sources.empty() || std::ranges::find(sources, "") != sources.end())
-        return fail(ErrorKind::input, "names no pieces, or one without its Source", name, {}, damaged);
+        return fail(ErrorKind::input, "lists no pieces, or a piece without its Source", name, {}, damaged);
     return sources;
 }
 
@@ -203,8 +203,8 @@ Outcome<DecodedMesh> decode_pvtu(std::span<const std::byte> bytes, std::string_v
     return guarded([&]() -> Outcome<DecodedMesh> {
         const std::string file(name);
         if (!options.beside)
-            return fail(ErrorKind::unsupported, "its pieces are in other files, which are not read here", file, {},
-                        "camber convert makes it one file");
+            return fail(ErrorKind::unsupported, "its pieces are in other files, which cannot be read here", file, {},
+                        "join the pieces into one file with camber convert");
         const auto sources = vtu::sources_of(bytes, file);
         if (!sources) return fail(sources.error());
         vtu::Pieces pieces;

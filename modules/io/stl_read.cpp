@@ -44,7 +44,7 @@ Entity triangle_of(std::size_t number) { return {"triangle", number}; }
 
 auto not_finite(std::string place, Entity triangle) {
     return fail(ErrorKind::input, "a coordinate is infinite or not a number", std::move(place), triangle,
-                "what wrote the file failed there: write it anew");
+                "the program that wrote the file failed there. Write it again");
 }
 
 struct File {
@@ -95,9 +95,9 @@ class Parser {
 
     [[nodiscard]] Error unexpected(const std::string& wanted) const {
         if (word_.empty())
-            return {ErrorKind::input, "the file ends where " + wanted + " was to come", place(), {}, cut};
+            return {ErrorKind::input, "the file ends where " + wanted + " is expected", place(), {}, cut};
         return {ErrorKind::input,
-                "has no " + wanted + " where it was to come",
+                "has no " + wanted + " where it is expected",
                 place(),
                 {},
                 "the file is cut off or damaged"};
@@ -124,7 +124,7 @@ class Parser {
             if (auto done = vertex(corner); !done) return done;
         if (word_ = next(); word_ == "vertex")
             return fail(ErrorKind::unsupported, "has more corners than three", place(), entity(),
-                        "write it anew, of triangles alone");
+                        "write it again with triangles only");
         if (word_ != "endloop") return fail(unexpected("endloop"));
         if (has_equal_corners(triangle))
             ++file_.left_out;
@@ -160,9 +160,9 @@ Outcome<File> read_binary(std::span<const std::byte> bytes, std::string_view nam
         return fail(ErrorKind::input, std::move(what), at(byte), {}, remedy);
     };
     constexpr std::size_t head = header_bytes + count_bytes;
-    if (bytes.empty()) return damage(0, "the file is empty", "write it anew");
+    if (bytes.empty()) return damage(0, "the file is empty", "write it again");
     if (bytes.size() < head)
-        return damage(bytes.size(), "the file ends within the header of an STL file of 84 bytes, and is no text", cut);
+        return damage(bytes.size(), "the file ends within the 84 bytes of a binary STL header, and is not text", cut);
     const std::uint64_t count = number_at(bytes, header_bytes);
     if (bytes.size() != head + row_bytes * count)
         return damage(header_bytes,
@@ -205,7 +205,8 @@ Outcome<DecodedMesh> read(std::span<const std::byte> bytes, std::string_view nam
     if (!file) return fail(std::move(file.error()));
     std::vector<Notice> notices;
     if (file->left_out > 0)
-        notices.push_back({std::to_string(file->left_out) + " triangles with two corners at one place were left out"});
+        notices.push_back({std::to_string(file->left_out) + " triangles with two corners at the same position were "
+                                                            "left out"});
     listing::Mesh<3> mesh = welded(file->triangles);
     mesh.name = std::string(name);
     mesh.groups = std::move(file->groups);

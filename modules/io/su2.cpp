@@ -69,7 +69,7 @@ Outcome<Done> read_simplices(const Zone& zone, const Block& block, PointRange po
         std::size_t read = 0;
         for (; words.find() && read <= shape->nodes; ++read)
             if (!read_number(words, nodes[read])) return bad_row("a number is malformed");
-        if (read < shape->nodes || words.find()) return bad_row("its row has not the numbers of its type");
+        if (read < shape->nodes || words.find()) return bad_row("its row does not have the numbers of its type");
         if (type != type_of<K>) {
             refused.count(shape->plural);
             continue;
@@ -105,7 +105,7 @@ Outcome<Done> read_points(const Zone& zone, const Block& block, Buffer<Vec<D>>& 
         }
         if (!sound)
             return fail(ErrorKind::input,
-                        "its row is not " + std::to_string(D) + " coordinates and perhaps indices of it",
+                        "its row does not have " + std::to_string(D) + " coordinates and optional indices",
                         zone.place(line), Entity{"vertex", i + 1}, damaged);
         points.push_back(point);
     }
@@ -183,7 +183,7 @@ Outcome<DecodedMesh> read_mesh(const Zones& zones, std::vector<Notice> notices, 
 
 void tell_of(const Zone& zone, std::vector<Notice>& notices) {
     if (!zone.markers_announced)  // Gmsh omits NMARK for meshes without groups; a truncated file looks the same
-        notices.push_back({"the file has no NMARK, and so no markers of the boundary"});
+        notices.push_back({"the file has no NMARK, so it has no markers of the boundary"});
     if (zone.parallel_markers > 0)
         notices.push_back({std::to_string(zone.parallel_markers) + " markers SEND_RECEIVE were left out"});
     if (zone.foreign_blocks == 0) return;
@@ -215,7 +215,7 @@ Outcome<DecodedMesh> read(std::string_view text, std::string_view name, const De
     const auto zones = chosen(*file, options.zone);
     if (!zones) return fail(zones.error());
     std::vector<Notice> notices;
-    if (!file->ended) notices.push_back({"the last line has no end: nobody can tell whether it is whole"});
+    if (!file->ended) notices.push_back({"the last line has no line end, so it may be incomplete"});
     if (zones->size() > 1)
         notices.push_back({std::to_string(zones->size()) +
                            " zones were joined into one mesh: the references of its elements are their numbers"});

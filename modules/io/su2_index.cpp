@@ -47,7 +47,7 @@ class Index {
     Outcome<Done> end_zone(const std::string& place) {
         if (!zone_.dimension || !zone_.elements || !zone_.points)
             return fail_at(place, (zones_ > 1 ? "zone " + std::to_string(zone_.number) : std::string("the file")) +
-                                      " has not all of NDIME, NELEM and NPOIN");
+                                      " lacks one of NDIME, NELEM and NPOIN");
         const std::size_t markers = zone_.markers.size() + zone_.parallel_markers;
         if (!std::cmp_equal(zone_.markers_announced.value_or(0), markers))
             return fail_at(place, "NMARK announces " + std::to_string(zone_.markers_announced.value_or(0)) +
@@ -77,14 +77,14 @@ class Index {
     /// Unknown blocks may have rows; other rows without a header are errors.
     Outcome<Done> row_of_nothing(std::string_view line) {
         if (in_foreign_) return Done{};
-        return fail_at(zone_.place(line), "is no keyword with =, and no row that was announced");
+        return fail_at(zone_.place(line), "is neither a keyword with = nor one of the announced rows");
     }
 
     Outcome<Done> single(std::string_view line, std::string_view value, std::optional<std::int64_t>& into) {
         in_foreign_ = false;
         const auto number = number_of(value);
-        if (!number) return fail_at(zone_.place(line), "the number behind = is missing or malformed");
-        if (into) return fail_at(zone_.place(line), "comes a second time", "remove one, or begin a zone (IZONE=)");
+        if (!number) return fail_at(zone_.place(line), "the number after = is missing or malformed");
+        if (into) return fail_at(zone_.place(line), "occurs a second time", "remove one, or begin a zone (IZONE=)");
         into = number;
         return Done{};
     }
@@ -92,7 +92,7 @@ class Index {
     Outcome<Done> zones(std::string_view line, std::string_view value) {
         in_foreign_ = false;
         const auto number = number_of(value);
-        if (!number || *number < 1) return fail_at(zone_.place(line), "the number behind = is missing or malformed");
+        if (!number || *number < 1) return fail_at(zone_.place(line), "the number after = is missing or malformed");
         zones_ = *number;
         return Done{};
     }
@@ -101,7 +101,7 @@ class Index {
     Outcome<Done> begin_zone(std::string_view line, std::string_view value) {
         in_foreign_ = false;
         const auto number = number_of(value);
-        if (!number) return fail_at(zone_.place(line), "the number behind = is missing or malformed");
+        if (!number) return fail_at(zone_.place(line), "the number after = is missing or malformed");
         if (zone_.elements || zone_.points)
             if (auto ended = end_zone(zone_.place(line)); !ended) return ended;
         zone_.number = *number;
@@ -112,10 +112,10 @@ class Index {
     Outcome<Block> rows(std::string_view line, std::string_view value) {
         in_foreign_ = false;
         const auto number = number_of(value);
-        if (!number || *number < 0) return fail_at(zone_.place(line), "the number behind = is missing or malformed");
+        if (!number || *number < 0) return fail_at(zone_.place(line), "the number after = is missing or malformed");
         const auto count = static_cast<std::uint64_t>(*number);
         if (count > lines_.left() / 2 + 1)
-            return fail_at(zone_.place(line), "announces " + std::to_string(count) + " rows, more than follow");
+            return fail_at(zone_.place(line), "announces " + std::to_string(count) + " rows, but fewer follow");
         if (count > max_entities)
             return fail(ErrorKind::unsupported, "has more rows than 32 bits can number", zone_.place(line));
         Lines ahead = lines_;  // a SEND_RECEIVE marker has a line between its count and its rows
@@ -131,7 +131,7 @@ class Index {
     }
 
     Outcome<Done> block(std::string_view line, std::string_view value, std::optional<Block>& into) {
-        if (into) return fail_at(zone_.place(line), "comes a second time", "remove one, or begin a zone (IZONE=)");
+        if (into) return fail_at(zone_.place(line), "occurs a second time", "remove one, or begin a zone (IZONE=)");
         return rows(line, value).map([&](Block made) {
             into = std::move(made);
             return Done{};

@@ -99,8 +99,8 @@ class UnpackedBudget {
 };
 
 inline constexpr const char* simplices_remedy =
-    "give a mesh of edges, triangles and tetrahedra of degree 1 or 2; \"camber info FILE\" counts its cells and tells "
-    "what splits them";
+    "give a mesh of edges, triangles and tetrahedra of degree 1 or 2; \"camber info FILE\" counts its cells and names "
+    "a program that splits them";
 
 /// Unsupported items by kind, in order of first occurrence.
 class Refused {
@@ -137,7 +137,7 @@ class Refused {
         for (std::size_t i = 0; i < kinds_.size() && i < most; ++i)
             text += (text.empty() ? "" : ", ") + std::to_string(kinds_[i].count) + " " + kinds_[i].kind;
         if (kinds_.size() > most || others_ > 0) text += " and more";
-        return fail(ErrorKind::unsupported, "holds " + text + ", which Camber cannot hold", std::move(where), {},
+        return fail(ErrorKind::unsupported, "holds " + text + ", which Camber does not support", std::move(where), {},
                     simplices_remedy);
     }
 

@@ -24,7 +24,7 @@ namespace {
 template <class T>
 Outcome<vtu::Numbers> text_numbers(Source& source, std::uint64_t n) {
     if (n > (source.text.size() - source.at + 1) / 2)
-        return source.wrong("announces " + std::to_string(n) + " numbers, more than follow");
+        return source.wrong("announces " + std::to_string(n) + " numbers, but fewer follow");
     Buffer<T> numbers;
     numbers.reserve(n);
     Words words{source.text.data() + source.at, source.text.data() + source.text.size()};
@@ -58,7 +58,7 @@ template <class T>
 Outcome<vtu::Numbers> binary_numbers(Source& source, std::uint64_t n) {
     source.line();
     if (n > (source.text.size() - source.at) / sizeof(T))
-        return source.wrong("announces " + std::to_string(n) + " numbers, more than follow");
+        return source.wrong("announces " + std::to_string(n) + " numbers, but fewer follow");
     Buffer<T> numbers(n);
     if (n > 0) std::memcpy(numbers.data(), source.text.data() + source.at, n * sizeof(T));
     source.at += n * sizeof(T);
@@ -112,7 +112,7 @@ Outcome<vtu::Numbers> Source::numbers(const std::string& type, std::uint64_t row
     if (type == "unsigned_char") return numbers_of<std::uint8_t>(*this, n);
     if (type == "char" || type == "signed_char") return numbers_of<std::int8_t>(*this, n);
     if (type == "bit") return bits(*this, n);
-    return refused("has an array of the type " + in_quotes(type) + ", which is none of numbers", "write it as .vtu");
+    return refused("has an array of the type " + in_quotes(type) + ", which is not numeric", "write it as .vtu");
 }
 
 }  // namespace camber::vtk

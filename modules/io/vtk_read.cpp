@@ -91,7 +91,7 @@ class Parser {
     Outcome<Done> data_set(const std::string& kind) {
         if (kind != "unstructured_grid")
             return source_.refused("is a data set of the kind " + vtu::printable(kind) + ", not UNSTRUCTURED_GRID",
-                                   "write it as one: in ParaView the filter Append Datasets, then Save Data");
+                                   "convert it in ParaView: filter Append Datasets, then Save Data");
         has_grid_ = true;
         return Done{};
     }
@@ -165,7 +165,8 @@ class Parser {
     Outcome<Done> begin_data(Owner owner, std::uint64_t rows) {
         const auto n = source_.count();
         if (!n || *n != rows)
-            return source_.wrong("the number of rows is not that of the points or cells, " + std::to_string(rows));
+            return source_.wrong("the number of rows differs from the number of points or cells, " +
+                                 std::to_string(rows));
         owner_ = owner;
         rows_ = rows;
         return Done{};
@@ -192,7 +193,7 @@ class Parser {
             }
             const auto components = source_.count(), rows = source_.count();
             if (!components || !rows)
-                return source_.wrong("FIELD: array " + std::to_string(i + 1) + " has no numbers of its size");
+                return source_.wrong("FIELD: array " + std::to_string(i + 1) + " has no valid size");
             auto made = source_.numbers(lower(source_.word()), *rows, *components);
             if (!made) return fail(std::move(made.error()));
             add(name, *components, std::move(*made));
@@ -224,7 +225,7 @@ class Parser {
         if (key == "tensors6") return keep(name, 6, lower(source_.word()));
         if (key == "global_ids" || key == "pedigree_ids" || key == "edge_flags")
             return keep(name, 1, lower(source_.word()));
-        return source_.wrong(in_quotes(key) + " is no keyword of VTK");
+        return source_.wrong(in_quotes(key) + " is not a keyword of VTK");
     }
 
     Outcome<Done> scalars(const std::string& name) {

@@ -73,7 +73,7 @@ class Writer {
     }
     [[nodiscard]] Outcome<Done> check() const {
         if (!columns_fit(linear_) || !grid_.is_sound())
-            return fail(ErrorKind::internal, "the columns of the mesh do not have the lengths that belong together");
+            return fail(ErrorKind::internal, "the columns of the mesh have inconsistent lengths");
         constexpr std::size_t most = std::numeric_limits<std::int32_t>::max();
         if (grid_.nodes() > most || entries() > most)
             return fail(ErrorKind::unsupported, "has more cells than legacy VTK files can number", {}, {},

@@ -35,7 +35,8 @@ struct VtuOptions {
 
     [[nodiscard]] static constexpr auto options() {
         return std::tuple(option("vtu_cells", &VtuOptions::cells,
-                                 "VTK's quadratic cells, which everything reads, or its Lagrange cells of degree 2"));
+                                 "VTK cells for degree 2. quadratic: VTK's quadratic cells, which all readers "
+                                 "support; lagrange: VTK's Lagrange cells, which are smoother in ParaView"));
     }
 };
 

@@ -20,7 +20,9 @@ namespace {
 constexpr std::size_t row_grain = 4096;
 
 auto damaged(const File& file, std::size_t at, std::string what) {
-    return fail(ErrorKind::input, std::move(what), place(file, at), {}, "the file is damaged, or joined of two");
+    return fail(ErrorKind::input, std::move(what), place(file, at), {},
+                "the file is damaged, or was joined from two "
+                "files");
 }
 
 /// Number of nodes at each degree (0: not available).

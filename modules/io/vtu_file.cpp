@@ -68,7 +68,7 @@ Outcome<std::shared_ptr<pugi::xml_document>> parsed(const File& file, const std:
     if (result.status == pugi::status_out_of_memory) throw std::bad_alloc();
     if (result) return document;
     return fail_at(file, static_cast<std::size_t>(std::max<std::ptrdiff_t>(result.offset, 0)),
-                   std::string("the XML is damaged: ") + result.description(), "it is cut off, or no VTU file");
+                   std::string("the XML is damaged: ") + result.description(), "it is cut off, or is not a VTU file");
 }
 
 std::size_t at(const pugi::xml_node& node) {
@@ -97,8 +97,9 @@ Outcome<Done> read_head(File& file, const pugi::xml_node& root) {
         return std::string(root.attribute(name).as_string(otherwise));
     };
     if (word("type", "") != "UnstructuredGrid")
-        return refuse_at(file, at(root), "is no UnstructuredGrid",
-                         "give the .vtu file of an unstructured grid; of several that belong together, one");
+        return refuse_at(file, at(root), "is not an UnstructuredGrid",
+                         "give the .vtu file of an unstructured grid. If several files belong together, give one of "
+                         "them");
     const std::string order = word("byte_order", "LittleEndian"), header = word("header_type", "UInt32"),
                       compressor = word("compressor", "");
     if (order != "LittleEndian" && order != "BigEndian")
@@ -108,7 +109,7 @@ Outcome<Done> read_head(File& file, const pugi::xml_node& root) {
     const auto known = compressor_of(compressor);
     if (!known)
         return refuse_at(file, at(root), "its data are compressed by none of VTK's compressors (ZLib, LZ4, LZMA)",
-                         "write it with one of those or with none: ParaView asks for the Compressor Type");
+                         "write it with one of these compressors or without (Compressor Type in ParaView)");
     file.swapped = (order == "LittleEndian") != (std::endian::native == std::endian::little);
     file.word = header == "UInt32" ? 4 : 8;
     file.compressor = *known;
@@ -150,8 +151,7 @@ void join_arrays(std::vector<DataArray>& arrays, std::vector<DataArray> more) {
 
 Outcome<Done> read_piece(File& file, const pugi::xml_node& piece) {
     const auto points = number(piece, "NumberOfPoints"), cells = number(piece, "NumberOfCells");
-    if (!points || !cells)
-        return fail_at(file, at(piece), "the Piece does not say its NumberOfPoints and NumberOfCells");
+    if (!points || !cells) return fail_at(file, at(piece), "the Piece has no NumberOfPoints or no NumberOfCells");
     file.arrays_of_the_whole += arrays_in(piece.child("FieldData")).size();
     const bool first = file.pieces.empty();
     const std::uint64_t room = std::numeric_limits<std::uint64_t>::max();

@@ -40,7 +40,9 @@ std::string plain_name(std::string_view name) {
 }
 
 auto damaged(const File& file, std::size_t at, std::string what) {
-    return fail(ErrorKind::input, std::move(what), place(file, at), {}, "the file is damaged, or joined of two");
+    return fail(ErrorKind::input, std::move(what), place(file, at), {},
+                "the file is damaged, or was joined from two "
+                "files");
 }
 
 Outcome<Numbers> read_rows(const File& file, const DataArray& array, std::size_t rows, const Execution& execution) {
@@ -215,10 +217,9 @@ class MeshReader {
             array_of_references_ = array;
             return std::move(**references);
         }
-        return fail(
-            ErrorKind::input,
-            "no array of cells " + in_quotes(options_.reference_array) + " has a whole number of 32 bits for each",
-            file_.name, {}, names.empty() ? "it has no arrays of cells" : "its arrays of cells are " + names);
+        return fail(ErrorKind::input,
+                    "no array of cells " + in_quotes(options_.reference_array) + " has a 32-bit integer for each cell",
+                    file_.name, {}, names.empty() ? "it has no arrays of cells" : "its arrays of cells are " + names);
     }
 
     Outcome<Done> entities_of_cells(const DataArray& array, Buffer<Reference>& entities) {
@@ -298,9 +299,9 @@ class MeshReader {
     std::vector<MeshField> fields_;
     std::vector<Notice> notices_;
     const DataArray* array_of_references_ = nullptr;
-    LeftOut repeated_{"a later one has their name"}, no_numbers_{"they are of no type of numbers"},
+    LeftOut repeated_{"a later array has the same name"}, no_numbers_{"they are not numeric"},
         nameless_{"they have no name"}, other_components_{"they have neither 1, 3, 6 nor 9 components"},
-        taken_names_{"their values are not what Camber has under these names"};
+        taken_names_{"their values differ from those that Camber writes under these names"};
 };
 
 }  // namespace

@@ -169,8 +169,9 @@ template <class T>
 Outcome<Numbers> numbers_of(const File& file, const DataArray& array, Outcome<Buffer<std::byte>> bytes) {
     if (!bytes) return fail(std::move(bytes.error()));
     if (bytes->size() % sizeof(T) != 0)
-        return damaged(file, array,
-                       "its " + std::to_string(bytes->size()) + " bytes are no whole number of " + array.type);
+        return damaged(
+            file, array,
+            "its " + std::to_string(bytes->size()) + " bytes are not a multiple of the size of " + array.type);
     if (file.swapped) swap_bytes(*bytes, sizeof(T));
     Buffer<T> numbers(bytes->size() / sizeof(T));
     if (!numbers.empty()) std::memcpy(numbers.data(), bytes->data(), bytes->size());
@@ -260,9 +261,9 @@ Outcome<Done> check_size(const File& file, const DataArray& array, Budget& budge
     // Small number types are stored as wide ones in memory.
     if (budget.unpacked.take(size->unpacked / type->bytes)) return Done{};
     return fail(ErrorKind::input,
-                "the array " + array.name + ": it and those before it would be uncompressed to more than " +
+                "the array " + array.name + ": uncompressed, it and those before it would have more than " +
                     std::to_string(UnpackedBudget::most(file.bytes.size()) >> 20U) +
-                    " MiB, which is no mesh in a file of " + std::to_string(file.bytes.size()) + " bytes",
+                    " MiB, which is implausible for a file of " + std::to_string(file.bytes.size()) + " bytes",
                 place(file, array.at), {}, "the file is damaged; if it is whole, write it uncompressed");
 }
 
@@ -295,8 +296,7 @@ Outcome<Numbers> read_array(const File& file, const DataArray& array, std::uint6
     if (array.numbers) return *array.numbers;
     const NumberType* const type = type_of(array);
     if (type == nullptr)
-        return fail(ErrorKind::unsupported, "the array " + array.name + " is of no type of numbers",
-                    place(file, array.at));
+        return fail(ErrorKind::unsupported, "the array " + array.name + " is not numeric", place(file, array.at));
     auto numbers = type->read(file, array, rows, execution);
     for (const DataArray& other : array.of_other_pieces) {
         if (!numbers) break;

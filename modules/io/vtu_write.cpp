@@ -167,7 +167,7 @@ class Writer {
 
     Outcome<Chunks> write() && {
         if (!columns_fit(linear_) || !grid_.is_sound())
-            return fail(ErrorKind::internal, "the columns of the mesh do not have the lengths that belong together");
+            return fail(ErrorKind::internal, "the columns of the mesh have inconsistent lengths");
         if (auto fits = check_rows<D>(fields_, grid_.nodes(), cells_of(linear_)); !fits)
             return fail(std::move(fits.error()));
         std::string xml = begin();

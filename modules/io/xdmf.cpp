@@ -56,7 +56,7 @@ class Writer {
 
     Outcome<Chunks> write() && {
         if (!columns_fit(linear_) || !grid_.is_sound())
-            return fail(ErrorKind::internal, "the columns of the mesh do not have the lengths that belong together");
+            return fail(ErrorKind::internal, "the columns of the mesh have inconsistent lengths");
         if (auto fits = check_rows<D>(fields_, grid_.nodes(), rows(Centring::cell)); !fits)
             return fail(std::move(fits.error()));
         text_.put("<?xml version=\"1.0\"?>\n<Xdmf Version=\"3.0\">\n<Domain>\n<Grid Name=\"mesh\">\n");
@@ -214,8 +214,8 @@ std::vector<Notice> not_in_xdmf(const Mesh<D>& all) {
     const LinearMesh<D> mesh = straight_simplices(all);
     std::vector<Notice> notices = not_held(mesh, {.feature_edges = all.degree == 1}, "XDMF");
     if (all.degree == 2 && mesh.elements.size() > 0 && mesh.facets.size() > 0)
-        notices.push_back({"XDMF has one kind of cells of degree 2 in a grid: " + std::to_string(mesh.facets.size()) +
-                           " facets are left out"});
+        notices.push_back({"XDMF allows only one kind of cells of degree 2 in a grid: " +
+                           std::to_string(mesh.facets.size()) + " facets are left out"});
     return notices;
 }
 

@@ -17,8 +17,8 @@ namespace camber {
 
 namespace {
 
-/// Beyond the boundary the field is constant along the line to the nearest point: keeps only the gradient along the
-/// face, edge or vertex of that point.
+/// Beyond the boundary the field is constant along the line to the nearest boundary point. This function therefore
+/// keeps only the part of `g` along the face, edge or vertex that holds that point.
 template <int D>
 LogGradient<D> along_support(const LogGradient<D>& g, const StraightBack<D>& back, const Location<D>& location) {
     const auto& v = back.mesh.elements.vertices[location.element];
@@ -98,7 +98,7 @@ Outcome<Done> check_rows(const LinearMesh<D>& mesh, const Column<LogMetric<D>>& 
 
 }  // namespace
 
-// det J ∇ξ_a are cofactors, so no division is needed.
+// det J ∇ξ_a is a cofactor of J, so no division is needed.
 template <int D>
 WeightedGradient<D> weighted_gradient(const StraightBack<D>& back, ElementId e) {
     const auto& v = back.mesh.elements.vertices[e];
@@ -166,7 +166,7 @@ Outcome<StraightBack<D>> make_straight_back(const LinearMesh<D>& mesh, const Inc
 template <int D>
 Outcome<BackMesh<D>> straight_back_mesh(const BackMesh<D>& back, Column<LogMetric<D>> log_metrics) {
     const StraightBack<D>* const straight = back->packed().straight;
-    if (!straight) return fail(ErrorKind::internal, "there is no straight mesh behind this back mesh");
+    if (!straight) return fail(ErrorKind::internal, "this background mesh has no straight mesh");
     if (auto fits = check_rows(straight->mesh, log_metrics); !fits) return fail(fits.error());
     StraightBack<D> other = *straight;
     other.log_metrics = std::move(log_metrics);
@@ -300,8 +300,8 @@ double distance_squared(const std::array<Vec<3>, 3>& p, const Vec<3>& x) {
 
 Location<3> SurfaceBack::locate(const Vec<3>& p, ElementId hint) const {
     const auto to = [&](std::size_t f) { return distance_squared(triangle_corners(mesh, f), p); };
-    // The hint only bounds the search. The slack admits triangles at the same distance, so the result does not depend
-    // on the hint.
+    // The distance to the hint's triangle only limits the search. The factor 1 + 1e-9 admits triangles at the same
+    // distance, so the result does not depend on the hint.
     const double within = hint.valid() && hint.index() < mesh.facets.size()
                               ? to(hint.index()) * (1 + 1e-9) + std::numeric_limits<double>::min()
                               : std::numeric_limits<double>::infinity();
@@ -360,7 +360,8 @@ void SurfaceBack::see(std::span<const BackEdge> edges, std::span<EdgeEnds<3>> ou
     }
 }
 
-/// The first wall is the plane through the edge, normal to the triangle. The second one does not exist.
+/// In 3D an edge of a volume element has two walls. A triangle has only one: the plane through the edge, normal to the
+/// triangle. The triangle's own normal fills the second place.
 BackSector<3> SurfaceBack::sector(ElementId e, VertexId a, VertexId b) const {
     const auto& v = mesh.facets.vertices[e.index()];
     const TriangleFrame frame = triangle_frame(triangle_corners(mesh, e.index()));

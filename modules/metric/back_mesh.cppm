@@ -17,17 +17,17 @@ import :spd;
 
 export namespace camber {
 
-/// ∂_i log M, i = 1 … D.
+/// Derivatives ∂_i log M along the axes i = 1 … D.
 template <int D>
 using LogGradient = std::array<Sym<D>, D>;
 
 enum class Placement : std::uint8_t {
     inside,
-    outside,  ///< beyond the boundary: replaced by its nearest point
-    lost,     ///< search limit reached: replaced by the best element
+    outside,  ///< the point is beyond the boundary and replaced by the nearest boundary point
+    lost,     ///< the search reached its step limit; the point is replaced by one in the best element found
 };
 
-/// Element and barycentric coordinates of a point or its replacement.
+/// Element and barycentric coordinates of a point or of the point that replaces it.
 template <int D>
 struct Location {
     ElementId element;
@@ -35,7 +35,7 @@ struct Location {
     Placement placement = Placement::inside;
 };
 
-/// log M and, if requested, its gradient in physical coordinates.
+/// log M at a point and, if requested, its gradient in physical coordinates.
 template <int D>
 struct FieldSample {
     LogMetric<D> log_metric;
@@ -49,28 +49,29 @@ struct BackVertex {
     LogMetric<D> log_metric;
 };
 
-/// Edge of the mesh of the field, and the elements around it.
+/// Edge of the field's mesh; `shell` lists the elements around it.
 struct BackEdge {
     VertexId a, b;
     std::span<const ElementId> shell;
 };
 
-/// Field at an edge end, and the Jacobian from the straight reference.
+/// Field at an end of an edge.
 template <int D>
 struct EdgeEnd {
     LogMetric<D> log_metric;
-    LogGradient<D> gradient{};             ///< recovered, without the curvature of the mesh itself
-    Mat<D> jacobian = Mat<D>::identity();  ///< F = ∂x/∂X, mean over the shell; F t is the same in each element
+    LogGradient<D> gradient{};             ///< recovered gradient, without the effect of the mesh's own curvature
+    Mat<D> jacobian = Mat<D>::identity();  ///< Jacobian F = ∂x/∂X of the map from the straight mesh, averaged over the
+                                           ///< shell; F t along the edge t is the same in each element
 };
-/// Field at both ends of an edge; F is linear between them.
+/// Field at both ends of an edge. The Jacobian is interpolated linearly between them.
 template <int D>
 struct EdgeEnds {
     EdgeEnd<D> a, b;
-    bool is_bent = false;  ///< an F is not the identity
+    bool is_bent = false;  ///< true if a Jacobian is not the identity
 };
 
-/// Element of an edge's shell: its gradient, and inward normals, of any length, of its faces through the edge (2D: of
-/// the edge).
+/// Element of an edge's shell: the field's gradient in it, and the inward normals, of any length, of its two faces that
+/// contain the edge (in 2D: of the edge itself).
 template <int D>
 struct BackSector {
     LogGradient<D> gradient{};
@@ -82,46 +83,48 @@ class StraightBack;
 template <int D>
 class CurvedBack;
 
-/// Straight mesh of the field or its reference, and the map if curved; null if unsupported.
+/// Data of a field for searches in packs: its straight mesh (for a curved field, the reference mesh) and, if it is
+/// curved, the map. Null pointers if packs are unsupported.
 template <int D>
 struct PackedField {
     const StraightBack<D>* straight = nullptr;
     const CurvedBack<D>* bent = nullptr;
 };
 
-/// Interface of metric fields on meshes. Models are immutable and safe for concurrent use. Results depend on hints by
-/// rounding only.
+/// Interface of metric fields on meshes. Models are immutable and safe for concurrent use. A hint is an element near
+/// the point; it changes results by rounding only.
 ///
-/// In curved elements ξ are reference coordinates, gradients use the inverse Jacobian and vary, and the walls of a
-/// `sector` are tangent planes at the middle of the edge.
+/// In curved elements `xi` are reference coordinates, gradients use the inverse Jacobian and vary within the element,
+/// and the walls of a `sector` are tangent planes at the middle of the edge.
 ///
-/// Sampling functions take packs of points: `out[i]` belongs to `points[i]`, `out.size() = points.size()`. Each search
-/// starts from the element of the previous point, the first from `hint`, so consecutive points should be close. Results
-/// are bitwise those of single calls.
+/// Sampling functions take several points: `out[i]` belongs to `points[i]`, and `out.size() = points.size()`. The first
+/// search starts from `hint`, each later one from the element of the previous point, so consecutive points should be
+/// close. Results are bitwise those of calls with a single point.
 template <int D>
 class BackModel {
   public:
     virtual ~BackModel() = default;
 
     [[nodiscard]] virtual Location<D> locate(const Vec<D>& p, ElementId hint) const = 0;
-    /// Samples log M; leaves the gradients unchanged.
+    /// Samples log M; leaves the gradients in `out` unchanged.
     virtual void sample_values(std::span<const Vec<D>> points, ElementId hint, std::span<FieldSample<D>> out) const = 0;
-    /// Gradients are those of the point's element; beyond the boundary, of the constant continuation.
+    /// Samples log M and the gradient in the element of the point. Beyond the boundary the gradient is that of the
+    /// constant continuation.
     virtual void sample_with_gradients(std::span<const Vec<D>> points, ElementId hint,
                                        std::span<FieldSample<D>> out) const = 0;
-    /// Recovered gradients are continuous across faces.
+    /// Samples log M and recovered gradients, which are continuous across faces.
     virtual void sample_with_recovered_gradients(std::span<const Vec<D>> points, ElementId hint,
                                                  std::span<FieldSample<D>> out) const = 0;
 
-    /// Samples the field at the ends of mesh edges.
+    /// Samples the field at both ends of each edge.
     virtual void see(std::span<const BackEdge> edges, std::span<EdgeEnds<D>> out) const = 0;
 
-    /// Data for searches in packs; without it, edges are searched one by one.
+    /// Returns the data for searches in packs. Without it, edges are searched one by one.
     [[nodiscard]] virtual PackedField<D> packed() const { return {}; }
 
     [[nodiscard]] virtual std::size_t vertex_count() const = 0;
     [[nodiscard]] virtual BackVertex<D> vertex(VertexId v) const = 0;
-    /// Element e of the shell of the edge (a, b).
+    /// Returns the sector of element e, which belongs to the shell of the edge (a, b).
     [[nodiscard]] virtual BackSector<D> sector(ElementId e, VertexId a, VertexId b) const = 0;
 
   protected:
@@ -132,7 +135,7 @@ class BackModel {
     BackModel& operator=(BackModel&&) = default;
 };
 
-/// Metric field on a mesh: an immutable handle, cheap to copy. `->` requires a model.
+/// Metric field on a mesh: an immutable handle, cheap to copy. `->` requires that the handle has a model.
 template <int D>
 class BackMesh {
   public:
@@ -148,45 +151,46 @@ class BackMesh {
     std::shared_ptr<const BackModel<D>> model_;
 };
 
-/// Vertex gradients of a curved back mesh. Without them, recovered gradients are those of the elements, and edges
-/// sample a constant field.
+/// Selects which vertex gradients a curved back mesh stores. Without `recovered`, recovered gradients are the gradients
+/// in the elements; without `seen`, edges sample a constant field.
 enum class KeptGradients : std::uint8_t {
-    recovered,  ///< for `sample_with_recovered_gradients`
-    seen,       ///< for `see` (offsets of edges)
+    recovered,  ///< gradients for `sample_with_recovered_gradients`
+    seen,       ///< gradients for `see`, used to compute offsets of edge nodes
     all,
 };
 
-/// Discrete field of the paper (§1.2): log-metrics at the vertices of a straight mesh, linear in each element, constant
-/// along the normal beyond the boundary. Recovered gradients interpolate volume-weighted means over vertex balls. On
-/// standalone surfaces element ids are triangle numbers, and the field is constant along normals. Errors: not one row
-/// per vertex; those of `neighbours`; stopped.
+/// Makes the discrete field of the paper (§1.2): log-metrics at the vertices of a straight mesh, linear in each
+/// element, constant along the normal beyond the boundary. Recovered gradients interpolate volume-weighted means over
+/// vertex balls. On standalone surfaces an element id is a triangle's number, and the field is constant along the
+/// triangle normals. Errors: the number of rows is not that of the vertices; those of `neighbours`; stopped.
 template <int D>
 [[nodiscard]] Outcome<BackMesh<D>> make_back_mesh(const LinearMesh<D>& mesh, const Incidence<ElementId>& balls,
                                                   Column<LogMetric<D>> log_metrics, const Execution& execution);
 
-/// Field of a quadratic mesh that follows its curves: linear interpolation at X in the straight mesh, mapped to x(X) =
-/// X + Σ 4 ξ_i ξ_j u_e, u_e the offset of an edge node from the chord's middle. Newton's method computes X, locating
-/// each iterate in the straight mesh. Gradients use F⁻ᵀ, F = ∂x/∂X. Beyond the boundary X is the nearest point of the
-/// straight mesh. Invalid elements have no inverse; their points are at the last iterate.
+/// Makes the field of a quadratic mesh that follows the curves of the mesh. The field is linear at a point X of the
+/// straight mesh, which maps to x(X) = X + Σ 4 ξ_i ξ_j u_e; u_e is the offset of an edge node from the chord's middle.
+/// Newton's method computes X from x and locates each iterate in the straight mesh. Gradients use F⁻ᵀ with F = ∂x/∂X.
+/// Beyond the boundary X is the nearest point of the straight mesh. Invalid elements have no inverse map; a point there
+/// is located at the last iterate.
 ///
-/// Edges sample gradients relative to the mesh's curves: ball means of those of log(Fᵀ M F), linear in each element,
-/// transformed to space. Without offsets a straight back mesh results. Releases the mesh nodes. Errors: those of
-/// `make_back_mesh`.
+/// Edges sample gradients relative to the mesh's curves: ball means of the gradients of log(Fᵀ M F), linear in each
+/// element, transformed to physical space. If all offsets are zero, the result is a straight back mesh. Releases the
+/// mesh nodes. Errors: those of `make_back_mesh`.
 template <int D>
 [[nodiscard]] Outcome<BackMesh<D>> make_curved_back_mesh(QuadraticMesh<D> mesh, const Incidence<ElementId>& balls,
                                                          Column<LogMetric<D>> log_metrics, const Execution& execution,
                                                          KeptGradients kept = KeptGradients::all);
 
-/// Value-only field with other logs on the straight mesh of a back mesh; shares its location data. Errors: not one row
-/// per vertex; no straight mesh (internal).
+/// Makes a field with values only (no gradients) from other log-metrics on the straight mesh of a back mesh, and shares
+/// its location data. Errors: the number of rows is not that of the vertices; no straight mesh (internal).
 template <int D>
 [[nodiscard]] Outcome<BackMesh<D>> straight_back_mesh(const BackMesh<D>& back, Column<LogMetric<D>> log_metrics);
 
-/// Returns ∇u_i of the barycentric coordinates; they sum to zero.
+/// Returns the gradients ∇ξ_i of the barycentric coordinates of an element; they sum to zero.
 template <int D>
 [[nodiscard]] std::array<Vec<D>, D + 1> barycentric_gradients(const LinearMesh<D>& mesh, ElementId e);
 
-/// Walks a straight mesh from `hint`, else from the nearest boundary point that sees p.
+/// Locates p. On a straight mesh it walks from the element `hint`, or else from the boundary point nearest to p.
 template <int D>
 [[nodiscard]] Location<D> locate(const BackMesh<D>& back, const Vec<D>& p, ElementId hint) {
     return back->locate(p, hint);
@@ -220,45 +224,47 @@ export namespace camber {
 template <int D>
 struct NodalLogs {
     Column<LogMetric<D>> vertices;
-    Column<LogMetric<D>> mid_nodes;  ///< one per edge
+    Column<LogMetric<D>> mid_nodes;  ///< one row per edge
     friend bool operator==(const NodalLogs&, const NodalLogs&) = default;
 };
 
-/// Sets edge nodes to the mean of both ends: form (4) becomes linear (paper §2.1). Errors: memory, stopped.
+/// Sets the log-metric of each edge node to the mean of both ends, so that form (4) becomes linear (paper §2.1).
+/// Errors: memory, stopped.
 template <int D>
 [[nodiscard]] Outcome<NodalLogs<D>> nodal_logs(const EdgeSet<D>& edges, Column<LogMetric<D>> vertices,
                                                const Execution& execution);
 
-/// Sets edge nodes to the `frame_mean` of both ends, which preserves sizes where axes turn with the elements. Errors:
-/// memory, stopped.
+/// Sets the log-metric of each edge node to the `frame_mean` of both ends, which preserves sizes if the axes turn from
+/// one end to the other. Errors: memory, stopped.
 template <int D>
 [[nodiscard]] Outcome<NodalLogs<D>> framed_logs(const EdgeSet<D>& edges, Column<LogMetric<D>> vertices,
                                                 const Execution& execution);
 
-/// Field of form (4) of the paper on the curved elements of a quadratic mesh, in physical space. At x = F_K(ξ)
-///     log M = Σ_i ξ_i L_i + Σ_e 4 ξ_i ξ_j (L_e − (L_i + L_j)/2),
-/// which is Σ B_α(ξ) log M_α with the virtual metrics, and Σ φ_α(ξ) log M(P_α^l).
+/// Makes the field of form (4) of the paper on the curved elements of a quadratic mesh, in physical space. With L_i and
+/// L_e the log-metrics at vertices and edge nodes, at x = F_K(ξ)
+///     log M = Σ_i ξ_i L_i + Σ_e 4 ξ_i ξ_j (L_e − (L_i + L_j)/2).
+/// This equals Σ B_α(ξ) log M_α with the virtual metrics, and Σ φ_α(ξ) log M(P_α^l).
 ///
-/// The straight mesh of the vertices may be invalid. Points are inside an element only with a proof (`root_radius`);
-/// beyond the boundary the nearest curved boundary point is used. Recovered gradients are linear between
-/// volume-weighted ball means. Edges sample the field in space, without the mesh's curves. On straight meshes with
-/// `nodal_logs`, results are those of `make_back_mesh` to rounding.
+/// The straight mesh of the vertices may be invalid. A point is located inside an element only if this is proven
+/// (`root_radius`). Beyond the boundary the nearest point of the curved boundary is used. Recovered gradients are
+/// linear between volume-weighted ball means. Edges sample the field in space and ignore the mesh's curves. On straight
+/// meshes with `nodal_logs`, results equal those of `make_back_mesh` up to rounding.
 ///
-/// Errors: not one row per vertex and edge; those of `neighbours`; memory; stopped.
+/// Errors: the number of rows is not that of the vertices or edges; those of `neighbours`; memory; stopped.
 template <int D>
 [[nodiscard]] Outcome<BackMesh<D>> make_nodal_back_mesh(QuadraticMesh<D> mesh, const Incidence<ElementId>& balls,
                                                         NodalLogs<D> logs, const Execution& execution);
 
-/// Returns ρ such that F_K(ξ) = p has exactly one solution within ρ of `location.xi` (in each of ξ_1 … ξ_D), in exact
-/// arithmetic for the stored nodes; none if unproven. Method: Kantorovich's theorem with an approximate inverse and
-/// rounding bounds. If all ξ exceed D ρ, p lies in the element. It lies in no other if camber.validity certifies the
-/// mesh and nothing crosses.
+/// Returns ρ such that F_K(ξ) = p has exactly one solution whose coordinates ξ_1 … ξ_D differ from `location.xi` by at
+/// most ρ, in exact arithmetic for the stored nodes. Returns no value if this is not proven. Method: Kantorovich's
+/// theorem with an approximate inverse and rounding bounds. If all ξ exceed D ρ, p lies in the element. If
+/// camber.validity also certifies the mesh and no faces cross, p lies in no other element.
 template <int D>
 [[nodiscard]] std::optional<double> root_radius(const QuadraticMesh<D>& mesh, const Location<D>& location,
                                                 const Vec<D>& p);
 
-/// C = ∫ sqrt(det M) over curved elements, by a Gauss rule of five points per direction. Errors: those of
-/// `make_nodal_back_mesh`.
+/// Computes the complexity C = ∫ sqrt(det M) over curved elements, by a Gauss rule of five points per direction.
+/// Errors: those of `make_nodal_back_mesh`.
 template <int D>
 [[nodiscard]] Outcome<double> complexity(const QuadraticMesh<D>& mesh, const NodalLogs<D>& logs,
                                          const Execution& execution);
@@ -267,8 +273,8 @@ template <int D>
 
 export namespace camber {
 
-/// Quadratic mesh, x = F_K(ξ) = Σ ξ_i P_i + Σ_e 4 ξ_i ξ_j u_e, with location data. Immutable, safe for concurrent use;
-/// ignores its straight mesh.
+/// Locates points in a quadratic mesh with x = F_K(ξ) = Σ ξ_i P_i + Σ_e 4 ξ_i ξ_j u_e. Immutable, safe for concurrent
+/// use; does not use the straight elements.
 template <int D>
 class CurvedLocator {
   public:
@@ -278,10 +284,11 @@ class CurvedLocator {
     BoxTree<D> boundary_tree;
     BoxTree<D> element_tree;
 
-    /// Returns the element of p; `inside` only with a proof (`root_radius`), else the nearest curved boundary point.
-    /// `hint` changes the result by rounding only. Requires elements.
+    /// Returns the element of p. The placement is `inside` only if that is proven (`root_radius`); otherwise the
+    /// nearest point of the curved boundary is returned. `hint` changes the result by rounding only. The mesh must have
+    /// elements.
     [[nodiscard]] Location<D> locate(const Vec<D>& p, ElementId hint) const;
-    /// Returns an element whose box contains p, or no element.
+    /// Returns an element whose bounding box contains p, or no element.
     [[nodiscard]] ElementId hint_for(const Vec<D>& p) const;
 };
 
@@ -290,7 +297,7 @@ template <int D>
 [[nodiscard]] Outcome<CurvedLocator<D>> make_curved_locator(QuadraticMesh<D> mesh, const Incidence<ElementId>& balls,
                                                             const Execution& execution);
 
-/// Quadrature rule on [0, 1]: ∫ f ≈ Σ w_q f(t_q).
+/// Quadrature rule on [0, 1] with points t and weights w: ∫ f ≈ Σ w_q f(t_q).
 struct Quadrature {
     std::vector<double> t, w;
     [[nodiscard]] std::size_t size() const { return t.size(); }
@@ -322,7 +329,7 @@ struct Quadrature {
     return rule;
 }
 
-/// Points for reported lengths and gains: more than in any minimisation.
+/// Number of quadrature points for reported lengths and gains; minimisations use fewer.
 inline constexpr int report_points = 12;
 
 }  // namespace camber

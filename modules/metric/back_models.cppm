@@ -16,14 +16,14 @@ namespace camber {
 template <int D>
 using Barycentrics = std::array<double, D + 1>;
 
-/// Barycentric coordinates as functions: u_i(x) with Σ u_i = 1 and u_i(vertex j) = δ_ij.
+/// Barycentric coordinates of an element as functions u_i(x): Σ u_i = 1, and u_i at vertex j is δ_ij.
 export template <int D>
 struct ElementFrame {
     std::array<Vec<D>, D + 1> p;         ///< corners
     std::array<Vec<D>, D + 1> gradient;  ///< ∇u_i; they sum to zero
-    int base = 0;                        ///< origin of differences
-    double determinant = 0;              ///< ± D! times the volume
-    double condition_squared = 0;        ///< square of the amplification of rounding errors in u
+    int base = 0;                        ///< corner from which differences of coordinates are taken
+    double determinant = 0;              ///< D! times the signed volume
+    double condition_squared = 0;        ///< square of the factor by which u amplifies rounding errors
 
     ElementFrame(const LinearMesh<D>& mesh, ElementId e) {
         const auto& v = mesh.elements.vertices[e];
@@ -61,16 +61,16 @@ struct ElementFrame {
         u[base] = rest;
         return u;
     }
-    /// Barycentric distance at which outside points still count as inside. It covers rounding: a point on a face is in
-    /// at least one of its elements.
+    /// Points outside the element by at most this barycentric distance count as inside. The distance covers rounding: a
+    /// point on a face is in at least one of the two elements.
     [[nodiscard]] double tolerance() const {
         return condition_squared < 1e4 ? 1e-12 : std::min(1e-14 * std::sqrt(condition_squared), 1e-4);
     }
 
   private:
-    /// A needle's sides are almost parallel: their cross products would be rounding errors. A shear, which preserves
-    /// the determinant, first removes their component along the longest side. The rest is the needle's thickness, as
-    /// exact as the coordinates.
+    /// Computes the gradients of a needle. Its sides are almost parallel, so their cross products would consist of
+    /// rounding errors. A shear, which preserves the determinant, first removes the component of the other sides along
+    /// the longest side. The remainder is the needle's thickness, as exact as the coordinates.
     void measure_slim() {
         const auto [from, to] = longest_side();
         base = from;
@@ -142,20 +142,21 @@ class StraightBack final : public BackModel<D> {
     [[nodiscard]] BackVertex<D> vertex(VertexId v) const override { return {mesh.points[v], log_metrics[v]}; }
     [[nodiscard]] BackSector<D> sector(ElementId e, VertexId a, VertexId b) const override;
 
-    /// ∂_i log M = Σ_j ∂_i u_j log M_j, constant in an element.
+    /// Returns ∂_i log M = Σ_j ∂_i u_j log M_j, which is constant in an element.
     [[nodiscard]] LogGradient<D> gradient_in(ElementId e) const;
-    /// log M = Σ ξ_i log M_i (paper §1.2) and its gradients, as sampled.
+    /// The following functions return log M = Σ ξ_i log M_i (paper §1.2) and its gradients, as the sampling functions
+    /// do.
     [[nodiscard]] LogMetric<D> value_at(const Location<D>& location) const;
     [[nodiscard]] LogGradient<D> gradient_at(const Location<D>& location) const;
     [[nodiscard]] LogGradient<D> recovered_gradient_at(const Location<D>& location) const;
 };
 
-/// Leaves out the vertex gradients. Errors: those of `make_back_mesh`.
+/// Makes a back mesh without vertex gradients. Errors: those of `make_back_mesh`.
 template <int D>
 [[nodiscard]] Outcome<StraightBack<D>> make_straight_back(const LinearMesh<D>& mesh, const Incidence<ElementId>& balls,
                                                           Column<LogMetric<D>> log_metrics, const Execution& execution);
 
-/// Gradient times volume, and volume (both times D!).
+/// An element's gradient times its volume, and the volume, both times D!.
 template <int D>
 struct WeightedGradient {
     LogGradient<D> gradient{};
@@ -164,13 +165,14 @@ struct WeightedGradient {
 template <int D>
 [[nodiscard]] WeightedGradient<D> weighted_gradient(const StraightBack<D>& back, ElementId e);
 
-/// Volume-weighted ball means of the gradients. Errors: memory, stopped.
+/// Returns the volume-weighted means of the gradients over vertex balls. Errors: memory, stopped.
 template <int D>
 [[nodiscard]] Outcome<Buffer<LogGradient<D>>> mean_gradients(const StraightBack<D>& back,
                                                              const Incidence<ElementId>& balls,
                                                              const Execution& execution);
 
-/// Unit tangents (the first along the first edge), normal and barycentric gradients of a triangle; all 0 without area.
+/// Unit tangents (the first along the first edge), unit normal, barycentric gradients and area of a triangle. All are 0
+/// if the area is 0.
 struct TriangleFrame {
     std::array<Vec<3>, 2> tangents{};
     Vec<3> normal{};
@@ -184,8 +186,8 @@ struct TriangleFrame {
     return {mesh.points[v[0]], mesh.points[v[1]], mesh.points[v[2]]};
 }
 
-/// Back mesh of a standalone surface mesh: log-metrics linear in triangles. Points take the values of the nearest
-/// triangle point, so gradients are tangential.
+/// Back mesh of a standalone surface mesh: log-metrics are linear in triangles. A point takes the value of the nearest
+/// point of the surface, so gradients are tangential.
 class SurfaceBack final : public BackModel<3> {
   public:
     LinearMesh<3> mesh;
@@ -207,30 +209,31 @@ class SurfaceBack final : public BackModel<3> {
     [[nodiscard]] LogGradient<3> gradient_in(ElementId triangle) const;
 };
 
-/// Errors: not one row per vertex; stopped.
+/// Errors: the number of rows is not that of the vertices; stopped.
 [[nodiscard]] Outcome<SurfaceBack> make_surface_back(const LinearMesh<3>& mesh, Column<LogMetric<3>> log_metrics,
                                                      const Execution& execution);
 
-/// Vertex metrics of a standalone surface mesh: area-weighted log-Euclidean means of the triangles' natural metrics.
-/// The normal size is undefined, so it is the geometric mean of the in-plane sizes. Vertices without triangles get the
-/// identity metric.
+/// Returns vertex metrics of a standalone surface mesh: area-weighted log-Euclidean means of the triangles' natural
+/// metrics. A triangle defines no size along its normal, so the geometric mean of its in-plane sizes is used. Vertices
+/// without triangles get the identity metric.
 [[nodiscard]] Outcome<Buffer<LogMetric<3>>> natural_surface_log_metrics(const LinearMesh<3>& mesh,
                                                                         const Execution& execution);
 
 template <int D>
 struct Bent {
-    Vec<D> point;     ///< x
+    Vec<D> point;     ///< x(X)
     Mat<D> jacobian;  ///< F = ∂x/∂X
 };
 
-/// Back mesh of a quadratic mesh, by its straight reference.
+/// Back mesh of a quadratic mesh, stored as its straight mesh and the displacements of the edge nodes.
 template <int D>
 class CurvedBack final : public BackModel<D> {
   public:
     StraightBack<D> reference;
     EdgeSet<D> edges;
-    Column<Vec<D>> displacements;  ///< u_e
-    /// Ball means of the gradients of log(Fᵀ M F), linear in each element, transformed to space; may be empty.
+    Column<Vec<D>> displacements;  ///< offset of each edge node from the chord's middle
+    /// Gradients of log(Fᵀ M F) averaged over vertex balls, linear in each element, transformed to physical space; may
+    /// be empty.
     Column<LogGradient<D>> relative_gradients;
 
     [[nodiscard]] Location<D> locate(const Vec<D>& p, ElementId hint) const override;
@@ -251,13 +254,13 @@ class CurvedBack final : public BackModel<D> {
 
 /// Quadratic K-simplex in D dimensions, relative to its vertex 0:
 ///     F(ξ) − P_0 = Σ_i ξ_i d_i + Σ_e 4 ξ_i ξ_j u_e, d_i = P_i − P_0,
-/// u_e the offset of an edge node from the chord's middle. Only differences of stored numbers occur, so errors are
-/// relative to the element's size.
+/// where u_e is the offset of an edge node from the chord's middle. Only differences of stored numbers occur, so errors
+/// are relative to the element's size.
 template <int K, int D>
 struct CurvedSimplex {
     Vec<D> origin;
     std::array<Vec<D>, K + 1> d{};                 ///< d_0 = 0
-    std::array<Vec<D>, edges_per_simplex<K>> u{};  ///< in the order of `local_edges`
+    std::array<Vec<D>, edges_per_simplex<K>> u{};  ///< offsets in the order of `local_edges`
 
     [[nodiscard]] Vec<D> point(const std::array<double, K + 1>& xi) const {
         Vec<D> p;
@@ -265,7 +268,7 @@ struct CurvedSimplex {
         for (int e = 0; e < edges_per_simplex<K>; ++e) p += edge_shape<K>(xi, e) * u[e];
         return p;
     }
-    /// ∂F/∂ξ_a for a = 1 … K, with ξ_0 = 1 − Σ ξ_a.
+    /// Returns ∂F/∂ξ_a for a = 1 … K, with ξ_0 = 1 − Σ ξ_a.
     [[nodiscard]] std::array<Vec<D>, K> derivatives(const std::array<double, K + 1>& xi) const {
         std::array<Vec<D>, K + 1> partial = d;
         for (int e = 0; e < edges_per_simplex<K>; ++e) add_edge_derivatives<K>(xi, e, u[e], partial);
@@ -273,7 +276,7 @@ struct CurvedSimplex {
         for (int a = 0; a < K; ++a) columns[a] = partial[a + 1] - partial[0];
         return columns;
     }
-    /// ∂²F/∂ξ_a ∂ξ_b, a, b = 1 … K, constant.
+    /// Returns the second derivatives ∂²F/∂ξ_a ∂ξ_b for a, b = 1 … K; they are constant.
     [[nodiscard]] std::array<std::array<Vec<D>, K>, K> second() const {
         std::array<std::array<Vec<D>, K + 1>, K + 1> h{};
         for (int e = 0; e < edges_per_simplex<K>; ++e) {
@@ -285,8 +288,8 @@ struct CurvedSimplex {
             for (int b = 0; b < K; ++b) out[a][b] = h[a + 1][b + 1] - h[a + 1][0] - h[0][b + 1];
         return out;
     }
-    /// Blossom of F − P_0: bilinear, F(ξ) − P_0 = blossom(ξ, ξ). At the corners of a subsimplex it gives its Bézier
-    /// points.
+    /// Blossom of F − P_0: the symmetric bilinear form with blossom(ξ, ξ) = F(ξ) − P_0. Evaluated at the corners of a
+    /// subsimplex it gives the Bézier points of the subsimplex.
     [[nodiscard]] Vec<D> blossom(const std::array<double, K + 1>& a, const std::array<double, K + 1>& b) const {
         Vec<D> p;
         for (int i = 1; i <= K; ++i) p += (0.5 * (a[i] + b[i])) * d[i];
@@ -296,7 +299,7 @@ struct CurvedSimplex {
         }
         return p;
     }
-    /// Bounding box of the Bézier points, enlarged by rounding.
+    /// Returns the bounding box of the Bézier points, enlarged by a rounding bound.
     [[nodiscard]] Box<D> box() const {
         Box<D> box;
         for (int i = 0; i <= K; ++i) box.include(origin + d[i]);
@@ -335,7 +338,7 @@ template <int D>
     return curved_simplex<D, D>(corners, nodes);
 }
 
-/// Corners are ordered as in `face_opposite`.
+/// Returns a face of a quadratic element. Its corners are ordered as in `face_opposite`.
 template <int D>
 [[nodiscard]] CurvedSimplex<D - 1, D> curved_face(const QuadraticMesh<D>& mesh, const ElementFace& face) {
     const auto local = face_opposite<D>(static_cast<int>(face.opposite));
@@ -367,15 +370,15 @@ template <int K>
     return out;
 }
 
-/// Approximate solution of F(ξ) = P_0 + r.
+/// Approximate solution ξ of F(ξ) = P_0 + r, r being a point relative to vertex 0.
 template <int D>
 struct Root {
     Barycentrics<D> xi{};
     bool is_proven = false;
-    double radius = 0;      ///< of a ball (maximum norm of ξ_1 … ξ_D) with exactly one solution
-    double uniqueness = 0;  ///< of a ball without another solution
+    double radius = 0;  ///< radius (maximum norm of ξ_1 … ξ_D) of a ball around ξ that contains exactly one solution
+    double uniqueness = 0;  ///< radius of a ball that contains no other solution
 
-    /// Rounding of a coordinate of a point of the element.
+    /// Coordinates above minus this value count as inside: they cover the rounding of ξ.
     [[nodiscard]] double tolerance() const {
         constexpr double least = 1e-12;
         return D * radius > least ? D * radius : least;
@@ -388,17 +391,17 @@ struct Root {
     }
 };
 
-/// Proves ξ by Kantorovich's theorem with an approximate inverse Jacobian, in coordinates in which thin, strongly bent
-/// elements are well proportioned.
+/// Proves by Kantorovich's theorem, with an approximate inverse Jacobian, that a solution lies near ξ. It uses
+/// coordinates in which thin, strongly bent elements are well proportioned.
 template <int D>
 [[nodiscard]] Root<D> proven_root(const CurvedSimplex<D, D>& element, const Vec<D>& r, const Barycentrics<D>& xi,
                                   const Mat<D>& inverse);
 
-/// Result of Newton's method; without convergence its first iterate.
+/// Last iterate of Newton's method; the first one if the method did not converge.
 template <int D>
 struct RootIterate {
     Barycentrics<D> xi{};
-    Mat<D> inverse;  ///< of the previous step's Jacobian
+    Mat<D> inverse;  ///< inverse Jacobian of the last step
     bool has_converged = false;
 };
 template <int D>
@@ -406,7 +409,7 @@ template <int D>
 template <int D>
 [[nodiscard]] Root<D> newton_root(const CurvedSimplex<D, D>& element, const Vec<D>& r, const Barycentrics<D>& from);
 
-/// Fast test: false if all Bézier points lie on one side of the point.
+/// Returns false if all Bézier points of the element lie on one side of the point: a fast test before Newton's method.
 template <int D>
 [[nodiscard]] bool may_hold(const CurvedSimplex<D, D>& element, const Vec<D>& r);
 
@@ -417,8 +420,9 @@ struct Found {
     Root<D> root;
 };
 
-/// Bisects the element. Discards parts whose Bézier points lie on one side of the point, or that lie in the uniqueness
-/// ball of a proven outside solution. Newton's method starts from the parts' centres.
+/// Searches for r by bisection of the element. It discards a part if the part's Bézier points lie on one side of r. It
+/// also discards a part within the uniqueness radius of a solution that is proven and lies outside the element.
+/// Newton's method starts from the centres of the parts.
 template <int D>
 [[nodiscard]] Found<D> find_in_element(const CurvedSimplex<D, D>& element, const Vec<D>& r);
 
@@ -427,7 +431,7 @@ class NodalBack final : public BackModel<D> {
   public:
     CurvedLocator<D> places;
     NodalLogs<D> logs;
-    Column<LogGradient<D>> recovered;  ///< volume-weighted ball means
+    Column<LogGradient<D>> recovered;  ///< volume-weighted means over vertex balls
 
     [[nodiscard]] Location<D> locate(const Vec<D>& p, ElementId hint) const override { return places.locate(p, hint); }
     void sample_values(std::span<const Vec<D>> points, ElementId hint, std::span<FieldSample<D>> out) const override;
@@ -443,11 +447,12 @@ class NodalBack final : public BackModel<D> {
     [[nodiscard]] BackSector<D> sector(ElementId e, VertexId a, VertexId b) const override;
 
     [[nodiscard]] LogMetric<D> value_at(const Location<D>& location) const;
-    /// ∂ log M in space, in element e at ξ.
+    /// Returns the gradient of log M in physical space, in element e at ξ.
     [[nodiscard]] LogGradient<D> gradient_at(ElementId e, const std::array<double, D + 1>& xi) const;
 };
 
-/// Nearest boundary point. `is_beyond` requires it to be inside the face, and p on the outer side.
+/// Nearest boundary point of p. `is_beyond` is true if that point is interior to its face and p is on the outer side of
+/// the face.
 template <int D>
 struct NearestOnCurved {
     ElementFace face;
@@ -457,8 +462,8 @@ struct NearestOnCurved {
 template <int D>
 [[nodiscard]] NearestOnCurved<D> nearest_on_boundary(const CurvedLocator<D>& back, const Vec<D>& p);
 
-/// ∂ξ/∂p of the nearest point of a face, one row for each of ξ_1 … ξ_D. On the face's boundary the point moves along
-/// that boundary only.
+/// Returns ∂ξ/∂p of the point of a face nearest to p, one row for each of ξ_1 … ξ_D. If the nearest point is on an edge
+/// or vertex of the face, it moves only along that edge or vertex.
 template <int D>
 [[nodiscard]] std::array<Vec<D>, D> slide_along_face(const CurvedLocator<D>& back, const Location<D>& location,
                                                      const Vec<D>& p);
@@ -467,14 +472,14 @@ template <int D>
 
 namespace camber {
 
-/// Rejects hints out of range, which may belong to another mesh.
+/// Returns `hint`, or no element if it is out of range, since it may belong to another mesh.
 template <int D>
 [[nodiscard]] ElementId element_or_none(const LinearMesh<D>& mesh, ElementId hint) {
     return hint.valid() && hint.index() < mesh.elements.size() ? hint : ElementId{};
 }
 
-/// Returns the vertex bitwise equal to p, if any. Fields are often sampled at their own vertices; at boundaries
-/// rounding would put half of them outside.
+/// Returns the location of the vertex of e that is bitwise equal to p, if any. Fields are often sampled at their own
+/// vertices; at boundaries rounding would put half of these points outside.
 template <int D>
 [[nodiscard]] std::optional<Location<D>> at_vertex_of(const LinearMesh<D>& mesh, ElementId e, const Vec<D>& p) {
     if (!e.valid()) return {};
@@ -488,7 +493,8 @@ template <int D>
     return {};
 }
 
-/// F = I + 4 Σ_j u_vj ⊗ ∇ξ_j at the corner v; `gradients`: `barycentric_gradients`.
+/// Returns F = I + 4 Σ_j u_vj ⊗ ∇ξ_j at the corner v, where u_vj is the offset on the edge v–j and `gradients` are
+/// `barycentric_gradients`.
 template <int D>
 [[nodiscard]] Mat<D> jacobian_at_corner(const CurvedBack<D>& back, ElementId e, VertexId v,
                                         const std::array<Vec<D>, D + 1>& gradients);
@@ -498,11 +504,11 @@ template <int D>
                                                                  const Incidence<ElementId>& balls,
                                                                  const Execution& execution);
 
-/// Elements per block: enough for many threads, few enough for a core's cache.
+/// Number of elements per block: enough for many threads, few enough for the cache of a core.
 inline constexpr std::size_t ball_block = 8192;
 
-/// Calls `visit(v, elements)` for corners v whose first ball element in [first, last) is `e`; `elements` is the ball
-/// within that range, ascending.
+/// Calls `visit(v, elements)` for each corner v of `e` such that `e` is the first element of the ball of v in [first,
+/// last). `elements` is the part of the ball in that range, ascending.
 template <int D>
 void visit_balls_of(const LinearMesh<D>& mesh, const Incidence<ElementId>& balls, ElementId e, std::size_t first,
                     std::size_t last, const auto& visit) {
@@ -524,9 +530,9 @@ template <std::size_t N>
     return static_cast<std::size_t>(std::find(corners.begin(), corners.end(), v) - corners.begin());
 }
 
-/// Sums element contributions over vertex balls, in blocks to limit memory. `make(begin, end, parts)` computes those of
-/// elements [begin, end) at their corners. `add(v, each_part)` adds some to vertex v: `each_part(f)` calls `f(part)` by
-/// ascending element. A vertex is used by one thread at a time.
+/// Sums contributions of elements to their corners over vertex balls, in blocks to limit memory. `make(begin, end,
+/// parts)` computes the contributions of elements [begin, end). `add(v, each_part)` adds contributions to vertex v:
+/// `each_part(f)` calls `f(part)` in ascending order of elements. At any time one thread works on a vertex.
 template <class Part, int D>
 [[nodiscard]] Outcome<Done> sum_over_balls(const LinearMesh<D>& mesh, const Incidence<ElementId>& balls,
                                            const Execution& execution, const auto& make, const auto& add) {

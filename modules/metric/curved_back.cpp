@@ -14,7 +14,8 @@ namespace camber {
 
 namespace {
 
-/// Final Newton step (barycentric); the remaining error is its square.
+/// Newton's method ends with a step below this value, in barycentric coordinates; the remaining error is of the order
+/// of its square.
 constexpr double small_step = 1e-5;
 constexpr int max_steps = 10;
 
@@ -28,7 +29,7 @@ void add(Mat<D>& sum, const Mat<D>& a) {
     for (int i = 0; i < D; ++i) sum.column[i] += a.column[i];
 }
 
-/// ∂_i = Σ_j (F⁻¹)_ji ∂_Xj.
+/// Transforms derivatives by X to derivatives by x: ∂_i = Σ_j (F⁻¹)_ji ∂_Xj.
 template <int D>
 LogGradient<D> in_space(const LogGradient<D>& gradient, const Mat<D>& jacobian) {
     const Mat<D> back = inverse(jacobian);
@@ -41,7 +42,7 @@ LogGradient<D> in_space(const LogGradient<D>& gradient, const Mat<D>& jacobian) 
 template <int D>
 Vec<D> reference_point(const CurvedBack<D>& back, const Location<D>& location) {
     const auto& v = back.reference.mesh.elements.vertices[location.element];
-    // Measured from a corner, since the origin may be far away.
+    // The sum starts at a corner, since the origin may be far away and rounding would grow.
     const Vec<D>& from = back.reference.mesh.points[v[0]];
     Vec<D> p = from;
     for (int i = 1; i <= D; ++i) p += location.xi[i] * (back.reference.mesh.points[v[i]] - from);
@@ -56,7 +57,8 @@ double share_of_element(const std::array<Vec<D>, D + 1>& gradients, const Vec<D>
     return most;
 }
 
-/// Σ 4 ξ_i ξ_j u_e at the centre; in stacks of thin elements close to the neighbours' values.
+/// Displacement Σ 4 ξ_i ξ_j u_e at the centre of the element. In stacks of thin elements it is close to the
+/// displacement in the neighbours.
 template <int D>
 Vec<D> displacement_at_centre(const CurvedBack<D>& back, ElementId e) {
     Vec<D> sum;
@@ -173,7 +175,7 @@ template <int D>
 Outcome<BackMesh<D>> make_curved_back_mesh(QuadraticMesh<D> mesh, const Incidence<ElementId>& balls,
                                            Column<LogMetric<D>> log_metrics, const Execution& execution,
                                            KeptGradients kept) {
-    // A surface is close to its triangles, and its field is constant along their normals.
+    // A curved surface is close to its triangles, and the field of a surface is constant along their normals.
     if (is_surface_alone(mesh.linear)) return make_back_mesh(mesh.linear, balls, std::move(log_metrics), execution);
     auto displacements = map_each(part_of(execution, 0, 0.03), mesh.edges.size(), [&](std::size_t e) {
         const auto& [a, b] = mesh.edges.vertices[e];
@@ -211,7 +213,7 @@ using Part = WeightedGradient<D>;
 template <int D>
 using Parts = std::array<Part<D>, D + 1>;
 
-/// D! times the volume. Cancellation in thin elements does not matter for a mean.
+/// D! times the volume. Cancellation in thin elements does not matter, since the volume is only the weight in a mean.
 template <int D>
 double volume_of(const LinearMesh<D>& mesh, ElementId e) {
     const auto& v = mesh.elements.vertices[e];
@@ -296,7 +298,7 @@ template <int D>
     return jacobian;
 }
 
-/// F⁻¹ by cofactors.
+/// Inverse of a matrix by cofactors.
 [[nodiscard, gnu::always_inline]] inline MatPack<2> inverse(const MatPack<2>& a) {
     const Pack scale = 1 / (a(1, 1) * a(0, 0) - a(0, 1) * a(1, 0));
     MatPack<2> r;
@@ -307,7 +309,7 @@ template <int D>
     return r;
 }
 [[nodiscard, gnu::always_inline]] inline MatPack<3> inverse(const MatPack<3>& a) {
-    MatPack<3> rows;  // transposed
+    MatPack<3> rows;  // transposed cofactors
     for (int i = 0; i < 3; ++i) {
         const VecPack<3>& b = a.column[(i + 1) % 3];
         const VecPack<3>& c = a.column[(i + 2) % 3];
@@ -323,7 +325,7 @@ template <int D>
     return r;
 }
 
-/// To space: derivatives by F⁻ᵀ, tensors from the frame of M̂ to that of M.
+/// Transforms a gradient to physical space: derivatives by F⁻ᵀ, tensors from the frame of M̂ to that of M.
 template <int D>
 [[nodiscard, gnu::always_inline]] inline GradientPack<D> brought(const GradientPack<D>& gradient,
                                                                  const MatPack<D>& jacobian, const MatPack<D>& axes) {

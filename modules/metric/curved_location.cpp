@@ -56,7 +56,7 @@ Outcome<CurvedLocator<D>> make_curved_locator(QuadraticMesh<D> mesh, const Incid
 
 namespace {
 
-/// Final Newton step; the remaining error is its square.
+/// Newton's method ends with a step below this value; the remaining error is of the order of its square.
 constexpr double small_step = 1e-6;
 constexpr int max_steps = 12;
 
@@ -67,7 +67,7 @@ double largest(const Vec<D>& v) {
     return most;
 }
 
-/// Rounding bound of r − F(ξ), for each coordinate of space.
+/// Returns bounds of the rounding errors of r − F(ξ), one per coordinate of space.
 template <int D>
 Vec<D> rounding(const CurvedSimplex<D, D>& element, const Vec<D>& r, const Barycentrics<D>& xi) {
     Vec<D> bound;
@@ -84,13 +84,14 @@ Vec<D> rounding(const CurvedSimplex<D, D>& element, const Vec<D>& r, const Baryc
     return bound;
 }
 
-/// Step coordinates z, δ = B z, in which the element is well proportioned. Across its thinnest direction the unit is
-/// the thickness. Along the layer the unit is at most the length over which it bends by that.
+/// Coordinates z of a step δ = B z in ξ, in which the element is well proportioned. Across the thinnest direction of
+/// the element the unit of z is its thickness. Along the layer the unit is at most the length over which the element
+/// bends by its thickness.
 template <int D>
 struct Scaled {
-    Mat<D> b;                      ///< ∂ξ/∂z, about J⁻¹ Q W
-    Mat<D> p;                      ///< W⁻¹ Qᵀ, applied to the residual
-    std::array<Mat<D>, D> second;  ///< [k]: second derivatives of coordinate k of W⁻¹ Qᵀ F by z
+    Mat<D> b;  ///< B = ∂ξ/∂z, about J⁻¹ Q W, with Q the frame along the thinnest direction and W the units
+    Mat<D> p;                      ///< W⁻¹ Qᵀ, applied to the residual r − F(ξ)
+    std::array<Mat<D>, D> second;  ///< second[k]: second derivatives by z of coordinate k of W⁻¹ Qᵀ F
 };
 template <int D>
 Mat<D> frame_along(const Vec<D>& direction) {
@@ -197,8 +198,8 @@ struct Part {
     }
 };
 
-/// Candidate separating directions: face normals and, since these almost coincide in a thin element, directions across
-/// its edges within the layer. `a`: inverse Jacobian.
+/// Returns candidate separating directions: the face normals and the directions across the element's edges within the
+/// layer, since face normals almost coincide in a thin element. `a` is the inverse Jacobian.
 template <int D>
 auto directions_of(const Mat<D>& a, const Mat<D>& jacobian) {
     std::array<Vec<D>, D + 1 + (D == 2 ? 1 : edges_per_simplex<D>)> out{};
@@ -221,7 +222,7 @@ auto directions_of(const Mat<D>& a, const Mat<D>& jacobian) {
     return out;
 }
 
-/// True if a direction separates the point from all Bézier points.
+/// Returns true if a direction separates the point from all Bézier points of the part.
 template <int D>
 bool misses(const CurvedSimplex<D, D>& element, const Vec<D>& r, const Part<D>& part, const Mat<D>& a,
             const Mat<D>& jacobian) {
@@ -253,7 +254,8 @@ Root<D> proven_root(const CurvedSimplex<D, D>& element, const Vec<D>& r, const B
     const Scaled<D> s = scaled_at<D>(element, inverse);
     const Vec<D> residual = s.p * (r - element.point(xi));
     const Vec<D> error = rounding<D>(element, r, xi);
-    // T(z) = z + P (r − F(ξ + B z)) maps a ball of radius ρ into itself if Y + Z1 ρ + Z2 ρ²/2 ≤ ρ, and contracts.
+    // With the bounds Y, Z1 and Z2 below, T(z) = z + P (r − F(ξ + B z)) maps a ball of radius ρ into itself and
+    // contracts if Y + Z1 ρ + Z2 ρ²/2 ≤ ρ.
     Mat<D> product = s.p * (jacobian * s.b);
     double y = 0, z2 = 0;
     for (int k = 0; k < D; ++k) {
@@ -266,7 +268,7 @@ Root<D> proven_root(const CurvedSimplex<D, D>& element, const Vec<D>& r, const B
         y = std::max(y, y_k);
         z2 = std::max(z2, z2_k);
     }
-    // Bounds the rounding of P J B and of the second derivatives, whose terms may cancel.
+    // `blur` bounds the rounding errors of P J B and of the second derivatives, whose terms may cancel.
     constexpr double epsilon = 16 * D * D * std::numeric_limits<double>::epsilon();
     double terms = 0;
     for (int k = 0; k < D; ++k)
@@ -281,7 +283,7 @@ Root<D> proven_root(const CurvedSimplex<D, D>& element, const Vec<D>& r, const B
     z2 = (1 + epsilon) * z2 + blur * largest_row<D>(s.b);
     const double slope = 1 - z1, discriminant = slope * slope - 2 * (1 + epsilon) * y * z2;
     if (!(slope > 0) || !(discriminant > 0)) return root;
-    constexpr double inflated = 1 + 1e-9;  // rounding of the lines below
+    constexpr double inflated = 1 + 1e-9;  // covers rounding in the lines below
     root.is_proven = true;
     root.radius = inflated * 2 * y / (slope + std::sqrt(discriminant)) * largest_row<D>(s.b);
     const double unique = (slope + std::sqrt(discriminant)) / (inflated * z2);
@@ -339,7 +341,8 @@ Found<D> find_in_element(const CurvedSimplex<D, D>& element, const Vec<D>& r) {
         const bool has_inverse = std::ranges::all_of(a.column, [](const Vec<D>& c) { return is_finite(c); });
         if (misses<D>(element, r, part, has_inverse ? a : Mat<D>::identity(), jacobian)) continue;
         Root<D> root;
-        // Newton's method mostly finds the same from the centres of halves.
+        // Newton's method mostly finds the same solution from the centres of a part and of its halves, so it runs only
+        // at every third depth.
         if (part.depth % 3 == 0) root = newton_root<D>(element, r, part.centre());
         if (root.is_inside()) return {Membership::inside, root};
         if (root.is_proven && part.is_within(root.xi, root.uniqueness)) continue;
@@ -370,8 +373,8 @@ Location<D> at_root(ElementId e, const Root<D>& root) {
     return {.element = e, .xi = root.xi, .placement = Placement::inside};
 }
 
-/// Walks across the face with the lowest Newton ξ until p is proven inside; `lost` outside the mesh or after too many
-/// steps.
+/// Walks through the mesh until p is proven inside an element; each step crosses the face with the smallest ξ of
+/// Newton's method. The result is `lost` if the walk leaves the mesh or takes too many steps.
 template <int D>
 Location<D> walk(const CurvedLocator<D>& back, const Vec<D>& p, ElementId start) {
     Location<D> seen{
@@ -385,8 +388,9 @@ Location<D> walk(const CurvedLocator<D>& back, const Vec<D>& p, ElementId start)
         if (root.has_converged && *std::ranges::min_element(root.xi) > -near)
             if (const auto proven = proven_root<D>(element, r, root.xi, root.inverse); proven.is_inside())
                 return at_root(at, proven);
-        // The mesh need not be convex, so other faces that hide p are tried at the boundary. The previous element is
-        // excluded, because ξ outside an element is only an extrapolation.
+        // The mesh need not be convex. If the face with the smallest ξ is on the boundary, the walk takes another face
+        // with negative ξ. It never returns to the previous element, because ξ outside an element is only an
+        // extrapolation.
         ElementId next;
         double least = 0;
         for (int i = 0; i <= D; ++i) {
@@ -453,7 +457,8 @@ Location<D> CurvedLocator<D>::locate(const Vec<D>& p, ElementId hint) const {
         return looked.is_found ? looked.location : near;
     }
     const NearestOnCurved<D> nearest = nearest_on_boundary(back, p);
-    // The ball around p up to its nearest boundary point contains no boundary, so `is_beyond` decides.
+    // The ball around p that touches its nearest boundary point contains no boundary inside, so `is_beyond` decides on
+    // which side p lies.
     if (nearest.is_beyond) return on_face<D>(nearest, Placement::outside);
     const Looked<D> looked = look_at_all(back, p);
     if (looked.is_found) return looked.location;

@@ -27,10 +27,11 @@ using Lanes = std::array<double, pack_size>;
     std::memcpy(lanes.data(), &p, sizeof p);
     return lanes;
 }
-/// Fixed order, independent of the instruction set.
+/// Sums the lanes in a fixed order, independent of the instruction set.
 double sum(const Lanes& x) { return ((x[0] + x[1]) + (x[2] + x[3])) + ((x[4] + x[5]) + (x[6] + x[7])); }
 
-/// slopes<D>[e][k]: 4 (ξ_j ∇ξ_i + ξ_i ∇ξ_j)_k of edge i–j at the rule's points.
+/// Derivatives of edge shape functions: slopes<D>[e][k] is component k of 4 (ξ_j ∇ξ_i + ξ_i ∇ξ_j) for the edge i–j at
+/// the rule's points.
 template <int D>
 constexpr auto slopes = [] {
     std::array<std::array<Lanes, D>, edges_per_simplex<D>> table{};
@@ -84,7 +85,7 @@ template <int D>
 struct Mean {
     double quality = 0, distortion = 0;
 };
-/// Weighted η, one point per lane, and the sign of det J if constant.
+/// Weighted η, one point per lane, and the sign of det J if it is the same at all points.
 struct WeightedDistortion {
     Lanes weighted{};
     bool is_positive = false, is_negative = false;
@@ -93,7 +94,7 @@ template <int D>
 [[gnu::always_inline]] inline WeightedDistortion weighted_distortion(const Sampled<D>& s) {
     return {stored(loaded(distortion_rule<D>.weights) * s.distortion), !any(!(s.det > 0)), !any(!(s.det < 0))};
 }
-/// See `CurvedQuality`.
+/// Computes `CurvedQuality::mean` and the mean distortion.
 Mean mean_of(const WeightedDistortion& of) {
     if (!of.is_positive && !of.is_negative) return {};
     const double mean = sum(of.weighted);
@@ -139,12 +140,12 @@ template <int D>
 CurvedQualityGradient<D> curved_quality_gradient(const QuadraticNodes<D>& nodes, const ElementMetric<D>& metric,
                                                  Instructions set) {
     WeightedDistortion of;
-    std::array<std::array<Lanes, D>, D> by_straight{};                   // [c][k]: by J, one point per lane
-    std::array<std::array<Lanes, D>, edges_per_simplex<D>> by_offset{};  // [e][c]
+    std::array<std::array<Lanes, D>, D> by_straight{};  // [c][k]: derivative by J W⁻¹, one point per lane
+    std::array<std::array<Lanes, D>, edges_per_simplex<D>> by_offset{};  // [e][c]: derivative by the offset of edge e
     with_instructions(set, [&]() __attribute__((always_inline)) {
         const Sampled<D> s = sampled<D>(nodes, metric);
         of = weighted_distortion(s);
-        // ∂η/∂A = 2 η (A / tr(AᵀA) − A⁻ᵀ/D), with the weight; then ∂η/∂(J W⁻¹) = rootᵀ ∂η/∂A.
+        // ∂η/∂A = 2 η (A / tr(AᵀA) − A⁻ᵀ/D), times the weight of the point; then ∂η/∂(J W⁻¹) = rootᵀ ∂η/∂A.
         const Pack factor = 2 * loaded(distortion_rule<D>.weights) * s.distortion;
         const Pack of_square = factor / s.square;
         const Pack of_inverse = factor / (D * s.det);
@@ -178,7 +179,7 @@ CurvedQualityGradient<D> curved_quality_gradient(const QuadraticNodes<D>& nodes,
     const Mean mean = mean_of(of);
     CurvedQualityGradient<D> out{mean.quality, {}};
     if (mean.quality == 0) return out;
-    const double scale = -mean.quality / mean.distortion;  // derivative of the signed quality: −sign/η̄²
+    const double scale = -mean.quality / mean.distortion;  // derivative of the signed mean quality by η̄: −sign/η̄²
     for (int c = 0; c < D; ++c)
         for (int k = 0; k < D; ++k) {
             const double x = scale * sum(by_straight[c][k]);
@@ -212,7 +213,7 @@ double quality_at(const QuadraticNodes<D>& nodes, const VertexLogMetrics<D>& ver
 
 namespace {
 
-/// Scaling and squaring. All terms are nonnegative, so each entry is accurate.
+/// Exponential of a matrix by scaling and squaring. All terms are nonnegative, so each entry is accurate.
 template <int D>
 Mat<D> exponential_of_nonnegative(Mat<D> p) {
     double largest = 0;
@@ -231,10 +232,10 @@ Mat<D> exponential_of_nonnegative(Mat<D> p) {
     return sum;
 }
 
-/// Part of the element in the frame with identity metric at its centre: M_mid = frameᵀ frame.
+/// Part of an element, in a frame in which the metric at the part's centre is the identity: M_mid = frameᵀ frame.
 template <int D>
 struct SeenPart {
-    std::array<Mat<D>, D + 1> jacobians;  ///< frame J W⁻¹ at the corners; linear between them
+    std::array<Mat<D>, D + 1> jacobians;  ///< frame J W⁻¹ at the corners; linear between the corners
     std::array<Sym<D>, D + 1> logs;       ///< log M along the axes of M_mid
     Vec<D> log_values;                    ///< log-eigenvalues of M_mid
 };
@@ -259,8 +260,8 @@ SeenPart<D> seen(const QuadraticNodes<D>& nodes, const VertexLogMetrics<D>& vert
     return part;
 }
 
-/// Entrywise bound of |M| in the frame: |e^L| ≤ e^P if |L_ab| ≤ P_ab for a ≠ b and L_aa ≤ P_aa (shift the diagonals and
-/// compare the series). L is a mean of corner values.
+/// Returns entrywise bounds of |M| in the part's frame. L = log M is a mean of its corner values, and |e^L| ≤ e^P if
+/// |L_ab| ≤ P_ab for a ≠ b and L_aa ≤ P_aa (proof: shift the diagonals and compare the series).
 template <int D>
 Sym<D> largest_metric(const SeenPart<D>& part) {
     Mat<D> p;
@@ -280,7 +281,8 @@ Sym<D> largest_metric(const SeenPart<D>& part) {
     return m;
 }
 
-/// Largest Bézier coefficient of a bound of tr(AᵀA) = Σ_ab M_ab S_ab, S = (J W⁻¹)(J W⁻¹)ᵀ.
+/// Returns an upper bound of tr(AᵀA) = Σ_ab M_ab S_ab, S = (J W⁻¹)(J W⁻¹)ᵀ: the largest Bézier coefficient with the
+/// bounds `metric` of M.
 template <int D>
 double largest_square(const SeenPart<D>& part, const Sym<D>& metric) {
     double largest = 0;
@@ -293,7 +295,8 @@ double largest_square(const SeenPart<D>& part, const Sym<D>& metric) {
                 for (int b = 0; b <= a; ++b) {
                     double s = 0;
                     for (int k = 0; k < D; ++k) s += (x(a, k) * y(b, k) + x(b, k) * y(a, k)) / 2;
-                    // S_aa ≥ 0 everywhere, but its coefficients may be negative.
+                    // S_aa ≥ 0 everywhere, but its Bézier coefficients may be negative, so they are not replaced by
+                    // their absolute values.
                     square += metric(a, b) * (a == b ? s : 2 * std::abs(s));
                 }
             largest = std::max(largest, square);
@@ -301,7 +304,8 @@ double largest_square(const SeenPart<D>& part, const Sym<D>& metric) {
     return largest;
 }
 
-/// Smallest Bézier coefficient of det: means over all orders of each multi-index's corners.
+/// Returns the smallest Bézier coefficient of the determinant. The coefficient of a multi-index is a mean over all
+/// orders of the corners that it contains.
 template <int D>
 double min_determinant(const SeenPart<D>& part) {
     const auto& m = part.jacobians;
@@ -326,7 +330,7 @@ double min_determinant(const SeenPart<D>& part) {
     return least;
 }
 
-/// Change of A and M along an edge, relative to A and M_mid.
+/// Returns the change of A and M along an edge of the part, relative to A and M_mid.
 template <int D>
 double change_along(const SeenPart<D>& part, int i, int j) {
     double of_a = 0, size = 0, of_m = 0;
@@ -336,7 +340,7 @@ double change_along(const SeenPart<D>& part, int i, int j) {
             const double y = part.jacobians[j](a, b);
             of_a += (x - y) * (x - y);
             size += x * x + y * y;
-            // Derivative of exp, see module partition spd.
+            // Entry of the derivative of exp (see `exp_derivative_in_frame`).
             const double half = (part.log_values[a] - part.log_values[b]) / 2;
             const double change =
                 (part.logs[i](a, b) - part.logs[j](a, b)) * (std::abs(half) < 1e-4 ? 1 : sinh(half) / half);
@@ -385,7 +389,7 @@ LeastQuality bound_quality(const QuadraticNodes<D>& nodes, const VertexLogMetric
     const auto look = [&](const Barycentric<D>& at) {
         found.attained = std::min(found.attained, quality_at<D>(nodes, vertices, at));
     };
-    std::array<Part<D>, max_bisections + 1> parts;  // heap, the lowest bound first
+    std::array<Part<D>, max_bisections + 1> parts;  // heap; its first part has the lowest bound
     std::size_t n = 0;
     const auto higher = [](const Part<D>& a, const Part<D>& b) { return a.bound > b.bound; };
     const auto add = [&](const Corners<D>& corners) {
@@ -400,7 +404,7 @@ LeastQuality bound_quality(const QuadraticNodes<D>& nodes, const VertexLogMetric
     add(whole);
     const int most = std::min(effort.bisections, max_bisections);
     for (int i = 0; i < most; ++i) {
-        // If 1/η ≤ 0 somewhere, no bound exists.
+        // If 1/η ≤ 0 at a sampled point, more bisections cannot give a positive bound.
         if (found.attained <= 0 || parts[0].bound >= std::min(effort.enough, effort.share * found.attained)) break;
         std::pop_heap(parts.begin(), parts.begin() + static_cast<std::ptrdiff_t>(n), higher);
         const Part<D> part = parts[--n];

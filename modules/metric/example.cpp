@@ -9,7 +9,7 @@ import camber.metric;
 
 using namespace camber;
 
-/// Returns the unit square in n × n cells of two triangles, the mesh of the field.
+/// Returns a mesh of the unit square: n × n cells of two triangles each.
 static LinearMesh<2> square(std::size_t n) {
     Buffer<Vec<2>> points;
     Buffer<SimplexVertices<2>> triangles;

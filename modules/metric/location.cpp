@@ -23,7 +23,8 @@ int lowest(const Barycentrics<D>& xi) {
 constexpr int short_walk = 64;
 constexpr unsigned long_walk = 100000;
 
-/// Walks across the face with the lowest ξ until no face hides x; `lost` outside the mesh or after too many steps.
+/// Walks through the mesh until x is inside an element; each step crosses the face with the smallest ξ. The result is
+/// `lost` if the walk leaves the mesh or takes too many steps.
 template <int D>
 Location<D> walk(const StraightBack<D>& back, const Vec<D>& x, ElementId start) {
     Location<D> seen{
@@ -34,7 +35,8 @@ Location<D> walk(const StraightBack<D>& back, const Vec<D>& x, ElementId start) 
         const ElementFrame<D> frame(back.mesh, at);
         const Barycentrics<D> xi = frame.barycentrics(x);
         if (xi[lowest<D>(xi)] >= -frame.tolerance()) return {at, xi, Placement::inside};
-        // The mesh need not be convex, so at a boundary face the other faces that hide x are tried.
+        // The mesh need not be convex. If the face with the smallest ξ is on the boundary, the walk takes another face
+        // with negative ξ.
         ElementId next;
         double least = 0;
         for (int i = 0; i <= D; ++i) {
@@ -47,14 +49,15 @@ Location<D> walk(const StraightBack<D>& back, const Vec<D>& x, ElementId start) 
     return seen;
 }
 
-/// Walks along the segment from `from` in `start` to x. If the segment is in the mesh, only rounding prevents arrival.
-/// Then returns the element with the largest minimum ξ as `lost`.
+/// Walks along the segment from the point `from` in element `start` to x. If the segment is in the mesh, only rounding
+/// can prevent arrival. In that case the element with the largest minimum ξ is returned as `lost`.
 template <int D>
 Location<D> walk_along(const StraightBack<D>& back, const Vec<D>& from, const Vec<D>& x, ElementId start) {
     Location<D> best{.element = start, .xi = {}, .placement = Placement::lost};
     double best_lowest = -std::numeric_limits<double>::infinity();
     ElementId at = start;
-    ElementId passed;  // at the last power of two: detects cycles among tangled straight elements (Brent)
+    ElementId passed;  // Brent's cycle detection (straight elements may be tangled): element at the last step number
+                       // that is a power of two
     for (unsigned step = 0; step < long_walk && at.valid() && at != passed; ++step) {
         if (std::has_single_bit(step)) passed = at;
         const ElementFrame<D> frame(back.mesh, at);
@@ -91,7 +94,7 @@ inline std::array<double, 3> nearest_in_face(const std::array<Vec<3>, 3>& p, con
     const Vec<3> u = p[1] - p[0];
     const Vec<3> v = p[2] - p[0];
     const Vec<3> r = x - p[0];
-    // With the normal, since the Gram determinant u² v² − (u·v)² of a needle would lose its digits twice.
+    // The normal is used because the Gram determinant u² v² − (u·v)² of a needle would lose twice as many digits.
     const Vec<3> n = cross(u, v);
     const double b = dot(cross(r, v), n) / norm_squared(n);
     const double c = dot(cross(u, r), n) / norm_squared(n);
@@ -129,7 +132,7 @@ NearestOnBoundary<D> nearest_on_boundary(const StraightBack<D>& back, const Vec<
         for (int i = 1; i < D; ++i) r -= xi[i] * (p[i] - p[0]);
         return norm_squared(r);
     });
-    // Comparisons with NaN (squares of lengths overflow) are false, so any face is taken.
+    // If squares of lengths overflow, comparisons with NaN are false and no face is found; then any face is used.
     const ElementFace face = back.boundary[nearest.item < back.boundary.size() ? nearest.item : 0];
     const auto p = face_points<D>(back.mesh, face);
     NearestOnBoundary<D> found{face, nearest_in_face(p, x), p[0]};
@@ -137,8 +140,9 @@ NearestOnBoundary<D> nearest_on_boundary(const StraightBack<D>& back, const Vec<
     return found;
 }
 
-/// Returns the element around the nearest boundary point's support (face, edge or vertex) that sees x; none if x is
-/// outside. One face is not sufficient: several faces share an edge or vertex, and some may be oriented away.
+/// Returns an element around the nearest boundary point's face, edge or vertex from which x is visible; no element if x
+/// is outside. One face is not sufficient: several faces share an edge or vertex, and some of them may be oriented away
+/// from x.
 template <int D>
 ElementId element_towards(const StraightBack<D>& back, const NearestOnBoundary<D>& nearest, const Vec<D>& x) {
     const auto& corner = back.mesh.elements.vertices[nearest.face.element];
@@ -194,12 +198,13 @@ Location<D> StraightBack<D>::locate(const Vec<D>& p, ElementId hint) const {
     const Location<D> near = walk(back, p, start);
     if (near.placement == Placement::inside || boundary.empty() || !is_finite(p)) return near;
     const NearestOnBoundary<D> nearest = nearest_on_boundary(back, p);
-    // The ball around p up to its nearest boundary point contains no boundary, so nothing hides p.
+    // The ball around p that touches its nearest boundary point contains no boundary inside, so nothing lies between
+    // them.
     const ElementId seen = element_towards(back, nearest, p);
     if (!seen.valid()) return on_face<D>(nearest);
     const Location<D> far = walk_along(back, nearest.point, p, seen);
     if (far.placement == Placement::inside) return far;
-    // Outside by no more than the rounding that made it look inside.
+    // p is outside the element by no more than the rounding error of the test that found it inside.
     if (far.xi[lowest<D>(far.xi)] > -1e-6) return clamped<D>(far);
     Location<D> lost = on_face<D>(nearest);
     lost.placement = Placement::lost;

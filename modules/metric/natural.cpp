@@ -33,7 +33,8 @@ double determinant(const Corners<D>& p) {
     return det(sides);
 }
 
-/// Contribution of an element to N means at a corner; flat elements have no metric and negative volume.
+/// Contribution of an element to N means at one of its corners. A negative volume marks elements without a natural
+/// metric (flat ones).
 template <int D, int N>
 struct Part {
     std::array<Sym<D>, N> weighted;
@@ -43,7 +44,7 @@ template <int D, int N>
 using Parts = std::array<Part<D, N>, D + 1>;
 constexpr double no_say = -1;
 
-/// Means at the vertices; `make` as in `sum_over_balls`.
+/// Computes N means at the vertices; `make` computes the parts as in `sum_over_balls`.
 template <int D, int N>
 Outcome<std::array<Buffer<LogMetric<D>>, N>> means(const LinearMesh<D>& mesh, const Incidence<ElementId>& balls,
                                                    const Execution& execution, const auto& make) {
@@ -103,7 +104,8 @@ template <int D>
     return det(sides);
 }
 
-/// Corners implied by the edge tangents at corner v; `are_bent`: lanes where they differ.
+/// Straight element with the edge tangents of the curved one at corner v; `are_bent` marks lanes with tangents off the
+/// chords.
 template <int D>
 struct Tangents {
     CornerPacks<D> corners;
@@ -122,7 +124,7 @@ template <int D>
     return tangents;
 }
 
-/// Writes a log-metric times the volume into mean `which` at a corner.
+/// Stores a log-metric times the volume as the part of mean `which` at a corner.
 template <int D, int N>
 [[gnu::always_inline]] inline void put(const SymPack<D>& log_metric, Pack volume, std::size_t begin, int corner,
                                        int which, std::span<Parts<D, N>> parts) {
@@ -140,7 +142,8 @@ template <int D, int N>
 
 enum Which : std::uint8_t { straight, curved };
 
-/// Corner contributions of eight elements; iterations start from the straight element's singular vectors.
+/// Computes the contributions of eight elements to their corners. Iterations start from the straight element's singular
+/// vectors.
 template <int D>
 [[gnu::always_inline]] inline void parts_of_pack(std::span<const CurvedElement<D>> elements, std::size_t begin,
                                                  const Mat<D>& reference, std::span<Parts<D, 2>> parts) {

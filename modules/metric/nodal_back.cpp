@@ -13,7 +13,7 @@ namespace camber {
 
 namespace {
 
-/// ∂ log M/∂ξ_a with ξ_0 = 1 − Σ ξ_a.
+/// ∂ log M/∂ξ_a for a = 1 … D, with ξ_0 = 1 − Σ ξ_a.
 template <int D>
 std::array<Sym<D>, D> reference_gradient(const NodalBack<D>& back, ElementId e, const Barycentrics<D>& xi) {
     const auto& v = back.places.mesh.linear.elements.vertices[e];
@@ -30,7 +30,7 @@ std::array<Sym<D>, D> reference_gradient(const NodalBack<D>& back, ElementId e, 
     return out;
 }
 
-/// Σ_a ∂_ξa ⊗ row a.
+/// Gradient in physical space, Σ_a ∂_ξa ⊗ ∂ξ_a/∂x; row a is ∂ξ_a/∂x.
 template <int D>
 LogGradient<D> in_space(const std::array<Sym<D>, D>& gradient, const std::array<Vec<D>, D>& rows) {
     LogGradient<D> out{};
@@ -39,7 +39,7 @@ LogGradient<D> in_space(const std::array<Sym<D>, D>& gradient, const std::array<
     return out;
 }
 
-/// ∂ξ_a/∂x, one per row.
+/// Rows ∂ξ_a/∂x of the inverse Jacobian.
 template <int D>
 std::array<Vec<D>, D> inverse_rows(const NodalBack<D>& back, ElementId e, const Barycentrics<D>& xi) {
     const Mat<D> a = inverse(jacobian_at(curved_element(back.places.mesh, e), xi));
@@ -65,7 +65,7 @@ Outcome<Buffer<LogGradient<D>>> recovered_gradients(const NodalBack<D>& back, co
             const LogGradient<D> gradient = back.gradient_at(e, corner);
             bool is_number = volume > 0;
             for (const Sym<D>& g : gradient) is_number = is_number && std::isfinite(norm(g));
-            if (!is_number) continue;  // a corner without tangents is ignored
+            if (!is_number) continue;  // a corner with linearly dependent tangents is ignored
             for (int i = 0; i < D; ++i) sum[i] += volume * gradient[i];
             weight += volume;
         }
@@ -218,7 +218,7 @@ namespace {
 
 constexpr int points_a_direction = 5;
 
-/// Gauss rule of the cube, mapped to the simplex (Duffy).
+/// Gauss rule of the cube, mapped to the simplex by the Duffy transformation.
 template <int D>
 struct Weighted {
     Barycentrics<D> xi{};
@@ -232,7 +232,7 @@ auto folded_rule() {
     for (std::size_t m = 0; m < rule.size(); ++m) {
         Weighted<D>& point = rule[m];
         point.weight = 1;
-        double left = 1;  // 1 minus the coordinates so far
+        double left = 1;  // 1 minus the sum of the coordinates set so far
         std::size_t digits = m;
         for (int a = 1; a <= D; ++a, digits /= n) {
             const double t = line.t[digits % n];

@@ -29,7 +29,7 @@ inline bool is_definite(const Sym<2>& a) {
     return a(0, 0) > 0 && a(0, 0) * a(1, 1) - a(1, 0) * a(1, 0) > 1e-10 * a(0, 0) * a(1, 1);
 }
 
-/// Hessian of |F − r|²/2: TᵀT + (F − r)·F'', T the tangents; TᵀT if that is not definite.
+/// Hessian of |F − r|²/2, TᵀT + (F − r)·F'' with T the tangents. If it is not positive definite, TᵀT is returned.
 template <int K, int D>
 Sym<K> curvature_of_distance(const CurvedSimplex<K, D>& s, const std::array<Vec<D>, K>& tangents, const Vec<D>& off) {
     const auto second = s.second();
@@ -42,7 +42,7 @@ Sym<K> curvature_of_distance(const CurvedSimplex<K, D>& s, const std::array<Vec<
     return is_definite(all) ? all : metric;
 }
 
-/// Newton's method inside the simplex; the distance never grows.
+/// Minimises the distance by Newton's method within the simplex; steps that increase the distance are rejected.
 template <int K, int D>
 void descend(const CurvedSimplex<K, D>& s, const Vec<D>& r, Nearest<K>& nearest) {
     for (int step = 0; step < 30; ++step) {
@@ -53,7 +53,8 @@ void descend(const CurvedSimplex<K, D>& s, const Vec<D>& r, Nearest<K>& nearest)
         const Vec<K> move = solved(curvature_of_distance<K, D>(s, tangents, off), slope);
         if (!is_finite(move)) return;
         const auto whole = moved<K>(nearest.xi, move);
-        // Near the end, distances resolve only half the digits of ξ; Newton steps resolve all.
+        // Near the minimum, distances determine only half the digits of ξ, but Newton steps determine all. So small
+        // steps are taken unchecked.
         constexpr double small = 1e-4, smallest = 1e-9;
         if (norm(move) < small && std::ranges::all_of(whole, [](double u) { return u >= 0; })) {
             nearest = {whole, norm_squared(s.point(whole) - r)};
@@ -103,7 +104,7 @@ inline Nearest<2> nearest_in(const CurvedSimplex<2, 3>& s, const Vec<3>& r) {
         }
     Nearest<2> within = best;
     descend<2, 3>(s, r, within);
-    // The edges are searched separately: a descent that meets one stays there.
+    // The edges are searched separately, because a descent that meets an edge ends there.
     for (int e = 0; e < edges_per_simplex<2>; ++e) {
         const auto [i, j] = local_edges<2>[e];
         CurvedSimplex<1, 3> edge;
@@ -118,7 +119,7 @@ inline Nearest<2> nearest_in(const CurvedSimplex<2, 3>& s, const Vec<3>& r) {
     return within;
 }
 
-/// Test with a ball around the centre of the corners.
+/// True if a ball around the corners' centre that contains the simplex is farther from r than the distance.
 template <int K, int D>
 bool is_farther(const CurvedSimplex<K, D>& s, const Vec<D>& r, double distance_squared) {
     Vec<D> centre;
@@ -130,10 +131,10 @@ bool is_farther(const CurvedSimplex<K, D>& s, const Vec<D>& r, double distance_s
     return gap > 0 && gap * gap > distance_squared;
 }
 
-/// True for p outside the face (negative ξ_opposite) and above its interior.
+/// True if the nearest point is inside the face and p lies on the outer side (negative ξ_opposite).
 template <int D>
 bool looks_outward(const CurvedLocator<D>& back, const NearestOnCurved<D>& nearest, const Vec<D>& p) {
-    // At an edge or vertex some faces may be oriented away from p.
+    // At an edge or vertex of the mesh the test is ambiguous: some of its faces may be oriented away from p.
     for (const double u : nearest.xi)
         if (!(u > 1e-9)) return false;
     Barycentrics<D> xi{};
@@ -161,7 +162,7 @@ NearestOnCurved<D> nearest_on_boundary(const CurvedLocator<D>& back, const Vec<D
         return here.distance_squared;
     });
     NearestOnCurved<D> nearest;
-    // Comparisons with NaN (squares of lengths overflow) are false, so any face is taken.
+    // If squares of lengths overflow, comparisons with NaN are false and no face is found; then any face is used.
     nearest.face = back.boundary[found.item < back.boundary.size() ? found.item : 0];
     const auto face = curved_face(back.mesh, nearest.face);
     nearest.xi = nearest_in(face, p - face.origin).xi;

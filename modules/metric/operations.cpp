@@ -24,9 +24,9 @@ Outcome<Column<LogMetric<D>>> as_column(Outcome<Buffer<LogMetric<D>>> buffer) {
     return Column<LogMetric<D>>(std::move(*buffer));
 }
 
-/// Divided difference exp[x_0, …, x_n]; n! times it is the mean of exp over the simplex of the values. Above a spread
-/// of 1 the recurrence is stable; below, the series e^m Σ_k h_k(x − m)/(k + n)! is used (m: mean, h_k: complete
-/// homogeneous symmetric polynomials).
+/// Divided difference exp[x_0, …, x_n]. Multiplied by n!, it is the mean of exp over a simplex on which the exponent is
+/// linear with corner values x_i. If the values spread over more than 1, the recurrence is stable; otherwise the series
+/// e^m Σ_k h_k(x − m)/(k + n)! is used (m: mean, h_k: complete homogeneous symmetric polynomials).
 template <std::size_t M>
 double exp_divided(std::array<double, M> x) {
     std::sort(x.begin(), x.end());
@@ -41,7 +41,7 @@ double exp_divided(std::array<double, M> x) {
     }
     double mean = 0;
     for (const double v : x) mean += v / static_cast<double>(M);
-    // h_k of the first j values: h_k(j) = h_k(j − 1) + x_j h_{k−1}(j).
+    // The loop adds one value after another: h_k of the first j values is h_k(j) = h_k(j − 1) + x_j h_{k−1}(j).
     constexpr std::size_t terms = 18;
     std::array<double, terms> h{};
     h[0] = 1;
@@ -57,7 +57,7 @@ double exp_divided(std::array<double, M> x) {
     return exp(mean) * sum;
 }
 
-/// The series for packs: requires close values in each lane.
+/// The same series for packs; requires that the values in each lane are close.
 template <std::size_t M>
 [[nodiscard, gnu::always_inline]] inline Pack exp_divided(const std::array<Pack, M>& x) {
     Pack mean = packed(0);
@@ -77,7 +77,7 @@ template <std::size_t M>
     return exp(mean) * sum;
 }
 
-/// ½ tr log M at the corners, and |det| = D! |K|.
+/// Corner values of ½ tr log M, and |det J|, which is D! times the volume.
 template <int D>
 struct DensityElement {
     std::array<double, D + 1> f{};
@@ -112,7 +112,7 @@ void add_complexities(std::span<const DensityElement<D>> elements, double& sum) 
     }
 }
 
-/// Log of the largest squared anisotropy of up to eight.
+/// Returns the log of the largest squared anisotropy of at most eight metrics.
 template <int D>
 double largest_spread(std::span<const LogMetric<D>> field) {
     double most = 0;
@@ -138,11 +138,12 @@ std::string check(const MetricBounds& b) {
     return {};
 }
 
-/// Returns a size out of range, if any; may be NaN.
+/// Returns a size that is out of range (or NaN), if any.
 template <int D>
 std::optional<double> size_out_of_range(const LogMetric<D>& log_metric) {
     const double least = -2 * log(max_length), most = -2 * log(min_length);
-    // The norm bounds every eigenvalue. The slack covers rounding at the ends of the range.
+    // The norm is at least each |eigenvalue|, so most metrics need no decomposition. `slack` covers rounding at the
+    // ends of the range.
     constexpr double slack = 1e-12;
     if (norm(log_metric.l) < std::fmin(-least, most)) return {};
     for (const double x : eigen_system(log_metric.l).values.c)
@@ -168,10 +169,9 @@ Outcome<Done> check_sizes(const Column<LogMetric<D>>& field, const Execution& ex
     if (std::isfinite(size))
         what << "a size of " << size << " is not between 1e-60 and 1e60";
     else
-        what << "is of sizes that are not between 1e-60 and 1e60";
+        what << "has sizes that are not between 1e-60 and 1e60";
     static_assert(min_length == 1e-60 && max_length == 1e60);
-    return fail(ErrorKind::input, what.str(), {}, Entity{"metric at vertex", *first + 1},
-                "take another unit of length");
+    return fail(ErrorKind::input, what.str(), {}, Entity{"metric at vertex", *first + 1}, "use another unit of length");
 }
 
 template <int D>
@@ -205,13 +205,13 @@ Outcome<Column<LogMetric<D>>> apply_bounds(const Column<LogMetric<D>>& field, co
 template <int D>
 Outcome<Column<LogMetric<D>>> intersection(const Column<LogMetric<D>>& a, const Column<LogMetric<D>>& b,
                                            const Execution& execution) {
-    if (a.size() != b.size()) return fail(ErrorKind::usage, "the metrics are of two meshes");
+    if (a.size() != b.size()) return fail(ErrorKind::usage, "the metrics belong to different meshes");
     return as_column<D>(map_each(execution, a.size(), [&](std::size_t v) { return intersection(a[v], b[v]); }));
 }
 
 namespace {
 
-/// ½ log det of M on the triangle's plane.
+/// ½ log det of M restricted to the triangle's plane.
 double log_density(const LogMetric<3>& log_metric, const TriangleFrame& frame) {
     const Sym<3> m = exp(log_metric).m;
     const auto& [s, t] = frame.tangents;
@@ -237,7 +237,7 @@ Outcome<double> surface_complexity(const LinearMesh<3>& mesh, const Column<LogMe
 
 template <int D>
 Outcome<double> complexity(const LinearMesh<D>& mesh, const Column<LogMetric<D>>& field, const Execution& execution) {
-    if (field.size() != mesh.points.size()) return fail(ErrorKind::usage, "the metric is of another mesh");
+    if (field.size() != mesh.points.size()) return fail(ErrorKind::usage, "the metric belongs to another mesh");
     if constexpr (D == 3)
         if (is_surface_alone(mesh)) return surface_complexity(mesh, field, execution);
     const std::size_t n = mesh.elements.size();
@@ -310,7 +310,7 @@ Incidence<VertexId> adjacent(const EdgeSet<D>& edges, std::size_t vertices) {
     return {Column<std::uint32_t>(std::move(offsets)), Column<VertexId>(std::move(items))};
 }
 
-/// Sufficient: the smallest eigenvalue exceeds the other's largest.
+/// Sufficient test that `metric` contains `spanned`: its smallest eigenvalue is at least the largest one of `spanned`.
 template <int D>
 bool surely_contained(const EigenSystem<D>& metric, const EigenSystem<D>& spanned) {
     return *std::max_element(spanned.values.c.begin(), spanned.values.c.end()) <=
@@ -328,7 +328,7 @@ Outcome<Done> check_inputs(const LinearMesh<D>& mesh, const EdgeSet<D>& edges, c
                            const GradationOptions& options) {
     if (auto checked = check_gradation_options(options); !checked) return checked;
     if (field.size() != mesh.points.size() || edges.of_elements.size() != mesh.elements.size())
-        return fail(ErrorKind::usage, "the metric or the edges are of another mesh");
+        return fail(ErrorKind::usage, "the metric or the edges belong to another mesh");
     return Done{};
 }
 
@@ -351,7 +351,7 @@ EigenSystem<D> spanned_metric(const EigenSystem<D>& at_p, const AxesTurn<D>& tur
     EigenSystem<D> out = turned(at_p, turn);
     const double distance_in_space = norm(pq);
     for (double& log_value : out.values.c) {
-        // h grows by a factor g: λ = h⁻², so log λ falls by 2 log g.
+        // If the size h = e^{−λ/2} grows by a factor g, the log-eigenvalue λ falls by 2 log g.
         const double physical_part = share > 0 ? log1p(distance_in_space * exp(log_value / 2) * growth) : 0;
         log_value -= 2 * (share * physical_part + (1 - share) * metric_part);
     }
@@ -370,13 +370,13 @@ Outcome<Graded<D>> apply_gradation(const LinearMesh<D>& mesh, const EdgeSet<D>& 
     if (!metrics) return fail(metrics.error());
     Buffer<Sym<D>> logs_now(n);
     for (std::size_t v = 0; v < n; ++v) logs_now[v] = field[v].l;
-    Buffer<std::uint8_t> active(n, std::uint8_t{1});   // changed in the last sweep
-    Buffer<std::uint8_t> touched(n, std::uint8_t{0});  // changed in any sweep
+    Buffer<std::uint8_t> active(n, std::uint8_t{1});   // 1: changed in the last sweep
+    Buffer<std::uint8_t> touched(n, std::uint8_t{0});  // 1: changed in any sweep
 
     const auto swept = [&](std::size_t v) {
         Swept<D> out{(*metrics)[v], false};
         for (const VertexId w : around[v]) {
-            // The metric spanned by w depends on both ends, because axes turn.
+            // The metric that w spans at v depends on both metrics, because axes turn from w to v.
             if (active[w.index()] == 0 && active[v] == 0) continue;
             const auto spanned =
                 spanned_metric<D>((*metrics)[w.index()], turn_between(logs_now[w.index()], logs_now[v]),

@@ -26,9 +26,9 @@ template <int D>
     return j;
 }
 
-/// Natural metric of a straight simplex, in which its edges have length 1: M = B^{-T} B^{-1}, B = J J_ref^{-1}.
-/// Computed from singular values, log M = −2 log σ: accurate for needles. Independent of orientation; infinite for flat
-/// simplices.
+/// Natural metric of a straight simplex: all its edges have length 1 in it. M = B^{-T} B^{-1} with B = J J_ref^{-1},
+/// J_ref being that of the regular simplex. Singular values σ of B give log M = −2 log σ accurately for needles. M does
+/// not depend on orientation and is infinite for flat simplices.
 template <int D>
 [[nodiscard]] inline LogMetric<D> natural_log_metric(const std::array<Vec<D>, D + 1>& p) {
     Mat<D> j;
@@ -38,8 +38,9 @@ template <int D>
     return {composed(s)};
 }
 
-/// Volume-weighted log-Euclidean ball means of natural metrics, without flat elements. Vertices without others get the
-/// identity metric. Standalone surfaces: see `natural_surface_log_metrics`. Errors: memory, stopped.
+/// Computes volume-weighted log-Euclidean means of natural metrics over vertex balls. Flat elements are ignored;
+/// vertices without other elements get the identity metric. For standalone surfaces see `natural_surface_log_metrics`.
+/// Errors: memory, stopped.
 template <int D>
 [[nodiscard]] Outcome<Buffer<LogMetric<D>>> natural_log_metrics(const LinearMesh<D>& mesh,
                                                                 const Incidence<ElementId>& balls,
@@ -49,10 +50,11 @@ template <int D>
 struct NaturalLogMetrics {
     Buffer<LogMetric<D>> straight, curved;
 };
-/// Natural metrics of a quadratic mesh, with straight and with its own edges. At vertex v a curved element counts as
-/// the straight one with its tangents, P_k − P_v + 4 u_vk (u: offset of a node from the chord's middle). Its natural
-/// metric is F⁻ᵀ M_K F⁻¹, F the Jacobian of the curved over the straight element. Weights are straight volumes.
-/// Elements inverted there, or below a twentieth of their volume, count as straight.
+/// Computes natural metrics of a quadratic mesh twice: with straight edges and with its own edges. At vertex v a curved
+/// element counts as the straight element whose edges are its tangents, P_k − P_v + 4 u_vk (u: offset of an edge node
+/// from the chord's middle). Its natural metric is F⁻ᵀ M_K F⁻¹, where F is the Jacobian of the map from the straight to
+/// the curved element. Weights are volumes of straight elements. Elements that are inverted at v, or whose volume falls
+/// there below a twentieth of the straight one, count as straight.
 template <int D>
 [[nodiscard]] Outcome<NaturalLogMetrics<D>> curved_natural_log_metrics(const QuadraticMesh<D>& mesh,
                                                                        const Incidence<ElementId>& balls,
@@ -63,14 +65,14 @@ enum class TensorPrecision { four_bytes, eight_bytes };
 template <int D>
 struct TensorLogs {
     Buffer<LogMetric<D>> log_metrics;
-    std::size_t floored = 0;  ///< tensors with eigenvalues raised, within rounding of zero or below
+    std::size_t floored = 0;  ///< number of tensors with eigenvalues raised because they were within rounding of zero
 };
 
-/// Logs of a file's metrics: `rows` of sym_size<D> numbers, xx xy yy (xz yz zz). Rounding alone makes strongly
-/// anisotropic tensors indefinite. δ bounds its effect on an eigenvalue: at most a few ε λ_max, zero for axes along the
-/// coordinates. Eigenvalues from −8 δ to δ are raised to δ and counted. Errors (entity "metric at vertex N"):
-/// non-finite numbers; eigenvalues below −8 δ; sizes far out of range (see `check_sizes`); a zero tensor or row, never
-/// due to rounding.
+/// Computes logs of the metrics of a file: each of `rows` holds sym_size<D> numbers, xx xy yy (xz yz zz). Rounding in
+/// the file alone can make strongly anisotropic tensors indefinite. δ bounds the effect of this rounding on an
+/// eigenvalue: at most a few ε λ_max, zero for axes along the coordinates. Eigenvalues from −8 δ to δ are raised to δ,
+/// and their tensors are counted. Errors (entity "metric at vertex N"): numbers that are not finite; eigenvalues below
+/// −8 δ; sizes far out of range (see `check_sizes`); a zero tensor or row, which rounding cannot cause.
 template <int D>
 [[nodiscard]] Outcome<TensorLogs<D>> log_metrics_of_tensors(std::span<const double> rows, TensorPrecision precision,
                                                             const Execution& execution);
@@ -79,11 +81,12 @@ template <int D>
 
 export namespace camber {
 
-/// All bounds but `min_size` only reduce sizes. `max_anisotropy` acts last and shrinks long sizes.
+/// Bounds of sizes. All except `min_size` only reduce sizes. `max_anisotropy` is applied last and reduces the long
+/// sizes.
 struct MetricBounds {
     double min_size = 0;                                              ///< model units
     double max_size = std::numeric_limits<double>::infinity();        ///< model units
-    double max_anisotropy = std::numeric_limits<double>::infinity();  ///< largest over smallest size, ≥ 1
+    double max_anisotropy = std::numeric_limits<double>::infinity();  ///< largest size over smallest size, ≥ 1
 };
 template <int D>
 [[nodiscard]] LogMetric<D> apply_bounds(const LogMetric<D>& log_metric, const MetricBounds& bounds);
@@ -93,20 +96,20 @@ template <int D>
 [[nodiscard]] Outcome<Column<LogMetric<D>>> apply_bounds(const Column<LogMetric<D>>& field, const MetricBounds& bounds,
                                                          const Execution& execution);
 
-/// Intersection at each vertex. Errors (usage): columns of different sizes; stopped.
+/// Intersects two metrics at each vertex. Errors (usage): columns of different sizes; stopped.
 template <int D>
 [[nodiscard]] Outcome<Column<LogMetric<D>>> intersection(const Column<LogMetric<D>>& a, const Column<LogMetric<D>>& b,
                                                          const Execution& execution);
 
-/// Checks that sizes are in `min_length` to `max_length`: squared metric entries keep all digits. Errors (input, entity
-/// "metric at vertex N"): a size out of range; stopped.
+/// Checks that sizes are between `min_length` and `max_length`, so that squares of metric entries keep all digits.
+/// Errors (input, entity "metric at vertex N"): a size out of range; stopped.
 template <int D>
 [[nodiscard]] Outcome<Done> check_sizes(const Column<LogMetric<D>>& field, const Execution& execution);
 
-/// C = ∫ sqrt(det M) of the log-Euclidean field, linear in each element. The integrand is exp of the linear f = ½ tr
-/// log M, so its integral is exactly D! |K| exp[f_0, …, f_D], a divided difference (Hermite–Genocchi). A unit mesh has
-/// about 6√2 C tetrahedra (4/√3 C triangles). Standalone surfaces use M on the triangles' planes. Errors (usage): the
-/// column of another mesh; stopped.
+/// Computes C = ∫ sqrt(det M) of the log-Euclidean field, which is linear in each element. The integrand is exp(f) with
+/// the linear function f = ½ tr log M. Its integral is exactly D! |K| exp[f_0, …, f_D], a divided difference
+/// (Hermite–Genocchi). A unit mesh has about 6√2 C tetrahedra (4/√3 C triangles). On standalone surfaces M is
+/// restricted to the triangles' planes. Errors (usage): the column belongs to another mesh; stopped.
 template <int D>
 [[nodiscard]] Outcome<double> complexity(const LinearMesh<D>& mesh, const Column<LogMetric<D>>& field,
                                          const Execution& execution);
@@ -115,17 +118,19 @@ template <int D>
 template <int D>
 [[nodiscard]] Outcome<double> largest_anisotropy(const Column<LogMetric<D>>& field, const Execution& execution);
 
-/// M ← (target/C)^{2/D} M. Errors (usage): a non-positive target, a zero or infinite complexity; those of `complexity`.
+/// Scales M to the complexity `target`: M ← (target/C)^{2/D} M. Errors (usage): a target that is not positive; a zero
+/// or infinite complexity; those of `complexity`.
 template <int D>
 [[nodiscard]] Outcome<Column<LogMetric<D>>> scale_to_complexity(const LinearMesh<D>& mesh,
                                                                 const Column<LogMetric<D>>& field, double target,
                                                                 const Execution& execution);
 
-/// Spread of a vertex metric (Alauzet, "Size gradation control of anisotropic meshes", 2010).
+/// Growth of a vertex metric with the distance from the vertex (Alauzet, "Size gradation control of anisotropic
+/// meshes", 2010).
 enum class GradationSpace : std::uint8_t {
-    metric,    ///< all sizes grow with the metric distance: preserves anisotropy
-    physical,  ///< each size grows with the distance: tends to isotropy
-    mixed,     ///< geometric mean of both, by `physical_share`
+    metric,    ///< all sizes grow with the metric length of the distance, which preserves anisotropy
+    physical,  ///< each size grows with the Euclidean distance, which tends to isotropy
+    mixed,     ///< geometric mean of `metric` and `physical`, weighted by `physical_share`
 };
 [[nodiscard]] constexpr auto words(GradationSpace) {
     return words_of(Word{GradationSpace::metric, "metric"}, Word{GradationSpace::physical, "physical"},
@@ -134,10 +139,10 @@ enum class GradationSpace : std::uint8_t {
 
 struct GradationOptions {
     GradationSpace space = GradationSpace::mixed;
-    double ratio = 1.5;  ///< β: sizes grow by log β per unit length
+    double ratio = 1.5;  ///< β: each unit of length adds log β to a size
     double physical_share = 0.125;
     int max_sweeps = 1000;
-    /// Sweeps end when no size shrinks by more than this fraction.
+    /// Sweeps end if no size shrinks by more than this fraction.
     double tolerance = 1e-6;
 
     [[nodiscard]] static constexpr auto options() {
@@ -145,9 +150,11 @@ struct GradationOptions {
         return std::tuple(
             option("ratio", &S::ratio, "largest ratio of the sizes of adjacent edges").above(1).at_most(1000),
             option("space", &S::space,
-                   "metric: all sizes grow alike, anisotropy is kept; physical: each with the distance, towards "
-                   "isotropy; mixed: between the two"),
-            option("physical_share", &S::physical_share, "mixed only: 0 is metric, 1 physical").at_least(0).at_most(1),
+                   "metric: all sizes grow at the same rate, which preserves anisotropy; physical: each size grows "
+                   "with the distance, which tends to isotropy; mixed: a mean of the two"),
+            option("physical_share", &S::physical_share, "mixed only: weight of physical. 0: as metric, 1: as physical")
+                .at_least(0)
+                .at_most(1),
             option("max_sweeps", &S::max_sweeps, "largest number of sweeps over the mesh")
                 .at_least(1)
                 .at_most(1000000));
@@ -155,8 +162,9 @@ struct GradationOptions {
     friend bool operator==(const GradationOptions&, const GradationOptions&) = default;
 };
 
-/// Metric that p spans at q: axes of M_p turned by `turn` (`turn_between` M_p and M_q), sizes
-///     metric: h_i (1 + l_p log β), l_p = sqrt(pqᵀ M pq), M: M_p turned by half
+/// Metric that p spans at q: the axes of M_p turned by `turn`, the turn between M_p and M_q. M is M_p with axes turned
+/// by half of it. The sizes are
+///     metric: h_i (1 + l_p log β), l_p = sqrt(pqᵀ M pq)
 ///     physical: h_i + |pq| log β
 ///     mixed: h_i (1 + |pq|/h_i log β)^s (1 + l_p log β)^{1−s}.
 template <int D>
@@ -166,50 +174,53 @@ template <int D>
 template <int D>
 struct Graded {
     Column<LogMetric<D>> log_metrics;
-    int sweeps = 0;          ///< with changes; excludes the last one
-    bool converged = false;  ///< false if max_sweeps ended it
+    int sweeps = 0;          ///< number of sweeps that changed the field
+    bool converged = false;  ///< false if `max_sweeps` ended the sweeps
     std::size_t changed = 0;
 };
 
-/// Limits the growth of sizes along edges, whose axes may turn: intersects each vertex metric with those that its
-/// neighbours span there, in sweeps, until none changes. Jacobi sweeps with neighbours in id order make results
-/// independent of threads and edge order. Sizes never grow. Errors (usage): ratio not above 1, share outside 0 to 1,
-/// columns of another mesh; stopped.
+/// Limits the growth of sizes along edges. Each sweep intersects each vertex metric with the metrics that its
+/// neighbours span at the vertex (`spanned_metric`), until none changes. Sizes never grow. Jacobi sweeps with
+/// neighbours in ascending order make results independent of threads and edge order. Errors (usage): ratio not above 1,
+/// share outside 0 to 1, columns of another mesh; stopped.
 template <int D>
 [[nodiscard]] Outcome<Graded<D>> apply_gradation(const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
                                                  const Column<LogMetric<D>>& field, const GradationOptions& options,
                                                  const Execution& execution);
 
-/// Largest log of the factor by which a size exceeds that spanned along an edge; at most 0 within the growth limit.
+/// Returns the largest log of the factor by which a size exceeds the size spanned along an edge. It is at most 0 if the
+/// growth limit holds.
 template <int D>
 [[nodiscard]] Outcome<double> gradation_excess(const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
                                                const Column<LogMetric<D>>& field, const GradationOptions& options,
                                                const Execution& execution);
 
-/// Surface metric of paper §4.1: thin along the boundary normal, isotropic in the volume.
+/// Options of the surface metric of paper §4.1: thin along the boundary normal, isotropic in the volume.
 struct SurfaceMetricOptions {
-    double tangent_size = 1;            ///< in the tangent plane: λ_min = tangent_size⁻²
-    double normal_size = 0.1;           ///< along the normal: λ_max = normal_size⁻²; 0.1 as in the paper
-    std::optional<double> volume_size;  ///< at volume vertices (model units); default: tangent_size
+    double tangent_size = 1;            ///< size in the tangent plane: λ_min = tangent_size⁻²
+    double normal_size = 0.1;           ///< size along the normal: λ_max = normal_size⁻²; default as in the paper
+    std::optional<double> volume_size;  ///< size at volume vertices (model units); default: tangent_size
 
     [[nodiscard]] static constexpr auto options() {
         using S = SurfaceMetricOptions;
         return std::tuple(
             option("tangent_size", &S::tangent_size, "size along the boundary").unit("model units").above(0).required(),
-            option("normal_size", &S::normal_size, "size across it; a tenth of tangent_size curves well")
+            option("normal_size", &S::normal_size,
+                   "size normal to the boundary; a tenth of tangent_size is suitable "
+                   "for curving")
                 .unit("model units")
                 .above(0)
                 .required());
     }
 };
 
-/// Unit normals at vertices: none in the volume, one per smooth boundary side. Zero vectors, orientation and order are
-/// ignored.
+/// Unit normals at vertices: none in the volume, one per smooth side of the boundary at the vertex. Zero vectors,
+/// orientation and order are ignored.
 template <int D>
 using VertexNormals = Incidence<Vec<D>>;
 
-/// exp: R diag(λ_min, λ_min, λ_max) Rᵀ, last axis along the normal; intersected over a vertex's sides. Errors (usage):
-/// a non-positive size; stopped.
+/// Computes M = R diag(λ_min, λ_min, λ_max) Rᵀ with the last axis along the normal, intersected over the sides at a
+/// vertex. Errors (usage): a size that is not positive; stopped.
 template <int D>
 [[nodiscard]] Outcome<Column<LogMetric<D>>> surface_log_metrics(const VertexNormals<D>& normals,
                                                                 const SurfaceMetricOptions& options,

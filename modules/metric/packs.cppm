@@ -6,7 +6,7 @@ module;
 export module camber.metric:packs;
 import camber.core;
 
-/// Tensors of eight items at a time, for kernels (core:tensors).
+/// Tensors of eight items at a time (core:tensors).
 namespace camber {
 
 export template <int D>
@@ -16,7 +16,7 @@ struct VecPack {
     [[nodiscard, gnu::always_inline]] inline Pack& operator[](int i) { return c[i]; }
 };
 
-/// Entries as in Sym.
+/// Eight symmetric matrices, with entries in the order of Sym.
 export template <int D>
 struct SymPack {
     std::array<Pack, sym_size<D>> c{};
@@ -24,7 +24,7 @@ struct SymPack {
     [[nodiscard, gnu::always_inline]] inline Pack& operator()(int i, int j) { return c[Sym<D>::index(i, j)]; }
 };
 
-/// Columns as in Mat.
+/// Eight matrices, stored by columns as in Mat.
 export template <int D>
 struct MatPack {
     std::array<VecPack<D>, D> column{};
@@ -32,7 +32,7 @@ struct MatPack {
     [[nodiscard, gnu::always_inline]] inline Pack& operator()(int i, int j) { return column[j][i]; }
 };
 
-/// One item per lane from `begin`: get(item)[k]; the last item is repeated.
+/// Gathers get(item)[k] of the items from `begin`, one per lane. The last item fills further lanes.
 export template <class T, class Get>
 [[nodiscard, gnu::always_inline]] inline Pack gathered(std::span<const T> items, std::size_t begin, const Get& get) {
     Pack p{};
@@ -65,7 +65,7 @@ export template <int D, class T, class Get>
     return m;
 }
 
-/// out[begin + lane] = vector of the lane, within the size of `out`.
+/// Stores the vector of each lane as out[begin + lane]; lanes beyond the end of `out` are ignored.
 export template <int D>
 [[gnu::always_inline]] inline void scatter(const VecPack<D>& v, std::size_t begin, std::span<Vec<D>> out) {
     const std::size_t n = std::min<std::size_t>(pack_size, out.size() - begin);
@@ -137,8 +137,8 @@ export template <int D>
     return s;
 }
 
-/// Tangent of the rotation that makes two columns orthogonal: smaller root of t² + (difference/product) t = 1; 0
-/// outside `lanes`.
+/// Tangent of the rotation that makes two columns orthogonal: the smaller root of t² + (difference/product) t = 1.
+/// Lanes outside `lanes` get 0.
 [[nodiscard, gnu::always_inline]] inline Pack rotation_tangent(Pack difference, Pack product, Mask lanes) {
     const Pack twice = 2 * product;
     const Pack denominator = difference + copysign(sqrt(difference * difference + twice * twice), difference);
@@ -168,7 +168,7 @@ export template <int D>
     return m;
 }
 
-/// Eight eigensystems by cyclic Jacobi rotations, each lane until convergence.
+/// Eight eigensystems by cyclic Jacobi rotations; each lane stops when it has converged.
 export template <int D>
 [[nodiscard, gnu::always_inline]] inline EigenPack<D> eigen_system(SymPack<D> a) {
     MatPack<D> r = identity_pack<D>();
@@ -180,7 +180,7 @@ export template <int D>
             all += a(i, i) * a(i, i);
             for (int j = 0; j < i; ++j) off += a(i, j) * a(i, j);
         }
-        // Quadratic convergence: below 1e-17 |A| the rest is rounding.
+        // Convergence is quadratic: off-diagonal entries below 1e-17 |A| are rounding errors.
         const Mask lanes = off > 1e-34 * all;
         if (!any(lanes)) break;
         for (int p = 0; p < D - 1; ++p)
@@ -207,14 +207,15 @@ export template <int D>
     return out;
 }
 
-/// Right singular vectors V of A, and A V, whose columns have the singular values as lengths. One-sided Jacobi
-/// rotations (Hestenes) keep small ones accurate.
+/// Right singular vectors V of A in `vectors`, and A V in `columns`, whose lengths are the singular values. One-sided
+/// Jacobi rotations (Hestenes) compute small singular values accurately.
 template <int D>
 struct RightSingularPack {
     MatPack<D> columns;
     MatPack<D> vectors;
 };
-/// Starts from A V₀ with any orthogonal V₀; the closer, the faster.
+/// Starts from `columns` A V₀ and `vectors` V₀, any orthogonal matrix. The closer V₀ is to V, the fewer sweeps are
+/// needed.
 template <int D>
 [[nodiscard, gnu::always_inline]] inline RightSingularPack<D> right_singular_from(RightSingularPack<D> out) {
     MatPack<D>& w = out.columns;
@@ -245,7 +246,8 @@ template <int D>
     return right_singular_from<D>({a, identity_pack<D>()});
 }
 
-/// Bᵀ = (J J_ref⁻¹)ᵀ of `natural_log_metric`; its right singular vectors are the left ones of B. `reference`: J_ref⁻¹.
+/// Bᵀ = (J J_ref⁻¹)ᵀ of `natural_log_metric`; its right singular vectors are the left ones of B. `reference` is
+/// J_ref⁻¹.
 template <int D>
 [[nodiscard, gnu::always_inline]] inline MatPack<D> natural_frame(const std::array<VecPack<D>, D + 1>& p,
                                                                   const Mat<D>& reference) {
@@ -270,7 +272,8 @@ struct SeenPack {
     SymPack<D> log_metric;
     MatPack<D> axes;
 };
-/// With Λ^{1/2} Rᵀ F = V Σ Uᵀ (accurate for needles): M̂ = U Σ² Uᵀ, O = R V Uᵀ. M itself for singular F.
+/// Uses Λ^{1/2} Rᵀ F = V Σ Uᵀ, which is accurate for needles: M̂ = U Σ² Uᵀ, O = R V Uᵀ. If F is singular, M is returned
+/// unchanged.
 export template <int D>
 [[nodiscard, gnu::always_inline]] inline SeenPack<D> seen_through(const SymPack<D>& log_metric,
                                                                   const EigenPack<D>& metric,

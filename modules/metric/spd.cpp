@@ -96,7 +96,8 @@ namespace {
 
 enum class TensorState : std::uint8_t { sound, floored, indefinite, singular, zero, out_of_range, not_finite };
 
-/// A zero row makes an eigenvalue exactly zero. Other singular matrices cannot be distinguished from rounding.
+/// True if a row is zero, which makes an eigenvalue exactly zero. Rounding can make other singular matrices regular,
+/// and the reverse.
 template <int D>
 bool has_zero_row(const Sym<D>& m) {
     for (int i = 0; i < D; ++i) {
@@ -107,7 +108,7 @@ bool has_zero_row(const Sym<D>& m) {
     return false;
 }
 
-/// True if squares of the entries would overflow or vanish.
+/// True if squares of the entries would overflow or underflow.
 template <int D>
 bool is_out_of_range(const Sym<D>& m) {
     double largest = 0;
@@ -116,8 +117,8 @@ bool is_out_of_range(const Sym<D>& m) {
     return largest * (min_length * min_length) > beyond || largest * (max_length * max_length) * beyond < 1;
 }
 
-/// Effect on an eigenvalue of rounding M's entries by ε: ε Σ |r_j| |m_jk| |r_k| ≤ ε λ_max D, far less for axes along
-/// the coordinates. At least the decomposition's error.
+/// Bounds the effect on each eigenvalue if the entries of M are rounded by ε: ε Σ |r_j| |m_jk| |r_k| ≤ ε λ_max D, far
+/// less for axes along the coordinates. The bound is never below the error of the decomposition.
 template <int D>
 Vec<D> eigenvalue_rounding(const Sym<D>& m, const EigenSystem<D>& e, double epsilon) {
     Vec<D> rounding;
@@ -162,13 +163,13 @@ std::optional<Error> refusal_of(TensorState state, const Entity& vertex) {
     switch (state) {
         case TensorState::sound:
         case TensorState::floored: break;
-        case TensorState::not_finite: return Error{kind, "holds a number that is not finite", {}, vertex, {}};
+        case TensorState::not_finite: return Error{kind, "contains a number that is not finite", {}, vertex, {}};
         case TensorState::zero:
             return Error{kind, "is zero", {}, vertex, "sizes would be infinite: give each direction a size"};
         case TensorState::out_of_range:
             static_assert(min_length == 1e-60 && max_length == 1e60);
             return Error{
-                kind, "is of sizes that are not between 1e-60 and 1e60", {}, vertex, "take another unit of length"};
+                kind, "has sizes that are not between 1e-60 and 1e60", {}, vertex, "use another unit of length"};
         case TensorState::singular:
             return Error{kind, "is singular", {}, vertex, "a size would be infinite: give each direction a size"};
         case TensorState::indefinite:

@@ -11,14 +11,14 @@ import camber.bezier;
 
 export namespace camber {
 
-/// A = R diag(values) Rᵀ with orthonormal columns of R; values are unordered.
+/// A = R diag(values) Rᵀ; the columns of R, `vectors`, are orthonormal. The values are unordered.
 template <int D>
 struct EigenSystem {
     Vec<D> values;
     Mat<D> vectors;
 };
 
-/// Jacobi rotation that zeroes a(p, q), also applied to R's columns.
+/// Applies the Jacobi rotation that makes a(p, q) zero to A and to the columns of R.
 template <int D>
 inline void jacobi_rotate(Sym<D>& a, Mat<D>& r, int p, int q) {
     const double apq = a(p, q);
@@ -44,7 +44,8 @@ inline void jacobi_rotate(Sym<D>& a, Mat<D>& r, int p, int q) {
     }
 }
 
-/// Cyclic Jacobi rotations, accurate at near-equal eigenvalues unlike closed forms. Backward error: a few ulps of |A|.
+/// Decomposes A by cyclic Jacobi rotations, which unlike closed forms are accurate at nearly equal eigenvalues. The
+/// backward error is a few ulps of |A|.
 template <int D>
 [[nodiscard]] inline EigenSystem<D> eigen_system(Sym<D> a) {
     Mat<D> r = Mat<D>::identity();
@@ -56,7 +57,7 @@ template <int D>
             all += a(i, i) * a(i, i);
             for (int j = 0; j < i; ++j) off += a(i, j) * a(i, j);
         }
-        // Quadratic convergence: below 1e-17 |A| the rest is rounding.
+        // Convergence is quadratic: off-diagonal entries below 1e-17 |A| are rounding errors.
         if (off <= 1e-34 * all) break;
         for (int p = 0; p < D - 1; ++p)
             for (int q = p + 1; q < D; ++q) jacobi_rotate(a, r, p, q);
@@ -78,11 +79,11 @@ template <int D>
     return s;
 }
 
-/// Left singular vectors U and singular values of A = U Σ Vᵀ by one-sided Jacobi rotations (Hestenes). Small values
-/// stay accurate, unlike eigenvalues of A Aᵀ.
+/// Left singular vectors U and singular values of A = U Σ Vᵀ by one-sided Jacobi rotations (Hestenes). Small singular
+/// values are accurate, unlike roots of the eigenvalues of A Aᵀ.
 template <int D>
 [[nodiscard]] inline EigenSystem<D> left_singular(const Mat<D>& a) {
-    // Orthogonalise the rows of A: Aᵀ U = V Σ.
+    // Rotations make the rows of A orthogonal: Aᵀ U = V Σ.
     Mat<D> w = transposed(a);
     Mat<D> u = Mat<D>::identity();
     for (int sweep = 0; sweep < 30; ++sweep) {
@@ -116,22 +117,23 @@ template <int D>
     return out;
 }
 
-/// Riemannian metric: symmetric positive definite, in 1/length². Sizes are h_i = λ_i^{-1/2}.
+/// Riemannian metric: symmetric positive definite matrix M, in 1/length². The size along an eigenvector is h_i =
+/// λ_i^{-1/2}.
 template <int D>
 struct Metric {
     Sym<D> m;
     friend bool operator==(const Metric&, const Metric&) = default;
 };
 
-/// log M, any symmetric matrix: fields are stored and interpolated in this form (paper §1.2, log-Euclidean).
+/// log M, any symmetric matrix. Fields are stored and interpolated in this form (paper §1.2, log-Euclidean).
 template <int D>
 struct LogMetric {
     Sym<D> l;
     friend bool operator==(const LogMetric&, const LogMetric&) = default;
 };
 
-/// Decomposed metric M = R diag(e^{λ_i}) Rᵀ. Lengths are Σ e^{λ_i} (r_i·v)²; the entries of M lose all digits along the
-/// long axis at anisotropy 10^8.
+/// Decomposed metric M = R diag(e^{λ_i}) Rᵀ. Squared lengths are Σ e^{λ_i} (r_i·v)². At anisotropy 10^8 the entries of
+/// M have no correct digits along the long axis.
 template <int D>
 struct SpectralMetric {
     Vec<D> log_values;
@@ -172,12 +174,12 @@ struct SpectralMetric {
     return exp((a + b) / 2) * ratio;
 }
 
-/// For known e^a and e^b; exponentials only if a and b are close.
+/// Φ(a, b) if e^a and e^b are known; exponentials are computed only if a and b are close.
 [[nodiscard]] inline double exp_divided_difference(double a, double b, double exp_a, double exp_b) {
     return std::abs(a - b) > 0.1 ? (exp_a - exp_b) / (a - b) : exp_divided_difference(a, b);
 }
 
-/// Derivative of exp (Daletskii–Krein): D exp(L)[E] = R (Φ ∘ (Rᵀ E R)) Rᵀ.
+/// Derivative of exp at L in the direction E (Daletskii–Krein): D exp(L)[E] = R (Φ ∘ (Rᵀ E R)) Rᵀ.
 template <int D>
 [[nodiscard]] inline Sym<D> exp_derivative(const SpectralMetric<D>& s, const Sym<D>& direction) {
     Sym<D> inner_part = congruence(transposed(s.vectors), direction);
@@ -187,7 +189,7 @@ template <int D>
     return congruence(s.vectors, inner_part);
 }
 
-/// Adjoint G of L ↦ vᵀ exp(L) v, whose change is ⟨G, ∂L⟩: G = R (Φ ∘ (w wᵀ)) Rᵀ, w = Rᵀ v.
+/// Adjoint G of L ↦ vᵀ exp(L) v: a change ∂L changes this value by ⟨G, ∂L⟩. G = R (Φ ∘ (w wᵀ)) Rᵀ with w = Rᵀ v.
 template <int D>
 [[nodiscard]] inline Sym<D> length_squared_adjoint(const SpectralMetric<D>& s, const Vec<D>& v) {
     const Vec<D> w = transposed_times(s.vectors, v);
@@ -199,7 +201,7 @@ template <int D>
     return congruence(s.vectors, inner_part);
 }
 
-/// Entries of M hold fewer digits than log M: measure with `SpectralMetric`.
+/// Computes M. Its entries have fewer correct digits than log M, so lengths are measured with `SpectralMetric`.
 template <int D>
 [[nodiscard]] inline Metric<D> exp(const LogMetric<D>& log_metric) {
     EigenSystem<D> e = eigen_system(log_metric.l);
@@ -207,7 +209,7 @@ template <int D>
     return {composed(e)};
 }
 
-/// Requires positive eigenvalues (unchecked; see `log_metrics_of_tensors`).
+/// Requires positive eigenvalues, which are not checked (see `log_metrics_of_tensors`).
 template <int D>
 [[nodiscard]] inline LogMetric<D> log(const Metric<D>& metric) {
     EigenSystem<D> e = eigen_system(metric.m);
@@ -215,7 +217,7 @@ template <int D>
     return {composed(e)};
 }
 
-/// Log-metric with sizes h_i along the columns of R: λ_i = −2 log h_i.
+/// Log-metric with sizes h_i along the columns of `axes`: λ_i = −2 log h_i.
 template <int D>
 [[nodiscard]] inline LogMetric<D> log_metric_of_sizes(const Vec<D>& sizes, const Mat<D>& axes = Mat<D>::identity()) {
     EigenSystem<D> e{.values = {}, .vectors = axes};
@@ -233,11 +235,11 @@ template <int D>
 
 }  // namespace camber
 
-/// Closed forms in packs (core:tensors), for spans of equal sizes. Results are bitwise independent of other items and
-/// of the instruction set.
+/// Functions of many metrics, computed in packs (core:tensors); the spans have equal sizes. Results of an item are
+/// bitwise independent of other items and of the instruction set.
 export namespace camber {
 
-/// sqrt(vᵀ M v), each in its own metric.
+/// Computes sqrt(vᵀ M v) for each vector v and its metric M.
 template <int D>
 void metric_norms(std::span<const LogMetric<D>> metrics, std::span<const Vec<D>> vectors, std::span<double> norms,
                   Instructions set = widest_instructions());
@@ -250,17 +252,18 @@ void natural_log_metrics(std::span<const std::array<Vec<D>, D + 1>> simplices, s
 template <int D>
 struct SeenMetric {
     LogMetric<D> log_metric;           ///< log M̂, M̂ = Fᵀ M F
-    Mat<D> axes = Mat<D>::identity();  ///< O = M^{1/2} F M̂^{-1/2}, orthogonal: frame of M̂ to frame of M
+    Mat<D> axes = Mat<D>::identity();  ///< O = M^{1/2} F M̂^{-1/2}, orthogonal; maps the frame of M̂ to the frame of M
     friend bool operator==(const SeenMetric&, const SeenMetric&) = default;
 };
-/// Pulls each metric back by F, using singular values (accurate for needles); M itself for singular F.
+/// Pulls each metric M back by its Jacobian F, using singular values (accurate for needles). If F is singular, M is
+/// returned unchanged.
 template <int D>
 void see_through(std::span<const LogMetric<D>> metrics, std::span<const Mat<D>> jacobians,
                  std::span<SeenMetric<D>> seen, Instructions set = widest_instructions());
 
-/// Derivatives of exp and log (Daletskii–Krein) in M's eigenvector frame, where they act entrywise: (Rᵀ D exp(L)[E]
-/// R)_ij = Φ_ij (Rᵀ E R)_ij, Φ_ij = (e^{λ_i} − e^{λ_j})/(λ_i − λ_j); D log divides by Φ_ij. At high anisotropy other
-/// frames, like that of `exp_derivative` and `log_derivative`, lose small entries of ∂M below λ_max.
+/// Derivative of exp at L = log M in the eigenvector frame R of M, where it acts on each entry: (Rᵀ D exp(L)[E] R)_ij =
+/// Φ_ij (Rᵀ E R)_ij with Φ_ij = (e^{λ_i} − e^{λ_j})/(λ_i − λ_j). `direction` is Rᵀ E R. In other frames
+/// (`exp_derivative`, `log_derivative`) small entries of ∂M are lost in rounding errors of λ_max at high anisotropy.
 template <int D>
 [[nodiscard]] inline Sym<D> exp_derivative_in_frame(const SpectralMetric<D>& s, Sym<D> direction) {
     for (int i = 0; i < D; ++i)
@@ -269,7 +272,7 @@ template <int D>
     return direction;
 }
 
-/// (log a − log b)/(a − b) = 1/Φ(log a, log b), accurate at equal eigenvalues too.
+/// Derivative of log in the same frame: divides each entry by Φ_ij, and is accurate at equal eigenvalues too.
 template <int D>
 [[nodiscard]] inline Sym<D> log_derivative_in_frame(const SpectralMetric<D>& s, Sym<D> direction) {
     for (int i = 0; i < D; ++i)
@@ -278,14 +281,14 @@ template <int D>
     return direction;
 }
 
-/// Inverse of `exp_derivative`: D log(M)[E] = R ((Rᵀ E R) / Φ) Rᵀ; `s`: M decomposed. E's rounding gives ε |E|/λ_min in
-/// the block of small eigenvalues.
+/// Inverse of `exp_derivative`: D log(M)[E] = R ((Rᵀ E R) / Φ) Rᵀ; `s` is M decomposed. Rounding of E causes errors of
+/// ε |E|/λ_min in the block of small eigenvalues.
 template <int D>
 [[nodiscard]] inline Sym<D> log_derivative(const SpectralMetric<D>& s, const Sym<D>& direction) {
     return congruence(s.vectors, log_derivative_in_frame(s, congruence(transposed(s.vectors), direction)));
 }
 
-/// Uses the entries of M: for anisotropy up to about 1e7.
+/// Decomposes the entries of M, so the anisotropy should be at most about 1e7.
 template <int D>
 [[nodiscard]] inline Sym<D> log_derivative(const Metric<D>& metric, const Sym<D>& direction) {
     return log_derivative(SpectralMetric<D>(log(metric)), direction);
@@ -293,17 +296,17 @@ template <int D>
 
 }  // namespace camber
 
-/// High-order log-Euclidean interpolation on a K-simplex of degree N (paper §2.1), in three forms:
+/// High-order log-Euclidean interpolation on a K-simplex of degree N, in three forms (paper §2.1, with its numbers):
 ///     (2) pure Bézier: exp Σ B_α(ξ) log M(P_α), BezierLogs of the metrics at the control points
 ///     (3) pure Lagrange: exp Σ φ_α(ξ) log M(P_α^l), LagrangeLogs
-///     (4) Bézier-refactored (3): exp Σ B_α(ξ) log M_α, virtual_logs(LagrangeLogs), the default
-/// (3) and (4) are equal. (2) differs: its control points lie off the element. Lagrange functions can be negative, so
-/// (3) and (4) are affine, not convex means. det M is bounded by the *virtual* metrics and may overshoot the nodes
-/// (log-dets 0, 1, 1 along a P2 edge reach 1.125).
+///     (4) (3) written with Bézier functions: exp Σ B_α(ξ) log M_α, virtual_logs(LagrangeLogs), the default
+/// (3) and (4) are equal. (2) differs, since its control points lie off the element. Lagrange functions can be
+/// negative, so (3) and (4) are affine but not convex means. det M is bounded by the *virtual* metrics and may exceed
+/// its values at the nodes (log-dets 0, 1, 1 along a P2 edge reach 1.125).
 export namespace camber {
 
-/// Log-metrics weighted by Bernstein polynomials, in the order of multi_indices<N, K>: at control points for (2),
-/// virtual for (4).
+/// Coefficients of Bernstein polynomials, in the order of multi_indices<N, K>: log-metrics at control points for (2),
+/// virtual log-metrics for (4).
 template <int N, int K, int D>
 struct BezierLogs {
     std::array<LogMetric<D>, node_count<N, K>> logs{};
@@ -375,11 +378,12 @@ template <class Field>
 }
 
 /// Intersection by simultaneous reduction: the metric of the largest sizes with vᵀMv ≥ vᵀM_i v for every v, exact along
-/// shared axes. Entries of M_1⁻¹ M_2 cancel at high anisotropy, so factors are used. With M_i = R_i Λ_i R_iᵀ,
+/// shared axes. With M_i = R_i Λ_i R_iᵀ,
 ///     C = Λ_2^{1/2} R_2ᵀ R_1 Λ_1^{-1/2} = U Σ Vᵀ, M = FᵀF, F = max(1, Σ) Vᵀ Λ_1^{1/2} R_1ᵀ,
-/// log M = 2 log of F's singular values. A metric that contains the other is returned bitwise. Metrics of anisotropy a
-/// turned by δ intersect to sizes smaller by a fraction a δ, so the result is accurate to a few a ε (1e-9 at anisotropy
-/// 1e6).
+/// and log M is twice the log of F's singular values. Factors are used because entries of M_1⁻¹ M_2 cancel at high
+/// anisotropy. If one metric satisfies the condition for both, it is returned bitwise. If axes of metrics of anisotropy
+/// a turn by δ, sizes of the intersection shrink by a fraction a δ. So the result is accurate to a few a ε (1e-9 at
+/// anisotropy 1e6).
 template <int D>
 [[nodiscard]] inline EigenSystem<D> intersection(const EigenSystem<D>& a, const EigenSystem<D>& b) {
     // Cᵀ = Λ_1^{-1/2} R_1ᵀ R_2 Λ_2^{1/2}, whose left singular vectors are V.
@@ -407,7 +411,8 @@ template <int D>
     return {composed(intersection(eigen_system(a.l), eigen_system(b.l)))};
 }
 
-/// Largest ½ log of vᵀM_outer v/vᵀM_inner v: at most 0 if `inner` contains `outer`, log 2 for an edge to be halved.
+/// Largest ½ log of vᵀM_outer v/vᵀM_inner v over all v: at most 0 if the unit ball of `outer` contains that of `inner`,
+/// log 2 if an edge of unit length in `inner` must be halved for `outer`.
 template <int D>
 [[nodiscard]] inline double size_excess(const EigenSystem<D>& inner, const EigenSystem<D>& outer) {
     Mat<D> c;
@@ -423,7 +428,7 @@ template <int D>
     return size_excess(eigen_system(inner.l), eigen_system(outer.l));
 }
 
-/// Rotation in radians: rotation vector in 3D, first entry in 2D.
+/// Rotation in radians: `about` is the rotation vector in 3D; in 2D its first entry is the angle.
 template <int D>
 struct AxesTurn {
     Vec<3> about;
@@ -443,11 +448,11 @@ struct AxesTurn {
     [[nodiscard]] bool is_none() const { return about == Vec<3>{}; }
 };
 
-/// Turn of a metric's axes between two places, in the frame of the mean log. With the change ΔL and x_ij = λ_i − λ_j,
-/// the angle in the plane of axes i and j is
-///     θ_ij = atan(ΔL_ij / x_ij) (1 − e^{−|x_ij|})² / (1 + (θ/0.9)^8),
-/// exact for turns in one plane. Zero for equal sizes, which have no axes, and beyond about 0.8 radians, where axes
-/// cannot be matched.
+/// Rotation of a metric's axes from one place to another, in the frame of the mean log-metric. With the change ΔL of
+/// the log-metric, λ_i of the mean and x_ij = λ_i − λ_j, the angle in the plane of axes i and j is
+///     θ_ij = θ (1 − e^{−|x_ij|})² / (1 + (θ/0.9)^8), θ = atan(ΔL_ij / x_ij),
+/// exact for rotations in one plane. The angle vanishes for equal sizes, which have no axes, and beyond about 0.8
+/// radians, where axes cannot be matched.
 template <int D>
 [[nodiscard]] AxesTurn<D> turn_between(const Sym<D>& from, const Sym<D>& to) {
     const Sym<D> change = to - from;
@@ -463,7 +468,7 @@ template <int D>
         return theta * unlike * unlike / (1 + pow(theta / 0.9, 8));
     };
     if constexpr (D == 2) {
-        // The frame may be a reflection, in which axis 0 turns the other way.
+        // If the frame of axes is a reflection, angles have the opposite sign.
         const double sign = det(mean.vectors.column[0], mean.vectors.column[1]) > 0 ? 1 : -1;
         turn.about[0] = sign * angle(0, 1);
     } else {

@@ -208,8 +208,8 @@ class Rounds {
 
     [[nodiscard]] Error too_many_elements() const {
         return {ErrorKind::memory,
-                "the metric asks for more than " + std::to_string(goal_.max_elements) +
-                    " elements, which is what there is room for",
+                "the metric requires more than " + std::to_string(goal_.max_elements) +
+                    " elements, the largest number that fits into memory",
                 {},
                 {},
                 "make it coarser: metric_operations bound, gradation or complexity, or a larger split/longest"};

@@ -138,9 +138,9 @@ template <int D>
 Outcome<Adaptation<D>> begin_adaptation(const QuadraticMesh<D>& mesh, const BreaksOfMesh& breaks,
                                         const AdaptationGoal<D>& goal, const Execution& execution) {
     if (is_surface_alone(mesh.linear))
-        return fail(ErrorKind::unsupported, "a curved surface alone is not remeshed as it is", {}, {},
-                    "remesh it straight (camber convert --straighten), with it as the geometry (--geometry "
-                    "'{\"mesh\": \"CURVED\"}'), and curve what comes of it");
+        return fail(ErrorKind::unsupported, "a curved standalone surface mesh cannot be remeshed directly", {}, {},
+                    "straighten it (camber convert --straighten), remesh the straight mesh with the curved one as the "
+                    "geometry (--geometry '{\"mesh\": \"CURVED\"}'), and curve the result");
     return begun<D>(mesh.linear, goal, execution, [&] { return make_dynamic(mesh, breaks, execution); });
 }
 

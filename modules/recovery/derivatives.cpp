@@ -347,12 +347,12 @@ Outcome<int> degree_of(const QuadraticMesh<D>& mesh, std::span<const Column<doub
         if (n != (degree == 1 ? vertices : nodes))
             return fail(ErrorKind::usage, "field " + std::to_string(f + 1) + " has " + std::to_string(n) + " values",
                         {}, {},
-                        "give all fields of a call one a vertex (" + std::to_string(vertices) +
-                            "), or one a vertex and one an edge (" + std::to_string(nodes) + ")");
+                        "give all fields of a call one value per vertex (" + std::to_string(vertices) +
+                            "), or one per vertex and one per edge (" + std::to_string(nodes) + ")");
     }
     if (degree == 2 &&
         (mesh.edges.of_elements.size() != mesh.linear.elements.size() || mesh.mid_nodes.size() != mesh.edges.size()))
-        return fail(ErrorKind::input, "the edges of the mesh, or their nodes, are not those of its elements", {}, {},
+        return fail(ErrorKind::input, "the edges of the mesh or their nodes do not match its elements", {}, {},
                     "elevate it");
     return degree;
 }
@@ -412,7 +412,7 @@ Outcome<Done> check_results(const RecoveredDerivatives<D>& recovered, const Exec
         const auto& offsets = recovered.rows.materials.offsets;
         const auto after = std::upper_bound(offsets.begin(), offsets.end(), *wrong);
         return fail(ErrorKind::usage,
-                    "derivatives of field " + std::to_string(f + 1) + " are beyond the range of numbers", {},
+                    "derivatives of field " + std::to_string(f + 1) + " are too large for floating-point numbers", {},
                     Entity{"vertex", static_cast<std::size_t>(after - offsets.begin())},
                     "give the field, or the mesh, in other units");
     }
@@ -501,7 +501,7 @@ Outcome<std::vector<NormalGradients>> normal_gradients(const QuadraticMesh<D>& m
                                                        const RecoveredDerivatives<D>& derivatives,
                                                        std::span<const double> weights, const Execution& execution) {
     if (weights.size() != derivatives.fields.size())
-        return fail(ErrorKind::usage, "there must be one weight for each field");
+        return fail(ErrorKind::usage, "there must be one weight per field");
     const AtFacets<D> at(mesh, balls, derivatives, weights);
     const auto found = reduce_each(
         execution, mesh.linear.facets.size(), ByReference{},

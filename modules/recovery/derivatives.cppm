@@ -72,19 +72,21 @@ struct RecoveryOptions {
     [[nodiscard]] static constexpr auto options() {
         using S = RecoveryOptions;
         return std::tuple(
-            option("rings", &S::rings, "rings of nodes around a vertex that a polynomial is fitted to, at least")
+            option("rings", &S::rings,
+                   "smallest number of rings of nodes around a vertex to which a polynomial is "
+                   "fitted")
                 .at_least(1)
                 .at_most(6),
             option("max_rings", &S::max_rings,
-                   "rings up to which it grows while nodes are few, or do not determine it well")
+                   "largest number of rings, used if the nodes are too few or do not determine the polynomial well")
                 .at_least(1)
                 .at_most(8),
             option("core", &S::core,
-                   "weights of nodes are 1/(core + y), y their distance in the stencil's own measure, at most 1")
+                   "the weight of a node is 1/(core + y), with y its distance relative to the stencil, at most 1")
                 .at_least(1e-3)
                 .at_most(1e3),
             option("boundary_rings", &S::boundary_rings,
-                   "rings within which a vertex of the boundary looks for inner ones whose polynomials it takes")
+                   "number of rings in which a boundary vertex searches for inner vertices whose polynomials it uses")
                 .at_least(0)
                 .at_most(8));
     }

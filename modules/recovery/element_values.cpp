@@ -183,9 +183,9 @@ Outcome<FunctionValues<D>> element_values(const QuadraticMesh<D>& mesh, const Fu
             return !std::ranges::all_of(at, [](float x) { return std::isfinite(x); });
         });
         if (bad != values->end())
-            return fail(ErrorKind::usage, "the function that nodes are placed by is no number there", {},
+            return fail(ErrorKind::usage, "the function that determines node positions is not a number there", {},
                         Entity{"element", static_cast<std::size_t>(bad - values->begin()) + 1},
-                        "give one that is finite on the whole domain");
+                        "give a function that is finite on the whole domain");
         return FunctionValues<D>{Column<LatticeValues<D>>(std::move(*values)), exponent};
     });
 }

@@ -208,7 +208,7 @@ Outcome<NodeOrderCheck> check_node_order(const QuadraticMesh<D>& mesh, const Col
     const std::size_t vertices = mesh.linear.points.size(), nodes = vertices + mesh.edges.size();
     if (values.size() != vertices && values.size() != nodes)
         return fail(ErrorKind::usage, "a field has " + std::to_string(values.size()) + " values", {}, {},
-                    "give one a vertex (" + std::to_string(vertices) + "), or one a vertex and one an edge (" +
+                    "give one per vertex (" + std::to_string(vertices) + "), or one per vertex and one per edge (" +
                         std::to_string(nodes) + ")");
     if (execution.stop.stop_requested()) return stopped();
     return guarded([&]() -> Outcome<NodeOrderCheck> { return checked(mesh, values.view()); });

@@ -227,8 +227,8 @@ std::string required_of(const QuadraticMesh<D>& mesh, const Proposal<D>& proposa
     int edges = 0, vertices = 0;
     for (const EdgeId edge : mesh.edges.of_elements[e]) edges += proposal.kinds[edge] == EdgeKind::fixed;
     for (const VertexId v : mesh.linear.elements.vertices[e]) vertices += required[v.index()] != 0;
-    if (edges > 0) return fmt::format("{} of its {} edges must stay, being required", edges, edges_per_simplex<D>);
-    if (vertices > 0) return fmt::format("{} of its {} vertices must stay, being required", vertices, D + 1);
+    if (edges > 0) return fmt::format("{} of its {} edges are required and cannot move", edges, edges_per_simplex<D>);
+    if (vertices > 0) return fmt::format("{} of its {} vertices are required and cannot move", vertices, D + 1);
     return {};
 }
 
@@ -254,7 +254,7 @@ Reason reason_of(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal, cons
     for (const EdgeId edge : mesh.edges.of_elements[e]) free += proposal.kinds[edge] == EdgeKind::volume;
     if (free == 0) return {"all its nodes are on the boundary"};
     if (validation.verdicts[e] == Verdict::undecided) return {"too close to the bound to be decided"};
-    return {fmt::format("no place was found for its {} in the volume",
+    return {fmt::format("no valid position was found for its {} in the volume",
                         free == 1 ? "node" : std::to_string(free) + " nodes")};
 }
 
@@ -267,7 +267,7 @@ bool is_given_up(const Repaired<D>& repaired, std::size_t e) {
 
 std::string sentence_of(const RemainingElement& element, std::string_view vertex) {
     return element.reason + (element.at.valid() ? fmt::format(" at vertex {}", vertex) : std::string()) +
-           (element.is_given_up ? "; the work that may be spent is spent (option effort)" : "");
+           (element.is_given_up ? "; the work limit was reached (option effort)" : "");
 }
 
 template <int D>

@@ -394,9 +394,11 @@ Outcome<Done> check(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal, c
     const std::size_t edges = mesh.edges.size();
     if (proposal.mid_nodes.size() != edges || proposal.kinds.size() != edges || proposal.changes.size() != edges ||
         guide.shells.size() != edges || (!guide.home.empty() && guide.home.size() != edges))
-        return fail(ErrorKind::internal, "the proposal or the guide has another number of edges than the mesh");
+        return fail(ErrorKind::internal,
+                    "the number of edges of the proposal or the guide differs from that of the "
+                    "mesh");
     if (!guide.models || !guide.wanted)
-        return fail(ErrorKind::internal, "the guide has no models, which this method of repair needs");
+        return fail(ErrorKind::internal, "the guide has no models, which this repair method needs");
     return Done{};
 }
 

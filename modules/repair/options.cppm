@@ -73,45 +73,45 @@ struct RepairOptions {
         using S = RepairOptions;
         return std::tuple(
             option("method", &S::method,
-                   "extension: the nodes of an element that is not good enough go back towards the boundary's "
-                   "displacement extended, then as near to their places as they may; what is left as by cavity; "
-                   "cavity: the nodes of an element together, else one edge, then larger cavities, then vertices; "
-                   "edge: one node at a time, nearest to where it is wanted; segment: the same towards the middle of "
-                   "the chord, each as little as its elements need; backtracking: each edge of an invalid element by "
-                   "theta, "
-                   "as in the paper"),
+                   "repair method for elements that are not good enough. extension: nodes move towards an extension "
+                   "of the boundary displacement, then back as near to their targets as possible, and cavity repairs "
+                   "the remaining elements; cavity: optimises all nodes of an element, else one edge, then larger "
+                   "cavities, then vertices; edge: optimises one node at a time, as near to its target as possible; "
+                   "segment: moves nodes towards the middle of their chords, as little as their elements need; "
+                   "backtracking: multiplies the offsets of the edges of an invalid element by theta, as in the paper"),
             option(
                 "target", &S::target,
-                "scaled Jacobian of repaired elements where it can be reached; by extension, all elements are raised "
-                "to it as far as nodes inside can. null: 0.6 where curve follows the mesh alone, 0.1 with a metric "
-                "or a solution")
+                "scaled Jacobian that repaired elements should reach. With extension, all elements are raised to it "
+                "as far as inner nodes allow. null: 0.6 if curve uses only the mesh, 0.1 with a metric or a solution")
                 .at_least(0)
                 .below(1),
             option("boundary_tolerance", &S::boundary_tolerance,
-                   "of a mesh that was read with its curves: how far the node of a boundary edge may move where "
-                   "nothing else helps; 0: the boundary stays as it is. After curve, such nodes may always go back to "
+                   "curved input only: largest displacement of a node of a boundary edge, if no other repair "
+                   "succeeds. 0: the boundary does not move. After curve, these nodes may always move back towards "
                    "their chords")
                 .unit("model units")
                 .at_least(0),
             option("vertices", &S::vertices,
-                   "move: vertices go where nodes alone do not repair an element, those of the boundary along a "
-                   "prescribed geometry; keep: all stay. Required ones and corners never move"),
+                   "move: vertices move if nodes alone do not repair an element, boundary vertices only along a "
+                   "prescribed geometry; keep: no vertex moves. Required vertices and corners never move"),
             option(
                 "effort", &S::effort,
-                "work that cavity and edge may spend for each element that is not good enough, in steps of "
-                "programmes of ten nodes; easily repaired ones leave theirs to others, and what is not repaired when "
-                "it is spent is listed")
+                "work limit of cavity and edge for each element that is not good enough. Unit: one optimisation step "
+                "with ten nodes. Work that one element does not need is available to others. Elements that are not "
+                "repaired within the limit are listed")
                 .at_least(0),
             option("restore_effort", &S::restore_effort,
-                   "by extension: work that programmes may spend, for each element that was not good enough, to bring "
-                   "nodes nearer to their places, beside that of a hundred such programmes; 1 or more wins back a "
-                   "little more")
+                   "extension only: work limit for moving nodes back towards their targets, for each element that was "
+                   "not good enough. The work of a hundred such elements is added. Unit: that of effort. 1 or more "
+                   "moves nodes slightly nearer")
                 .at_least(0),
-            option("theta", &S::theta, "what a correction leaves of a node's offset")
+            option("theta", &S::theta, "share of a node's offset that remains after a correction")
                 .unit("shares of the offset")
                 .above(0)
                 .below(1),
-            option("max_corrections", &S::max_corrections, "corrections before a node goes to the middle of its chord")
+            option("max_corrections", &S::max_corrections,
+                   "number of corrections before a node moves to the middle "
+                   "of its chord")
                 .at_least(1)
                 .at_most(10000),
             bound_option<S>());

@@ -130,7 +130,7 @@ template <int D>
 Outcome<Done> check(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal, const RepairOptions& options) {
     const std::size_t edges = mesh.edges.size();
     if (proposal.mid_nodes.size() != edges || proposal.kinds.size() != edges || proposal.changes.size() != edges)
-        return fail(ErrorKind::internal, "the proposal has another number of edges than the mesh");
+        return fail(ErrorKind::internal, "the number of edges of the proposal differs from that of the mesh");
     return check_limits(options);
 }
 

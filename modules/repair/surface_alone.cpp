@@ -359,11 +359,11 @@ std::vector<RemainingElement> remaining_triangles(const Repaired<3>& repaired) {
         const Vec<3> normal = cross(mesh.linear.points[v[1]] - p, mesh.linear.points[v[2]] - p);
         std::size_t fixed = 0;
         for (const EdgeId edge : mesh.edges.of_facets[t]) fixed += proposal.kinds[edge] == EdgeKind::fixed;
-        std::string reason = "no place was found for the nodes of its edges";
+        std::string reason = "no valid position was found for the nodes of its edges";
         if (!(norm(normal) > 0))
             reason = "its vertices alone make it flat";
         else if (fixed > 0)
-            reason = fmt::format("{} of its 3 edges must stay", fixed);
+            reason = fmt::format("{} of its 3 edges cannot move", fixed);
         all.push_back({ElementId(t), std::move(reason)});
     }
     return all;

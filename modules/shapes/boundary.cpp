@@ -31,7 +31,7 @@ Outcome<Done> check_volumes(const LinearMesh<D>& mesh, const Execution& executio
     return no_positive_volume<D>(*first);
 }
 
-/// Elements with at least D marked vertices, ascending.
+/// Returns the elements with at least D marked vertices, ascending.
 template <int D>
 Outcome<std::vector<std::size_t>> elements_near_facets(const LinearMesh<D>& mesh, const Buffer<std::uint8_t>& marked,
                                                        const Execution& execution) {
@@ -48,11 +48,11 @@ Outcome<std::vector<std::size_t>> elements_near_facets(const LinearMesh<D>& mesh
         });
 }
 
-/// Submesh with all facets; vertices that may have facets.
+/// The elements that may have facets, and the marks of the vertices that may have facets.
 template <int D>
 struct NearFacets {
     LinearMesh<D> mesh;
-    Buffer<std::uint8_t> marked;  ///< one per vertex
+    Buffer<std::uint8_t> marked;  ///< for each vertex: 1 if it may have facets
 };
 
 template <int D>
@@ -93,11 +93,12 @@ Outcome<Simplices<D - 1>> boundary_facets(const LinearMesh<D>& whole, const Face
     for (std::size_t e = 0; e < mesh.elements.size(); ++e)
         for (int opposite = 0; opposite <= D; ++opposite) {
             const ElementId other = (*adjacent)[e][opposite];
-            if (other.valid() && material[other] <= material[e]) continue;  // interior, or output from the other side
+            if (other.valid() && material[other] <= material[e]) continue;  // an interior face, or a facet that the
+                                                                            // element on the other side adds
             SimplexVertices<D - 1> facet;
             const auto local = face_opposite<D>(opposite);
             for (int i = 0; i < D; ++i) facet[i] = mesh.elements.vertices[e][local[i]];
-            // The neighbour across a face with an unmarked vertex is not in the submesh.
+            // The neighbour across a face with an unmarked vertex may be missing in this submesh.
             if (std::any_of(facet.begin(), facet.end(), [&](VertexId v) { return part->marked[v.index()] == 0; }))
                 continue;
             vertices.push_back(facet);
@@ -106,7 +107,7 @@ Outcome<Simplices<D - 1>> boundary_facets(const LinearMesh<D>& whole, const Face
     return Simplices<D - 1>{std::move(vertices), std::move(references), {}};
 }
 
-/// Sorted unique pairs of an entity and a reference there.
+/// Sorted unique pairs of an entity and the reference of a facet at this entity.
 template <class Key>
 using ReferencesAt = std::vector<std::pair<Key, Reference>>;
 
@@ -116,7 +117,7 @@ void order(ReferencesAt<Key>& at) {
     at.erase(std::unique(at.begin(), at.end()), at.end());
 }
 
-/// Calls f(key, sorted references) for each key in ascending order.
+/// Calls f(key, sorted references) for each key, in ascending order of keys.
 template <class Key, class F>
 void each_key(const ReferencesAt<Key>& at, F&& f) {
     std::vector<Reference> found;
@@ -138,7 +139,8 @@ ReferencesAt<VertexId> references_at_vertices(const LinearMesh<D>& mesh) {
     return at;
 }
 
-/// Adds edges between facets of different references. Edge references number the sets of facet references.
+/// Adds an edge wherever facets of different references meet. Each set of such references has its own edge reference 1,
+/// 2 ….
 void add_ridges(LinearMesh<3>& mesh) {
     using Edge = std::array<VertexId, 2>;
     ReferencesAt<Edge> at;
@@ -205,10 +207,10 @@ double volume(const Buffer<Vec<3>>& p, const SimplexVertices<3>& s) {
     return det(p[s[1].index()] - p[s[0].index()], p[s[2].index()] - p[s[0].index()], p[s[3].index()] - p[s[0].index()]);
 }
 
-/// Marks of vertices; threads write equal values.
+/// A mark for each vertex. Several threads may write the same mark, but always the same value.
 using Marks = std::vector<std::uint8_t>;
 
-/// `least`: minimum volume ratio of an element.
+/// Old and new positions; `least`: minimum ratio of an element's new volume to its old one.
 template <int D>
 struct Move {
     const Buffer<Vec<D>>& from;
@@ -216,7 +218,8 @@ struct Move {
     double least = 0;
 };
 
-/// Marks vertices of elements below the volume ratio, among those with a vertex in `just_moved`. True if there are any.
+/// Marks in `halve` all vertices of elements with a volume ratio below `least`. Examines only elements with a vertex in
+/// `just_moved`. Returns true if it marks any.
 template <int D>
 Outcome<bool> mark_complaints(const Move<D>& move, std::span<const SimplexVertices<D>> elements,
                               const Marks& just_moved, Marks& halve, const Execution& execution) {
@@ -243,7 +246,7 @@ Outcome<Done> move_points(Buffer<Vec<D>>& points, const Moved<D>& moved, const E
     auto made = map_each(execution, points.size(), [&](std::size_t v) { return moved(v); });
     if (!made) return fail(made.error());
     Buffer<Vec<D>> at = std::move(*made);
-    Marks halved(points.size(), 0);  // number of halvings
+    Marks halved(points.size(), 0);  // number of halvings of each vertex's move
     Marks just_moved(points.size(), 1);
     for (int round = 0; round < halvings; ++round) {
         Marks halve(points.size(), 0);

@@ -1,4 +1,4 @@
-// Boxes and channels, whole and by rows, and numbers of elements.
+// Generates boxes and channels, whole or by rows, and estimates the number of elements of shapes.
 module;
 #include <algorithm>
 #include <array>
@@ -45,7 +45,7 @@ Outcome<Done> check_box(const BoxOptions<D>& options) {
         if (!(options.high[i] > options.low[i])) return fail(ErrorKind::usage, "a box needs high above low");
         vertices *= options.cells[i] + 1.0;
     }
-    if (vertices * 6 > static_cast<double>(max_entities)) return fail(ErrorKind::usage, "a box of too many cells");
+    if (vertices * 6 > static_cast<double>(max_entities)) return fail(ErrorKind::usage, "the box has too many cells");
     return Done{};
 }
 
@@ -112,7 +112,8 @@ template Outcome<LinearMesh<3>> generate<3>(const BoxOptions<3>&, const Executio
 
 namespace {
 
-/// Segments along 3D box edges. References number pairs of sides in ascending order.
+/// Adds the segments along the edges of a 3D box. A segment's reference is the number of the pair of sides that meet
+/// there; pairs are numbered in ascending order.
 void add_edges(const Lattice<3>& lattice, LinearMesh<3>& mesh) {
     struct Segment {
         std::array<VertexId, 2> ends;
@@ -123,7 +124,7 @@ void add_edges(const Lattice<3>& lattice, LinearMesh<3>& mesh) {
         return VertexId(static_cast<std::size_t>(at[0]) + x * (at[1] + y * at[2]));
     };
     constexpr std::array<std::array<int, 2>, 3> sides_along{{{1, 2}, {0, 2}, {0, 1}}};
-    // Ascending pairs: (1, 3), (1, 4), (1, 5), (1, 6), (2, 3) … (4, 6).
+    // The pairs of side references in ascending order are (1, 3), (1, 4), (1, 5), (1, 6), (2, 3) … (4, 6).
     constexpr std::array<int, 3> first_number{9, 3, 1}, numbers_a_side{2, 4, 4};
     std::vector<Segment> segments;
     for (int axis = 0; axis < 3; ++axis) {
@@ -210,7 +211,7 @@ class BoxRows final : public PrismRows<D> {
         return side != 0 ? std::optional(side) : std::nullopt;
     }
     [[nodiscard]] bool may_have_facets(VertexId v) const override { return lattice().on_boundary(v.index()); }
-    /// Reference of the first side with the vertex.
+    /// Lowest reference of the sides that contain the vertex; 0 for an inner vertex.
     [[nodiscard]] Reference point_reference(VertexId v) const override {
         const auto place = lattice().place(v.index());
         for (int i = 0; i < D; ++i) {
@@ -270,12 +271,12 @@ Outcome<Done> check(const BumpOptions& o) {
     if (!(o.bump_width > 0 && o.bump_width <= o.length))
         return bad("the bump must be narrower than the channel is long");
     if (!(std::abs(o.bump_height) + thickness(o.floor_layer) < o.height))
-        return bad("bump and layers must be lower than the channel");
-    if (!(expected_elements(o) < static_cast<double>(max_entities))) return bad("a channel of too many cells");
+        return bad("the bump and the layers together must be lower than the channel");
+    if (!(expected_elements(o) < static_cast<double>(max_entities))) return bad("the channel has too many cells");
     return Done{};
 }
 
-/// Heights of vertex rows over a flat floor: layers, then equal cells.
+/// Heights of the rows of vertices over a flat floor: first the boundary layers, then equal cells.
 std::vector<double> row_heights(const BumpOptions& o) {
     std::vector<double> rows{0};
     for (const double d : layer_distances(o.floor_layer)) rows.push_back(d);
@@ -285,14 +286,15 @@ std::vector<double> row_heights(const BumpOptions& o) {
     return rows;
 }
 
-/// From the flat channel: layers follow the floor, the rest is compressed below the ceiling.
+/// Maps a point of the flat channel to the channel with a bump. Layers follow the floor; the space between them and the
+/// ceiling is compressed.
 Vec<2> lifted(const BumpOptions& o, const Vec<2>& p) {
     const double top = thickness(o.floor_layer);
     const double part = p[1] <= top ? 1.0 : (o.height - p[1]) / (o.height - top);
     return {{p[0], p[1] + part * floor_height(o, p[0])}};
 }
 
-/// Maps the unit lattice to the channel; returns jittered positions.
+/// Maps the lattice from the unit square to the channel. Returns the positions with jitter.
 Outcome<Buffer<Vec<2>>> place_points(Lattice<2>& lattice, const BumpOptions& options, const std::vector<double>& rows,
                                      const Execution& execution) {
     const int layers = options.floor_layer.count;
@@ -303,7 +305,8 @@ Outcome<Buffer<Vec<2>>> place_points(Lattice<2>& lattice, const BumpOptions& opt
         Vec<2> p{{std::lerp(0.0, options.length, lattice.points[v][0]), rows[row]}};
         Vec<2> shifted = p;
         const Vec<2> shift = options.jitter * noise.vector<2>(v);
-        // Layers above a floor vertex have the same shift along the floor, so that their heights are exact.
+        // The layer vertices above one floor vertex have the same shift along the floor, so that layer heights stay
+        // exact.
         const bool within_layers = row <= layers;
         if (column > 0 && column < options.cells[0])
             shifted[0] += cell[0] * (within_layers ? options.jitter * noise.symmetric(column, 1) : shift[0]);
@@ -324,7 +327,7 @@ Outcome<LinearMesh<2>> generate_bump(const BumpOptions& options, const Execution
     if (!moved) return fail(moved.error());
     auto jittered = move_points<2>(lattice.points, *moved, lattice.elements, 0.2, execution);
     if (!jittered) return fail(jittered.error());
-    // Halved moves are chords of the map, so the floor is projected onto the bump again.
+    // A halved move is a part of a chord of the bump, so floor vertices are projected onto the bump again.
     auto on_floor = each(execution, lattice.points.size(), [&](std::size_t v) {
         if (lattice.place(v)[1] == 0) lattice.points[v][1] = floor_height(options, lattice.points[v][0]);
     });
@@ -360,14 +363,14 @@ Outcome<LinearMesh<2>> generate(const BumpOptions& options, const Execution& exe
 
 namespace {
 
-/// Number of points on a sphere for triangles (2D: edges) of this size.
+/// Number of points on a sphere with triangles (2D: edges) of this size.
 template <int D>
 double cover(double radius, double size) {
     return D == 2 ? 2 * std::numbers::pi * radius / size
                   : 8 * std::numbers::pi * radius * radius / (std::numbers::sqrt3 * size * size);
 }
 
-/// Facets of a sphere (edges of a circle) with `points` vertices.
+/// Number of facets of a sphere (2D: edges of a circle) with this number of vertices.
 template <int D>
 double facets_of(double points) {
     return D == 2 ? points : 2 * points - 4;
@@ -380,8 +383,9 @@ double prisms(const ShellOptions<D>& o) {
     return D * facets * (counts.rows + o.inner_layer.count + o.outer_layer.count);
 }
 
-/// Estimate from spheres of points at distances of a simplex height. 2D (Euler): two triangles per inner point, one per
-/// boundary point. 3D: ratios measured on shells with 10^3 to 1.5·10^5 elements.
+/// Estimated number of elements, for points on concentric spheres whose distance is the height of a regular simplex. 2D
+/// (from Euler's formula): two triangles per inner point, one per boundary point. 3D: the ratios were measured on
+/// shells with 10^3 to 1.5·10^5 elements.
 template <int D>
 double unstructured(const ShellOptions<D>& o) {
     constexpr double an_inner_point = D == 2 ? 2 : 6.2, a_wall_point = D == 2 ? 1 : 3.1;
@@ -400,10 +404,10 @@ double unstructured(const ShellOptions<D>& o) {
     return an_inner_point * std::max(0.0, points - inner - outer) + a_wall_point * (inner + outer) + D * layers;
 }
 
-/// Absolute logarithm of the ratio.
+/// Relative deviation from the target: |log(elements / wanted)|.
 double off(double elements, double wanted) { return std::abs(log(elements / wanted)); }
 
-/// Rounds cells along each axis so that elements({cells}) is closest to the target.
+/// Rounds each number of cells up or down so that elements(cells) is closest to the target.
 template <std::size_t N, class Elements>
 std::array<int, N> rounded(const std::array<double, N>& ideal, const std::array<int, N>& least, double wanted,
                            Elements&& elements) {
@@ -455,7 +459,7 @@ ShellOptions<D> with_elements(ShellOptions<D> options, double count) {
         o.outer_size *= exp(log_factor);
         return o;
     };
-    double fine = -40, coarse = 40;  // logarithms of factors
+    double fine = -40, coarse = 40;  // bounds of the logarithm of the scale factor
     for (int step = 0; step < 60; ++step) {
         const double middle = (fine + coarse) / 2;
         (expected_elements(scaled(middle)) > count ? fine : coarse) = middle;
@@ -478,7 +482,7 @@ BoxOptions<D> with_elements(BoxOptions<D> options, double count) {
 }
 
 BumpOptions with_elements(BumpOptions options, double count) {
-    // Solves 2 a f (b f + layers) = count for the factor f of a × b cells.
+    // a × b cells have 2 a (b + layers) elements. Solves 2 f a (f b + layers) = count for the scale factor f.
     const double a = options.cells[0], b = options.cells[1], layers = options.floor_layer.count;
     const double factor = (std::sqrt(a * a * layers * layers + 2 * a * b * count) - a * layers) / (2 * a * b);
     options.cells = rounded(std::array{factor * a, factor * b}, {2, 1}, count, [&](const std::array<int, 2>& cells) {

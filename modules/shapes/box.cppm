@@ -1,4 +1,5 @@
-// Boxes, channels with a bump and shells, their rows and numbers of elements.
+// Options and generators of boxes, channels with a bump and shells, also by rows; estimates of their numbers of
+// elements.
 module;
 #include <array>
 #include <cstddef>
@@ -12,28 +13,29 @@ import :delaunay;
 
 export namespace camber {
 
-/// Layer heights: first_height, first_height × growth, ….
+/// Layers of elements on a wall. From the wall outwards, their heights are first_height, first_height × growth, ….
 struct BoundaryLayer {
-    int count = 0;               ///< 0: none
-    double first_height = 0.02;  ///< of the layer at the wall (model units)
-    double growth = 1.25;        ///< ratio to the next layer towards the wall
-    Reference material = 1;      ///< of the layers; other elements have 1
-    Reference interface = 9;     ///< of facets between layers and another material
+    int count = 0;               ///< number of layers; 0: none
+    double first_height = 0.02;  ///< height of the layer at the wall (model units)
+    double growth = 1.25;        ///< height of a layer divided by that of the layer below it
+    Reference material = 1;      ///< material of the layers' elements; all other elements have 1
+    Reference interface = 9;     ///< reference of facets between the layers and another material
 
     [[nodiscard]] static constexpr auto options() {
         using S = BoundaryLayer;
         return std::tuple(
             option("count", &S::count, "number of layers; 0 for none").at_least(0).at_most(1000),
             option("first_height", &S::first_height, "height of the layer at the wall").unit("model units").above(0),
-            option("growth", &S::growth, "height of a layer over that of the one nearer to the wall").above(0),
-            option("material", &S::material, "reference of the layers' elements; that of the others is 1"),
+            option("growth", &S::growth, "ratio of the height of a layer to that of the next layer towards the wall")
+                .above(0),
+            option("material", &S::material, "reference of the elements in the layers; the other elements have 1"),
             option("interface", &S::interface,
-                   "reference of the facets between the layers and the others, where their materials differ"));
+                   "reference of the facets between the layers and the other elements, if their materials differ"));
     }
     friend bool operator==(const BoundaryLayer&, const BoundaryLayer&) = default;
 };
 
-/// Outer sides, ascending.
+/// Distances from the wall to the outer sides of the layers, ascending.
 [[nodiscard]] inline std::vector<double> layer_distances(const BoundaryLayer& layer) {
     std::vector<double> distances;
     double height = layer.first_height, total = 0;
@@ -41,13 +43,13 @@ struct BoundaryLayer {
     return distances;
 }
 
-/// Total height (model units).
+/// Total height of the layers (model units).
 [[nodiscard]] inline double thickness(const BoundaryLayer& layer) {
     return layer.count > 0 ? layer_distances(layer).back() : 0.0;
 }
 
-/// A rectangle or box: lattice cells cut along random diagonals, graded, and warped by a map that preserves the sides.
-/// Facet references: 2i + 1 on the side of low x_i, 2i + 2 on that of high x_i.
+/// A rectangle or box. The cells of a graded lattice are cut along random diagonals; the mesh is then warped by a map
+/// that preserves the sides. Facet references: 2i + 1 on the side where x_i is low, 2i + 2 where it is high.
 template <int D>
 struct BoxOptions {
     Vec<D> low{};
@@ -65,48 +67,49 @@ struct BoxOptions {
         std::array<double, D> even{};
         for (double& ratio : even) ratio = 1;
         return even;
-    }();  ///< per axis: last over first cell length (geometric series)
-    double warp = 0;         ///< x_i moves by warp (high_i − low_i) ∏ sin(2π u_j), u in the unit box
-    double jitter = 0.2;     ///< maximum move along each axis, in cell sizes; sides are preserved
-    std::uint64_t seed = 1;  ///< for diagonals and jitter
+    }();  ///< for each axis: last cell length divided by the first; lengths form a geometric series
+    double warp = 0;         ///< x_i is moved by warp (high_i − low_i) ∏ sin(2π u_j), with u in the unit box
+    double jitter = 0.2;     ///< maximum random move along each axis, in cell sizes; sides stay plane
+    std::uint64_t seed = 1;  ///< seed of random diagonals and jitter
 
     [[nodiscard]] static constexpr auto options() {
         using S = BoxOptions;
         return std::tuple(
-            option("low", &S::low, "corner of the least coordinates").unit("model units"),
-            option("high", &S::high, "corner of the largest coordinates").unit("model units"),
-            option("cells", &S::cells, "cells along each axis").at_least(1),
+            option("low", &S::low, "corner with the smallest coordinates").unit("model units"),
+            option("high", &S::high, "corner with the largest coordinates").unit("model units"),
+            option("cells", &S::cells, "number of cells along each axis").at_least(1),
             option("grading", &S::grading,
-                   "the last cell's length over the first's along each axis, a geometric series in between")
+                   "ratio of the last cell length to the first along each axis; the lengths form a geometric series")
                 .at_least(1e-6)
                 .at_most(1e6),
             option("warp", &S::warp,
-                   "bends the inside: each coordinate moves by this times the product of the sines of once around "
-                   "along each axis")
+                   "bends inner edges: each coordinate moves by this times the product, over all axes, of a sine with "
+                   "one period in the box")
                 .unit("lengths of the box along its axis")
                 .at_least(-0.05)
                 .at_most(0.05),
-            option("jitter", &S::jitter, "largest random move of a vertex along each axis")
+            option("jitter", &S::jitter, "largest random displacement of a vertex along each axis")
                 .unit("cell sizes")
                 .at_least(0)
                 .at_most(0.5),
-            option("seed", &S::seed, "another seed, another mesh of the same kind; the same seed, the same bytes"));
+            option("seed", &S::seed, "seed of the random numbers; equal seeds give identical meshes"));
     }
     friend bool operator==(const BoxOptions&, const BoxOptions&) = default;
 };
 
-/// Errors: usage (no cells, high not above low); stopped.
+/// Generates a box. Errors: usage (no cells, high not above low); stopped.
 template <int D>
 [[nodiscard]] Outcome<LinearMesh<D>> generate(const BoxOptions<D>& options, const Execution& execution = {});
 
-/// Box lattice before jitter; vertex (i, j, k) has number i + (n_x + 1) (j + (n_y + 1) k).
+/// Lattice of a box before random moves. Vertex (i, j, k) has number i + (n_x + 1) (j + (n_y + 1) k), for n_x × n_y ×
+/// n_z cells.
 template <int D>
 struct Lattice {
     std::array<int, D> cells{};
     Buffer<Vec<D>> points;
     Buffer<SimplexVertices<D>> elements;
 
-    /// Indices along the axes, 0 … cells.
+    /// Lattice indices of a vertex; on each axis from 0 to the number of cells.
     [[nodiscard]] std::array<int, D> place(std::size_t vertex) const {
         std::array<int, D> at{};
         for (int i = 0; i < D; ++i) {
@@ -121,7 +124,7 @@ struct Lattice {
             if (at[i] == 0 || at[i] == cells[i]) return true;
         return false;
     }
-    /// Reference of a boundary facet, see BoxOptions.
+    /// Reference of a boundary facet as in BoxOptions; 0 for an interior facet.
     [[nodiscard]] Reference side(const SimplexVertices<D - 1>& facet) const {
         for (int i = 0; i < D; ++i)
             for (const int end : {0, cells[i]}) {
@@ -133,7 +136,7 @@ struct Lattice {
     }
 };
 
-/// Unit box with equal cells. Errors: stopped.
+/// Lattice of the unit box with equal cells. Errors: stopped.
 template <int D>
 [[nodiscard]] Outcome<Lattice<D>> lattice_of(const std::array<int, D>& cells, std::uint64_t seed,
                                              const Execution& execution);
@@ -142,11 +145,11 @@ template <int D>
 /// length/2)/bump_width, |s| < 1 (C² at its ends). Facet references: 1 inlet (x = 0), 2 outlet, 3 floor, 4 ceiling;
 /// four corners.
 struct BumpOptions {
-    double length = 3, height = 1;             ///< (model units)
-    double bump_height = 0.2, bump_width = 1;  ///< at the middle of the floor (model units)
-    std::array<int, 2> cells{36, 8};           ///< along the channel; across it above the layers
+    double length = 3, height = 1;             ///< in model units
+    double bump_height = 0.2, bump_width = 1;  ///< height at the middle of the floor, and width (model units)
+    std::array<int, 2> cells{36, 8};           ///< cells along the channel, and across it above the layers
     BoundaryLayer floor_layer{.count = 0, .first_height = 0.01, .growth = 1.3};
-    double jitter = 0.2;  ///< maximum move of inner vertices along each axis, in cell sizes
+    double jitter = 0.2;  ///< maximum random move of inner vertices along each axis, in cell sizes
     std::uint64_t seed = 1;
 
     [[nodiscard]] static constexpr auto options() {
@@ -154,51 +157,52 @@ struct BumpOptions {
         return std::tuple(
             option("length", &S::length, "length of the channel").unit("model units").above(0),
             option("height", &S::height, "height of the channel").unit("model units").above(0),
-            option("bump_height", &S::bump_height, "height of the bump in the middle; negative: a dent")
+            option("bump_height", &S::bump_height, "height of the bump at its middle; negative: a dent")
                 .unit("model units"),
-            option("bump_width", &S::bump_width, "from foot to foot").unit("model units").above(0),
-            option("cells", &S::cells, "cells along the channel, and across it above the layers").at_least(1),
-            option("floor_layer", &S::floor_layer, "layers on the floor"),
-            option("jitter", &S::jitter, "largest random move of a vertex along each axis")
+            option("bump_width", &S::bump_width, "width of the bump at its foot").unit("model units").above(0),
+            option("cells", &S::cells, "number of cells along the channel, and across it above the layers").at_least(1),
+            option("floor_layer", &S::floor_layer, "boundary layers on the floor"),
+            option("jitter", &S::jitter, "largest random displacement of a vertex along each axis")
                 .unit("cell sizes")
                 .at_least(0)
                 .at_most(0.5),
-            option("seed", &S::seed, "another seed, another mesh of the same kind; the same seed, the same bytes"));
+            option("seed", &S::seed, "seed of the random numbers; equal seeds give identical meshes"));
     }
     friend bool operator==(const BumpOptions&, const BumpOptions&) = default;
 };
 
-/// b(x).
+/// Returns b(x); see BumpOptions.
 [[nodiscard]] double floor_height(const BumpOptions& options, double x);
 
-/// Errors: usage (incompatible sizes); stopped.
+/// Generates a channel. Errors: usage (incompatible sizes); stopped.
 [[nodiscard]] Outcome<LinearMesh<2>> generate(const BumpOptions& options, const Execution& execution = {});
 
 enum class ShellStructure : std::uint8_t {
-    unstructured,  ///< Delaunay of spread points, without flat elements
-    prisms,        ///< prism rows over an icosphere, cut along random diagonals: fast
+    unstructured,  ///< Delaunay mesh of spread points, improved until no element is flat
+    prisms,        ///< rows of prisms over an icosphere, cut along random diagonals; fast
 };
 [[nodiscard]] constexpr auto words(ShellStructure) {
     return words_of(Word{ShellStructure::unstructured, "unstructured"}, Word{ShellStructure::prisms, "prisms"});
 }
 
-/// Volume between concentric spheres (2D: circles) with optional layers. inner_size and outer_size are at the layer
-/// tops.
+/// Volume between concentric spheres (2D: circles) with optional layers. If there are layers, inner_size and outer_size
+/// are the sizes at the layer tops.
 template <int D>
 struct ShellOptions {
     Vec<D> centre{};
-    double inner_radius = 1, outer_radius = 5;  ///< (model units)
-    double inner_size = 0.6, outer_size = 1.8;  ///< at the spheres (model units), linear in between
+    double inner_radius = 1, outer_radius = 5;  ///< in model units
+    double inner_size = 0.6, outer_size = 1.8;  ///< edge lengths at the spheres (model units); linear in between
     BoundaryLayer inner_layer{}, outer_layer{};
     ShellStructure structure = ShellStructure::unstructured;
-    double jitter = 0.15;  ///< maximum move of a point, in edge lengths
+    double jitter = 0.15;  ///< maximum random move of a point, in edge lengths
     Reference inner_reference = 2, outer_reference = 1;
     std::uint64_t seed = 1;
 
     [[nodiscard]] static constexpr auto options() {
         using S = ShellOptions;
         return std::tuple(
-            option("centre", &S::centre, (D == 3 ? "of both spheres" : "of both circles")).unit("model units"),
+            option("centre", &S::centre, (D == 3 ? "centre of both spheres" : "centre of both circles"))
+                .unit("model units"),
             option("inner_radius", &S::inner_radius,
                    (D == 3 ? "radius of the inner sphere" : "radius of the inner circle"))
                 .unit("model units")
@@ -218,13 +222,13 @@ struct ShellOptions {
                 .unit("model units")
                 .above(0),
             option("inner_layer", &S::inner_layer,
-                   (D == 3 ? "layers on the inner sphere" : "layers on the inner circle")),
+                   (D == 3 ? "boundary layers on the inner sphere" : "boundary layers on the inner circle")),
             option("outer_layer", &S::outer_layer,
-                   (D == 3 ? "layers on the outer sphere" : "layers on the outer circle")),
+                   (D == 3 ? "boundary layers on the outer sphere" : "boundary layers on the outer circle")),
             option("structure", &S::structure,
-                   "unstructured: Delaunay of spread points; prisms: rows of prisms along random diagonals, fast at "
-                   "any size"),
-            option("jitter", &S::jitter, "largest random move of a point")
+                   "unstructured: Delaunay mesh of scattered points; prisms: rows of prisms divided along random "
+                   "diagonals, fast at any size"),
+            option("jitter", &S::jitter, "largest random displacement of a point")
                 .unit("edge lengths")
                 .at_least(0)
                 .at_most(0.3),
@@ -232,28 +236,29 @@ struct ShellOptions {
                    (D == 3 ? "reference of the inner sphere" : "reference of the inner circle")),
             option("outer_reference", &S::outer_reference,
                    (D == 3 ? "reference of the outer sphere" : "reference of the outer circle")),
-            option("seed", &S::seed, "another seed, another mesh of the same kind; the same seed, the same bytes"));
+            option("seed", &S::seed, "seed of the random numbers; equal seeds give identical meshes"));
     }
     friend bool operator==(const ShellOptions&, const ShellOptions&) = default;
 };
 
-/// Boundary vertices are on the spheres to rounding. Errors: usage (incompatible sizes); stopped.
+/// Generates a shell. Boundary vertices are on the spheres up to rounding. Errors: usage (incompatible sizes); stopped.
 template <int D>
 [[nodiscard]] Outcome<LinearMesh<D>> generate(const ShellOptions<D>& options, const Execution& execution = {});
 
-/// Boundary or layer top of a vertex.
+/// Surface that contains a vertex: a sphere, the top of a sphere's layers, or none (`between`).
 enum class ShellSide : std::uint8_t { between, inner, outer, above_inner_layer, above_outer_layer };
 
-/// Shell without layers, centred at the origin.
+/// The part of a shell between the layers, centred at the origin.
 template <int D>
 struct ShellCore {
     Buffer<Vec<D>> points;
-    Buffer<ShellSide> sides;  ///< one per point
+    Buffer<ShellSide> sides;  ///< for each point
     Buffer<SimplexVertices<D>> elements;
-    Buffer<SimplexVertices<D - 1>> inner, outer;  ///< (facet edges, outward direction) is a positive frame
+    Buffer<SimplexVertices<D - 1>> inner, outer;  ///< facets; their edge vectors and the outward direction are
+                                                  ///< positively oriented
 };
 
-/// Edge lengths between two spheres, linear in the radius.
+/// Edge lengths between two spheres; they are linear in the radius.
 struct ShellSizes {
     double inner_radius, outer_radius, inner_size, outer_size, jitter;
 
@@ -268,26 +273,27 @@ template <int D>
             o.outer_size, o.jitter};
 }
 
-/// Spreads points and moves vertices of flat elements. The hole is the star of a vertex at the centre. Errors: usage (a
-/// point pierces a sphere); stopped.
+/// Spreads points between the spheres, and moves the vertices of flat elements. The Delaunay mesh fills the hole too:
+/// elements at an additional vertex in the centre are removed. Errors: usage (elements too coarse for the gap between
+/// the spheres); stopped.
 template <int D>
 [[nodiscard]] Outcome<ShellCore<D>> unstructured_core(const ShellSizes& sizes, const Noise& noise,
                                                       const Execution& execution);
 
-/// Subdivisions of icosphere edges (2D: of a fifth of the circle) for inner_size, and rows of prisms with regular
-/// heights.
+/// `cuts`: number of parts of an icosphere edge (2D: of a fifth of the circle) for edges of inner_size; `rows`: number
+/// of rows for prisms of regular height.
 struct PrismCounts {
     double cuts, rows;
 };
 template <int D>
 [[nodiscard]] PrismCounts prism_counts(const ShellSizes& sizes);
 
-/// Rows of prisms over an icosphere; reserves space for `layers` more. Errors: stopped.
+/// Generates rows of prisms over an icosphere. Reserves memory for `layers` further rows. Errors: stopped.
 template <int D>
 [[nodiscard]] Outcome<ShellCore<D>> prism_core(const ShellSizes& sizes, int layers, const Noise& noise,
                                                const Execution& execution);
 
-/// 1: regular, 0: flat, negative: inverted.
+/// Quality of a simplex: 1 if it is regular, 0 if flat, negative if inverted.
 [[nodiscard]] double quality(const Vec<2>& a, const Vec<2>& b, const Vec<2>& c);
 [[nodiscard]] double quality(const Vec<3>& a, const Vec<3>& b, const Vec<3>& c, const Vec<3>& d);
 
@@ -295,7 +301,7 @@ struct ShapeCounts {
     std::size_t vertices = 0, elements = 0, facets = 0, edges = 0;
 };
 
-/// Runs for some rows, with whole-mesh numbers.
+/// The part of a shape in consecutive rows. All numbers are those of the whole mesh.
 template <int D>
 struct ShapeRun {
     std::size_t first_vertex = 0, first_element = 0, first_facet = 0;
@@ -307,18 +313,18 @@ struct ShapeRun {
     Buffer<Reference> facet_references = {};
 };
 
-/// A shape of prism rows over one base, equal to the mesh of `generate`. Each request computes any range of rows, with
-/// a few around it.
+/// A shape that consists of rows of prisms over one base; all rows together are the mesh of `generate`. A run computes
+/// any range of rows, with a few neighbouring rows.
 template <int D>
 class ShapeRows {
   public:
     virtual ~ShapeRows() = default;
     [[nodiscard]] virtual ShapeCounts counts() const = 0;
     [[nodiscard]] virtual std::size_t rows() const = 0;
-    /// Rows [first, last), in order. Errors: usage (an element without positive volume); memory, stopped.
+    /// Computes the rows [first, last), in order. Errors: usage (an element without positive volume); memory, stopped.
     [[nodiscard]] virtual Outcome<ShapeRun<D>> run(std::size_t first, std::size_t last,
                                                    const Execution& execution) const = 0;
-    /// Corners, feature edges and ridges.
+    /// Returns a mesh with the corners, feature edges and ridges only.
     [[nodiscard]] virtual Outcome<LinearMesh<D>> lists() const = 0;
 
   protected:
@@ -337,14 +343,16 @@ template <int D>
 [[nodiscard]] Outcome<std::unique_ptr<const ShapeRows<D>>> rows_of_shape(const ShellOptions<D>& options,
                                                                          const Execution& execution = {});
 
-/// Exact for boxes, channels and prism shells, within a few per cent for unstructured shells. For valid options.
+/// Number of elements for valid options. Exact for boxes, channels and prism shells; within a few per cent for
+/// unstructured shells.
 template <int D>
 [[nodiscard]] double expected_elements(const ShellOptions<D>& options);
 template <int D>
 [[nodiscard]] double expected_elements(const BoxOptions<D>& options);
 [[nodiscard]] double expected_elements(const BumpOptions& options);
 
-/// Scales edge lengths or numbers of cells to about `count` elements (at least 1). Layers do not change.
+/// Scales edge lengths or numbers of cells so that the mesh has about `count` elements (at least 1). Layers do not
+/// change.
 template <int D>
 [[nodiscard]] ShellOptions<D> with_elements(ShellOptions<D> options, double count);
 template <int D>

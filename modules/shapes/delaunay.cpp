@@ -19,7 +19,7 @@ namespace camber {
 
 namespace {
 
-/// Integers in [−2^22, 2^22], so that predicates fit in 128 bits.
+/// Integer coordinates in [−2^22, 2^22], so that predicates fit in 128 bits.
 template <int D>
 using GridPoint = std::array<std::int64_t, D>;
 
@@ -32,7 +32,8 @@ std::vector<GridPoint<D>> grid_points(std::span<const Vec<D>> points) {
     for (const Vec<D>& p : points) box.include(p);
     double extent = 0;
     for (int i = 0; i < D; ++i) extent = std::fmax(extent, box.high[i] - box.low[i]);
-    // A power of two: coordinates with few binary digits (lattices) are exact, and planes are preserved.
+    // The number of steps per unit is a power of two: coordinates with few binary digits (lattices) stay exact, and
+    // planes stay plane.
     int exponent = 0;
     std::frexp(extent, &exponent);
     const double steps = std::ldexp(1.0, 23 - exponent);
@@ -50,7 +51,7 @@ T determinant3(const std::array<std::array<T, 3>, 3>& m) {
 
 int sign(Int128 x) { return (x > 0) - (x < 0); }
 
-/// 1: positive, 0: flat, −1: negative. Magnitude at most 6 · 2^69.
+/// Orientation of a simplex: 1 positive, 0 flat, −1 negative. The determinant's magnitude is at most 6 · 2^69.
 int orientation(const std::array<const GridPoint<2>*, 3>& s) {
     std::array<GridPoint<2>, 2> d{};
     for (int r = 0; r < 2; ++r)
@@ -64,7 +65,7 @@ int orientation(const std::array<const GridPoint<3>*, 4>& s) {
     return sign(determinant3(d));
 }
 
-/// 1: p is inside the circle of a positive triangle, 0: on it.
+/// Returns 1 if p is inside the circumcircle of a positively oriented triangle, 0 on it, −1 outside.
 int in_sphere(const std::array<const GridPoint<2>*, 3>& s, const GridPoint<2>& p) {
     std::array<std::array<Int128, 3>, 3> m{};
     for (int r = 0; r < 3; ++r) {
@@ -74,7 +75,7 @@ int in_sphere(const std::array<const GridPoint<2>*, 3>& s, const GridPoint<2>& p
     return sign(determinant3(m));
 }
 
-/// Lifted 4 × 4 determinant, expanded along the column of squares.
+/// 4 × 4 in-sphere determinant, expanded along the column of squared distances.
 template <class T>
 T lifted(const std::array<std::array<T, 3>, 4>& d, const std::array<T, 4>& squares) {
     const auto minor = [&](int a, int b, int c) { return determinant3<T>({d[a], d[b], d[c]}); };
@@ -82,8 +83,8 @@ T lifted(const std::array<std::array<T, 3>, 4>& d, const std::array<T, 4>& squar
            squares[3] * minor(0, 1, 2);
 }
 
-/// 1: p is inside the sphere of a positive tetrahedron, 0: on it. In doubles if certain, else in exact integers (at
-/// most 24 · 2^(69 + 47.6) < 2^122).
+/// Returns 1 if p is inside the circumsphere of a positively oriented tetrahedron, 0 on it, −1 outside. Uses doubles if
+/// the sign is certain, else exact integers (magnitudes at most 24 · 2^(69 + 47.6) < 2^122).
 int in_sphere(const std::array<const GridPoint<3>*, 4>& s, const GridPoint<3>& p) {
     std::array<std::array<double, 3>, 4> d{};
     std::array<double, 4> squares{};
@@ -97,7 +98,7 @@ int in_sphere(const std::array<const GridPoint<3>*, 4>& s, const GridPoint<3>& p
         }
         largest_square = std::fmax(largest_square, squares[r]);
     }
-    // 24 products of 4 factors, each with fewer than 16 roundings of 2^−53.
+    // The determinant has 24 products of 4 factors, each with fewer than 16 rounding errors of 2^−53.
     const double error = 24 * 0x1p-49 * largest[0] * largest[1] * largest[2] * largest_square;
     if (const double value = lifted(d, squares); std::fabs(value) > error) return value > 0 ? 1 : -1;
     std::array<std::array<Int128, 3>, 4> exact{};
@@ -110,18 +111,19 @@ int in_sphere(const std::array<const GridPoint<3>*, 4>& s, const GridPoint<3>& p
     return sign(lifted(exact, exact_squares));
 }
 
-/// Position on a Z-curve.
+/// Position of a grid point on a Z-curve.
 template <int D>
 std::uint64_t z_order(const GridPoint<D>& p) {
     std::uint64_t key = 0;
-    for (int bit = 23; bit >= 3; --bit)  // 21 bits per axis, 63 in total
+    for (int bit = 23; bit >= 3; --bit)  // 21 bits for each axis, 63 in 3D
         for (int i = 0; i < D; ++i)
             key = key << 1U | (static_cast<std::uint64_t>(p[i] + (std::int64_t{1} << 22)) >> bit & 1U);
     return key;
 }
 
-/// Bowyer–Watson: removes simplices whose spheres contain the new point, and fills the hole with its star. Ghost
-/// simplices join hull facets to infinity; their "sphere" is the half space beyond.
+/// Bowyer–Watson algorithm: removes the simplices whose circumspheres contain the new point, then fills the hole with
+/// simplices at this point. A ghost simplex joins a hull facet to a vertex at infinity; its "sphere" is the half space
+/// beyond the facet.
 template <int D>
 class Triangulation {
   public:
@@ -133,10 +135,10 @@ class Triangulation {
 
     Outcome<Done> build() {
         std::vector<Index> order = insertion_order();
-        if (!start(order)) return fail(ErrorKind::usage, "the points lie in one plane, or are too few");
+        if (!start(order)) return fail(ErrorKind::usage, "the points lie in one plane, or there are too few of them");
         for (const Index p : order)
             if (!insert(p))
-                return fail(ErrorKind::usage, "two points are in the same place", {}, Entity{"vertex", p + 1ULL});
+                return fail(ErrorKind::usage, "two points have the same position", {}, Entity{"vertex", p + 1ULL});
         return Done{};
     }
 
@@ -154,7 +156,7 @@ class Triangulation {
   private:
     struct Cell {
         std::array<Index, D + 1> vertices{};
-        std::array<Index, D + 1> neighbours{};  ///< across the face opposite each vertex
+        std::array<Index, D + 1> neighbours{};  ///< cell across the face opposite each vertex
         Index stamp = 0;                        ///< last insertion that tested this cell
         bool conflict = false;                  ///< result of that test
         bool dead = false;
@@ -164,7 +166,7 @@ class Triangulation {
         int opposite;
     };
 
-    /// Local index of infinity; −1 in a finite cell.
+    /// Local index of the vertex at infinity; −1 in a finite cell.
     [[nodiscard]] int infinite_slot(const Cell& cell) const {
         for (int i = 0; i <= D; ++i)
             if (cell.vertices[i] == infinity_) return i;
@@ -176,15 +178,16 @@ class Triangulation {
         for (int i = 0; i <= D; ++i) at[i] = &grid_[vertices[i]];
         return at;
     }
-    /// Orientation with p in place of vertex `slot`: negative beyond that face.
+    /// Orientation of the cell with p in place of vertex `slot`; negative if p is beyond the opposite face of a finite
+    /// cell.
     [[nodiscard]] int side(const Cell& cell, int slot, Index p) const {
         auto vertices = cell.vertices;
         vertices[slot] = p;
         return orientation(corners(vertices));
     }
 
-    /// Biased randomised insertion order: a random half last, a quarter before it …, along Z-curves. Expected linear
-    /// time, short walks.
+    /// Biased randomised insertion order: a random half of the points comes last, a quarter before it, and so on; each
+    /// group is sorted along a Z-curve. This gives expected linear time and short walks.
     std::vector<Index> insertion_order() const {
         std::vector<Index> order(grid_.size());
         std::iota(order.begin(), order.end(), Index{0});
@@ -195,7 +198,8 @@ class Triangulation {
         return order;
     }
 
-    /// Makes the first simplex and its ghosts from the first points in general position, which it removes from `order`.
+    /// Creates the first simplex and its ghosts from the first points in general position. Removes these points from
+    /// `order`.
     bool start(std::vector<Index>& order) {
         std::array<Index, D + 1> first{};
         int have = 0;
@@ -210,7 +214,7 @@ class Triangulation {
         if (orientation(corners(first)) < 0) std::swap(first[0], first[1]);
         cells_.push_back({first});
         for (int i = 0; i <= D; ++i) {
-            // Mirrored, as if infinity were beyond face i: two vertices are swapped.
+            // The ghost has face i and infinity beyond it, so its orientation is reversed: two vertices are swapped.
             Cell ghost{first};
             ghost.vertices[i] = infinity_;
             std::swap(ghost.vertices[(i + 1) % (D + 1)], ghost.vertices[(i + 2) % (D + 1)]);
@@ -221,7 +225,7 @@ class Triangulation {
         return true;
     }
 
-    /// True if p is not in the affine hull of the first `have` points; exact, by minors.
+    /// True if p is not in the affine hull of the first `have` points of `first`. The test is exact; it uses minors.
     [[nodiscard]] bool extends(const std::array<Index, D + 1>& first, int have, Index p) const {
         const auto difference = [&](Index a, int i) { return Int128{grid_[a][i] - grid_[first[0]][i]}; };
         if (have == 0) return true;
@@ -238,7 +242,7 @@ class Triangulation {
         return orientation(corners(all)) != 0;
     }
 
-    /// Compares all faces.
+    /// Links neighbours by comparing all pairs of faces.
     void link_all() {
         const auto face = [&](Index cell, int opposite) {
             std::array<Index, D + 1> key = cells_[cell].vertices;
@@ -253,7 +257,7 @@ class Triangulation {
                         if (face(a, i) == face(b, j)) cells_[a].neighbours[i] = b;
     }
 
-    /// Walks to a cell in conflict with p.
+    /// Walks to a cell whose circumsphere contains p.
     [[nodiscard]] Index locate(Index p) const {
         Index at = last_;
         if (const int slot = infinite_slot(cells_[at]); slot >= 0) at = cells_[at].neighbours[slot];
@@ -281,7 +285,7 @@ class Triangulation {
             conflict = in_sphere(corners(cell.vertices), grid_[p]) > 0;
         } else {
             const int beyond = side(cell, slot, p);
-            // In the plane of a hull facet, the sphere of the cell behind it decides.
+            // If p is in the plane of the hull facet, the sphere of the finite cell behind this facet decides.
             conflict =
                 beyond != 0 ? beyond > 0 : in_sphere(corners(cells_[cell.neighbours[slot]].vertices), grid_[p]) > 0;
         }
@@ -290,7 +294,7 @@ class Triangulation {
         return conflict;
     }
 
-    /// Returns false if p is at a vertex.
+    /// Inserts point p. Returns false if p coincides with a vertex.
     bool insert(Index p) {
         ++stamp_;
         const Index from = locate(p);
@@ -305,12 +309,13 @@ class Triangulation {
         return true;
     }
 
-    /// The next cell joins the hole, or the face is on its rim.
+    /// Adds the cell across face i to the hole if its sphere contains p; else adds the face to the boundary of the
+    /// hole.
     void look_across(Index at, int i, Index p) {
         const Index across = cells_[at].neighbours[i];
         if (cells_[across].dead) return;
-        // With exact predicates, the hole is star-shaped. If p were in the plane of a rim face, it would be inside the
-        // face's circle, and so inside the next cell's sphere.
+        // Exact predicates make the hole star-shaped. If p were in the plane of a boundary face, p would be inside the
+        // face's circle, and so inside the sphere of the cell across.
         if (in_conflict(across, p)) {
             cells_[across].dead = true;
             hole_.push_back(across);
@@ -319,7 +324,8 @@ class Triangulation {
         }
     }
 
-    /// Joins rim faces to p. Links new cells across the rim, and to each other by D − 1 shared rim vertices.
+    /// Joins the faces of the hole's boundary to p. Links each new cell to the cell outside the hole, and to new cells
+    /// with which it shares p and D − 1 other vertices.
     void star(Index p) {
         shared_.clear();
         std::size_t reuse = 0;
@@ -353,7 +359,7 @@ class Triangulation {
             cells_[shared_[k + 1].cell].neighbours[shared_[k + 1].opposite] = shared_[k].cell;
         }
     }
-    /// Ignores vertex `except`.
+    /// True if v is among the vertices, without the one at index `except`.
     [[nodiscard]] static bool contains(const std::array<Index, D + 1>& vertices, Index v, int except) {
         for (int i = 0; i <= D; ++i)
             if (i != except && vertices[i] == v) return true;
@@ -387,7 +393,7 @@ Outcome<Buffer<SimplexVertices<D>>> delaunay(std::span<const Vec<D>> points, con
 
 namespace {
 
-/// Random orthonormal axes, by Gram–Schmidt.
+/// Random orthonormal axes by the Gram–Schmidt process.
 std::array<Vec<3>, 3> random_axes(const Noise& noise) {
     std::uint64_t draw = 0;
     const auto direction = [&] {
@@ -415,7 +421,8 @@ Buffer<Vec<2>> circle(std::size_t n, double start) {
     return points;
 }
 
-/// Exact lattice weights of icosahedron corners, so that faces share points.
+/// Divides the faces of an icosahedron. Integer weights of the corners identify points, so that faces share the points
+/// of common edges.
 class IcosphereBuilder {
   public:
     explicit IcosphereBuilder(int n) : n_(n), side_(static_cast<std::size_t>(n) + 1) {}
@@ -431,7 +438,7 @@ class IcosphereBuilder {
         sphere_.points.reserve(10 * squares + 2);
         sphere_.facets.reserve(20 * squares);
         on_edges_.resize(12 * 12);
-        // Icosahedron faces: triples at the minimum distance, 2.
+        // Icosahedron faces are the triples of corners at the minimum distance, 2.
         for (int a = 0; a < 12; ++a)
             for (int b = a + 1; b < 12; ++b)
                 for (int c = b + 1; c < 12; ++c)
@@ -466,7 +473,7 @@ class IcosphereBuilder {
         return id;
     }
 
-    /// Id slot of a corner, an edge point, or a point of the current face.
+    /// Vertex number at a corner, on an edge, or inside the current face; invalid at first.
     VertexId& place(const std::array<int, 3>& face, const std::array<int, 3>& weights) {
         for (int k = 0; k < 3; ++k) {
             if (weights[k] == n_) return at_corners_[face[k]];
@@ -485,7 +492,8 @@ class IcosphereBuilder {
     std::size_t side_;
     std::vector<Vec<3>> corners_;
     std::array<VertexId, 12> at_corners_;
-    std::vector<std::vector<VertexId>> on_edges_;  ///< by lower corner × 12 + higher, then by the lower one's weight
+    std::vector<std::vector<VertexId>> on_edges_;  ///< row: lower corner × 12 + higher corner; column: weight of the
+                                                   ///< lower corner
     std::vector<VertexId> inside_;
     UnitSphere<3> sphere_;
 };
@@ -519,7 +527,7 @@ template <>
 UnitSphere<2> icosphere<2>(int n) {
     UnitSphere<2> sphere{circle(5 * static_cast<std::size_t>(n), 0), {}};
     const std::size_t count = sphere.points.size();
-    // Clockwise, so that (edge, outward direction) is a positive frame, as in 3D.
+    // Edges run clockwise: then (edge, outward direction) is positively oriented, as in 3D.
     for (std::size_t i = 0; i < count; ++i) sphere.facets.push_back({VertexId((i + 1) % count), VertexId(i)});
     return sphere;
 }

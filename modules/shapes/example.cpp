@@ -1,4 +1,4 @@
-// Example of camber.shapes: test domains from a few numbers. Equal options and `seed` give equal meshes.
+// Example of camber.shapes: generates test domains from a few numbers. Equal options and `seed` give equal meshes.
 #include <cmath>
 #include <cstdio>
 #include <numbers>

@@ -1,4 +1,4 @@
-// Boxes, plates and shells with elements of several shapes.
+// Generates boxes, plates and shells with elements of several shapes.
 module;
 #include <algorithm>
 #include <array>
@@ -14,7 +14,7 @@ namespace camber {
 
 namespace {
 
-/// Collects cells, then adds boundary facets with references.
+/// Collects the elements of a mesh, then adds its boundary facets with references.
 template <int D>
 class MeshParts {
   public:
@@ -28,7 +28,7 @@ class MeshParts {
     }
     [[nodiscard]] const Buffer<Vec<D>>& points() const { return points_; }
 
-    /// `reference(p)`: of the facet with vertex mean p.
+    /// Completes the mesh. reference(p) is the reference of a facet whose vertices have the mean p.
     template <class Of>
     [[nodiscard]] Mesh<D> finish(Of&& reference) && {
         Mesh<D> mesh;
@@ -50,10 +50,11 @@ class MeshParts {
         Buffer<ShapeVertices<shape>> rows;
     };
 
-    /// Adds element sides without a neighbour, oriented outwards.
+    /// Adds the sides of elements without a neighbour as facets, oriented outwards.
     template <class Of>
     void add_facets(Mesh<D>& mesh, Of&& reference) {
-        std::map<std::vector<VertexId>, std::vector<VertexId>> open;  // by sorted vertices
+        std::map<std::vector<VertexId>, std::vector<VertexId>> open;  // sides without a neighbour so far, by sorted
+                                                                      // vertices
         const auto meet = [&](const std::vector<VertexId>& side) {
             auto key = side;
             std::ranges::sort(key);
@@ -95,7 +96,7 @@ class MeshParts {
     ByShape<D, Rows> elements_;
 };
 
-/// Side references of `BoxOptions`, for a box from the origin to `high`.
+/// Side reference as in `BoxOptions`, for the box from the origin to `high`.
 template <int D>
 Reference side_of(const Vec<D>& p, const Vec<D>& high) {
     for (int i = 0; i < D; ++i) {
@@ -111,11 +112,11 @@ Outcome<Done> check_cells(const std::array<int, N>& cells) {
         return fail(ErrorKind::usage, "a mesh needs at least one cell along each axis");
     double vertices = 1;
     for (const int n : cells) vertices *= n + 1.0;
-    if (vertices > 1e8) return fail(ErrorKind::usage, "these meshes are for tests: they have at most 1e8 vertices");
+    if (vertices > 1e8) return fail(ErrorKind::usage, "these meshes can have at most 1e8 vertices");
     return Done{};
 }
 
-/// Lattice vertices, x fastest.
+/// Adds lattice vertices; x varies fastest.
 template <int D>
 std::vector<VertexId> add_lattice(MeshParts<D>& parts, const std::array<int, D>& cells, const Vec<D>& high) {
     std::vector<VertexId> vertices;
@@ -132,7 +133,7 @@ std::vector<VertexId> add_lattice(MeshParts<D>& parts, const std::array<int, D>&
     return vertices;
 }
 
-/// Corners of cell (i, j) or (i, j, k), in shape order.
+/// Vertices of cell (i, j) or (i, j, k), in the order of the element shape.
 std::array<VertexId, 4> square(const std::vector<VertexId>& v, const std::array<int, 2>& cells, std::size_t i,
                                std::size_t j) {
     const std::size_t columns = cells[0] + std::size_t{1};
@@ -148,14 +149,15 @@ std::array<VertexId, 8> cube(const std::vector<VertexId>& v, const std::array<in
     return {at(0, 0, 0), at(1, 0, 0), at(1, 1, 0), at(0, 1, 0), at(0, 0, 1), at(1, 0, 1), at(1, 1, 1), at(0, 1, 1)};
 }
 
-/// Cuts at the lowest vertex, equally from both sides.
+/// Cuts a quadrilateral at its lowest vertex, so that the elements on both sides agree.
 std::array<std::array<VertexId, 3>, 2> halves(const std::array<VertexId, 4>& q) {
     const bool first = std::min(q[0], q[2]) < std::min(q[1], q[3]);
     if (first) return {{{q[0], q[1], q[2]}, {q[0], q[2], q[3]}}};
     return {{{q[0], q[1], q[3]}, {q[1], q[2], q[3]}}};
 }
 
-/// Splits a cube around its centre: tetrahedra over the sides; a pyramid over the lower side of a hexahedron.
+/// Splits a cube around its centre into tetrahedra over its sides. With `has_pyramid`, a pyramid covers the lower side,
+/// below which lies a hexahedron.
 void add_split_cube(MeshParts<3>& parts, const std::array<VertexId, 8>& corners, bool has_pyramid) {
     Vec<3> mean;
     for (const VertexId v : corners) mean += 0.125 * parts.points()[v.index()];
@@ -170,7 +172,7 @@ void add_split_cube(MeshParts<3>& parts, const std::array<VertexId, 8>& corners,
     }
 }
 
-/// Cuts every third cell into two triangles.
+/// True for every third cell, which is cut into two triangles.
 bool is_cut(int i, int j) { return (i + j) % 3 == 2; }
 
 }  // namespace
@@ -256,9 +258,9 @@ Outcome<Mesh<3>> generate_prisms(const ShellOptions<3>& options, const Execution
         MeshParts<3> parts;
         for (const Vec<3>& p : shell->points) parts.add(p);
         for (const auto& vertices : shell->elements.vertices) parts.add<Shape::tetrahedron>(vertices);
-        // Each vertex of the inner sphere gets one on the lower side of each layer.
+        // Each vertex of the inner sphere gets a copy on the lower side of each layer.
         const auto distances = layer_distances(options.inner_layer);
-        std::map<VertexId, std::vector<VertexId>> columns;  // from the wall outwards
+        std::map<VertexId, std::vector<VertexId>> columns;  // copies of a vertex, from the wall outwards
         const auto column = [&](VertexId v) -> const std::vector<VertexId>& {
             auto& rows = columns[v];
             if (!rows.empty()) return rows;

@@ -30,13 +30,13 @@ Outcome<Done> check_shell(const ShellOptions<D>& o) {
     if (!(thickness(o.inner_layer) + thickness(o.outer_layer) < o.outer_radius - o.inner_radius))
         return bad("the boundary layers are thicker than the shell");
     if (!(expected_elements(o) < static_cast<double>(max_entities)))
-        return bad("a shell of too many points for these sizes");
+        return bad("the shell has too many points with these sizes");
     return Done{};
 }
 
 namespace {
 
-/// Sorted facet vertices; renumbers the facets.
+/// Renumbers the facets' vertices from 0; returns the old vertices, sorted.
 template <int D>
 std::vector<VertexId> own_numbers(Buffer<SimplexVertices<D - 1>>& facets) {
     std::vector<VertexId> used;
@@ -51,8 +51,8 @@ std::vector<VertexId> own_numbers(Buffer<SimplexVertices<D - 1>>& facets) {
     return used;
 }
 
-/// Adds prism rows from core `facets` to spheres of these radii, which decrease towards the inner and increase towards
-/// the outer sphere. The last vertices get `side`.
+/// Adds rows of prisms from the core's `facets` to spheres with these radii, which are ordered from the core to the
+/// wall. The vertices of the last sphere get `side`.
 template <int D>
 Outcome<Done> add_layers(ShellCore<D>& core, Buffer<SimplexVertices<D - 1>> facets, std::span<const double> radii,
                          ShellSide side, const Noise& noise, const Execution& execution) {
@@ -84,7 +84,7 @@ Outcome<Done> add_layers(ShellCore<D>& core, Buffer<SimplexVertices<D - 1>> face
     return Done{};
 }
 
-/// Returns the materials of all elements.
+/// Adds the layers of both spheres. Returns the materials of all elements.
 template <int D>
 Outcome<Buffer<Reference>> add_layers(ShellCore<D>& core, const ShellOptions<D>& o, const Noise& noise,
                                       const Execution& execution) {
@@ -146,7 +146,7 @@ Outcome<LinearMesh<D>> generate(const ShellOptions<D>& options, const Execution&
 
 namespace {
 
-/// Number of points on a sphere for triangles (2D: edges) of this size.
+/// Number of points on a sphere with triangles (2D: edges) of this size.
 template <int D>
 std::size_t points_on_sphere(double radius, double size) {
     const double cover = D == 2 ? 2 * std::numbers::pi * radius / size
@@ -154,7 +154,7 @@ std::size_t points_on_sphere(double radius, double size) {
     return std::max<std::size_t>(D == 2 ? 6 : 12, static_cast<std::size_t>(std::lround(cover)));
 }
 
-/// In steps of the local simplex height.
+/// Radii of the spheres of points. The steps between them are heights of regular simplices of the local size.
 template <int D>
 std::vector<double> level_radii(const ShellSizes& sizes) {
     const double height = D == 2 ? std::numbers::sqrt3 / 2 : std::numbers::sqrt2 / std::numbers::sqrt3;
@@ -186,7 +186,7 @@ void add_points(ShellCore<D>& core, double radius, std::size_t count, ShellSide 
     }
 }
 
-/// Projects boundary vertices; limits others to half an edge from both spheres.
+/// Projects boundary vertices onto their sphere. Other vertices stay at least half an edge away from both spheres.
 template <int D>
 Vec<D> kept(const Vec<D>& p, ShellSide side, const ShellSizes& sizes) {
     if (side == ShellSide::inner) return sizes.inner_radius * normalised(p);
@@ -198,7 +198,7 @@ Vec<D> kept(const Vec<D>& p, ShellSide side, const ShellSizes& sizes) {
     return std::clamp(r, std::min(low, high), std::max(low, high)) / r * p;
 }
 
-/// Without the star of the centre.
+/// Delaunay mesh of the shell: an additional vertex at the centre is removed with its elements.
 template <int D>
 Outcome<Buffer<SimplexVertices<D>>> carved(const ShellCore<D>& core, const Noise& noise) {
     Buffer<Vec<D>> points = core.points;
@@ -210,7 +210,7 @@ Outcome<Buffer<SimplexVertices<D>>> carved(const ShellCore<D>& core, const Noise
     return elements;
 }
 
-/// A step of repulsive springs, slightly above target length.
+/// Moves points by one step of repulsive springs with 1.15 times the target length.
 template <int D>
 Outcome<Done> spread(ShellCore<D>& core, const ShellSizes& sizes, const Execution& execution) {
     std::vector<std::array<VertexId, 2>> edges;
@@ -238,7 +238,7 @@ double quality_of(const Buffer<Vec<D>>& p, const SimplexVertices<D>& s) {
         return quality(p[s[0].index()], p[s[1].index()], p[s[2].index()], p[s[3].index()]);
 }
 
-/// Moves vertices of elements below `enough` at random. Returns the previous minimum quality.
+/// Moves all vertices of elements with a quality below `enough` at random. Returns the minimum quality before the move.
 template <int D>
 Outcome<double> shake(ShellCore<D>& core, const ShellSizes& sizes, double enough, const Noise& noise,
                       const Execution& execution) {
@@ -267,7 +267,8 @@ Outcome<Done> triangulate(ShellCore<D>& core, const Noise& noise) {
     return Done{};
 }
 
-/// Spreads, then shakes until no element is flat, for limited rounds. Keeps the best.
+/// Spreads points, then moves the vertices of flat elements until the minimum quality is 0.15 or the number of
+/// iterations is reached. The best state is the result.
 template <int D>
 Outcome<Done> improve(ShellCore<D>& core, const ShellSizes& sizes, const Noise& noise, const Execution& execution) {
     constexpr int spreads = 8, shakes = 30;
@@ -295,7 +296,7 @@ Outcome<Done> improve(ShellCore<D>& core, const ShellSizes& sizes, const Noise& 
     return Done{};
 }
 
-/// Inner and outer facets, with frames pointing away from the centre.
+/// Finds the inner and outer facets, each oriented away from the centre.
 template <int D>
 Outcome<Done> find_walls(ShellCore<D>& core, const Execution& execution) {
     LinearMesh<D> mesh;
@@ -314,7 +315,7 @@ Outcome<Done> find_walls(ShellCore<D>& core, const Execution& execution) {
         for (const VertexId v : facet)
             if (side == ShellSide::between || core.sides[v.index()] != side)
                 return fail(ErrorKind::usage, "the sizes are too coarse for the gap between the spheres");
-        // 3D: the positive frame points outwards. 2D: counter-clockwise is the opposite.
+        // A facet is positively oriented with the outward direction; in 2D this is the clockwise order.
         if ((side == ShellSide::inner) == (D == 3)) std::swap(facet[0], facet[1]);
         (side == ShellSide::inner ? core.inner : core.outer).push_back(facet);
     }
@@ -355,7 +356,7 @@ template <int D>
 PrismCounts prism_counts(const ShellSizes& sizes) {
     const double cuts = D == 2 ? 2 * std::numbers::pi * sizes.inner_radius / (5 * sizes.inner_size)
                                : 1.2046 * sizes.inner_radius / sizes.inner_size;
-    // All levels have the same triangles, so their size determines the step height.
+    // Triangles of all levels have the same number of cuts, so their size determines the height of a level.
     const double ratio = 1 + 0.8 * sizes.inner_size / sizes.inner_radius;
     const double rows = log(sizes.outer_radius / sizes.inner_radius) / log(ratio);
     return {std::max(1.0, std::round(cuts)), std::max(1.0, std::round(rows))};

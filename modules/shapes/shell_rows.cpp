@@ -1,4 +1,4 @@
-// Rows of prisms, and shells by rows.
+// Computes rows of prisms, and shells by rows.
 module;
 #include <algorithm>
 #include <array>
@@ -21,8 +21,8 @@ double volume(const std::array<Vec<3>, 4>& p) { return det(p[1] - p[0], p[2] - p
 
 template <int D>
 struct PointsOfLevels {
-    std::vector<std::size_t> levels;  ///< ascending
-    std::size_t count = 0;            ///< vertices per level
+    std::vector<std::size_t> levels;  ///< ascending level numbers
+    std::size_t count = 0;            ///< vertices in each level
     Buffer<Vec<D>> points;
 
     [[nodiscard]] std::span<const Vec<D>> of(std::size_t level) const {
@@ -31,7 +31,8 @@ struct PointsOfLevels {
     }
 };
 
-/// `first`: first element number. Errors: usage (an element without positive volume); stopped.
+/// Checks the volumes of a row's elements; `first`: number of its first element. Errors: usage (an element without
+/// positive volume); stopped.
 template <int D>
 Outcome<Done> check_volumes(const PointsOfLevels<D>& points, const PrismRow& row,
                             std::span<const SimplexVertices<D>> elements, std::size_t first,
@@ -131,14 +132,14 @@ Outcome<ShapeRun<D>> PrismRows<D>::run(std::size_t first, std::size_t last, cons
 
 namespace {
 
-/// A shell boundary or material interface at a level.
+/// A level of facets: a boundary of the shell or a material interface.
 struct Wall {
     std::size_t level = 0;
-    std::size_t row = 0;  ///< row whose elements have the facets
+    std::size_t row = 0;  ///< row that owns the facets
     Reference reference = 0;
 };
 
-/// Order of levels: core, inner layers from core to wall, outer layers likewise.
+/// Levels are ordered as follows: the core, the inner layers from the core to the wall, the outer layers likewise.
 struct ShellRowsPlan {
     std::vector<PrismRow> rows;
     std::vector<Wall> walls;
@@ -180,7 +181,8 @@ class ShellPlanner {
         }
         add_walls(layer, core_, core_ - 1, first, last, options_.outer_reference);
     }
-    /// Between core and layer (`of_core`, `of_layer`: adjacent rows), and at the layer's end.
+    /// Adds the interface between core and layer, if their materials differ, and the wall at the layer's end. `of_core`
+    /// and `of_layer` are the rows at the interface.
     void add_walls(const BoundaryLayer& layer, std::size_t level, std::size_t of_core, std::size_t of_layer,
                    std::size_t wall, Reference reference) {
         constexpr Reference core = 1;
@@ -213,7 +215,7 @@ class ShellRows final : public PrismRows<D> {
     [[nodiscard]] std::size_t count() const { return this->base().count; }
     [[nodiscard]] std::size_t core_levels() const { return places_.radii.size(); }
 
-    /// Core points relative to the origin.
+    /// Positions of core vertices relative to the shell's centre.
     [[nodiscard]] Outcome<Buffer<Vec<D>>> core_points(Levels levels, const Execution& execution) const {
         const auto regular = [&](Levels around) -> Outcome<MovedLevels<D>> {
             const std::size_t first = around.first * count();
@@ -233,7 +235,7 @@ class ShellRows final : public PrismRows<D> {
         if (!done) return fail(done.error());
         return std::move(points);
     }
-    /// Scales core wall points to the level's radius.
+    /// Scales the core's boundary points to the radius of a layer level.
     [[nodiscard]] Outcome<Done> place_layer(std::size_t level, std::span<const Vec<D>> wall, std::span<Vec<D>> to,
                                             const Execution& execution) const {
         const std::size_t k = level - core_levels();
@@ -246,7 +248,7 @@ class ShellRows final : public PrismRows<D> {
         all.reserve(levels.size() * count());
         const auto begin_of_layers =
             static_cast<std::size_t>(std::ranges::lower_bound(levels, core_levels()) - levels.begin());
-        for (std::size_t k = 0; k < begin_of_layers;) {  // by runs of consecutive levels
+        for (std::size_t k = 0; k < begin_of_layers;) {  // for each run of consecutive levels
             std::size_t end = k + 1;
             while (end < begin_of_layers && levels[end] == levels[end - 1] + 1) ++end;
             const auto some = core_points({levels[k], levels[end - 1] + 1}, execution);
@@ -310,8 +312,8 @@ Outcome<std::unique_ptr<const ShapeRows<D>>> rows_of_shape(const ShellOptions<D>
     return guarded([&]() -> Outcome<std::unique_ptr<const ShapeRows<D>>> {
         if (auto checked = check_shell(options); !checked) return fail(checked.error());
         if (options.structure != ShellStructure::prisms)
-            return fail(ErrorKind::unsupported, "an unstructured shell is made as a whole", {}, {},
-                        "take --structure prisms");
+            return fail(ErrorKind::unsupported, "an unstructured shell cannot be generated in parts", {}, {},
+                        "use --structure prisms");
         const ShellSizes sizes = core_sizes(options);
         const PrismCounts counts = prism_counts<D>(sizes);
         auto sphere = icosphere<D>(static_cast<int>(counts.cuts));

@@ -59,11 +59,11 @@ Outcome<Done> check(const LinearMesh<D>& mesh, std::span<const MetricsAtVertices
         const bool fits = metrics.vertices.size() == metrics.log_metrics.size() &&
                           std::all_of(metrics.vertices.begin(), metrics.vertices.end(),
                                       [&](VertexId v) { return v.index() < mesh.points.size(); });
-        if (!fits) return fail(ErrorKind::usage, "metrics at vertices are of another mesh");
+        if (!fits) return fail(ErrorKind::usage, "the metrics at vertices belong to another mesh");
         if (auto sound = check_sizes(metrics.log_metrics, execution); !sound) return sound;
     }
     for (const auto& metric : at_all) {
-        if (metric.size() != mesh.points.size()) return fail(ErrorKind::usage, "the metric is of another mesh");
+        if (metric.size() != mesh.points.size()) return fail(ErrorKind::usage, "the metric belongs to another mesh");
         if (auto sound = check_sizes(metric, execution); !sound) return sound;
     }
     return Done{};
@@ -86,7 +86,7 @@ Outcome<MetricsAtVertices<D>> sizes_by_reference(const LinearMesh<D>& mesh, std:
                     return fail(ErrorKind::usage,
                                 "none of the mesh's " + std::string(word_of(asked.of)) + " has the reference " +
                                     std::to_string(reference),
-                                {}, {}, "see which references the mesh has: camber info");
+                                {}, {}, "camber info lists the references of the mesh");
         }
         Buffer<VertexId> vertices;
         Buffer<LogMetric<D>> logs;
@@ -338,7 +338,7 @@ Outcome<Done> check_chords(const LinearMesh<D>& mesh, const Column<std::uint32_t
                            double largest) {
     if (auto sound = check_limits(options); !sound) return sound;
     if (!(options.chord_error > 0) && !(options.angle > 0))
-        return fail(ErrorKind::usage, "neither an error of chords nor an angle is asked for");
+        return fail(ErrorKind::usage, "neither chord_error nor angle is positive");
     return check_sides(mesh, patches, largest);
 }
 

@@ -34,11 +34,16 @@ struct ReferenceSize {
     [[nodiscard]] static constexpr auto options() {
         using S = ReferenceSize;
         return std::tuple(
-            option("references", &S::references, "of what has the size").count(1, 100000).required(),
-            option("size", &S::size, "in all directions, at its vertices").unit("model units").above(0).required(),
+            option("references", &S::references, "references of the entities with this size")
+                .count(1, 100000)
+                .required(),
+            option("size", &S::size, "size in all directions at the vertices of these entities")
+                .unit("model units")
+                .above(0)
+                .required(),
             option("entities", &S::of,
-                   "what has these references: facets of the boundary and of interfaces, feature edges, "
-                   "vertices, or elements"));
+                   "kind of the entities with these references: facets of the boundary and of interfaces, feature "
+                   "edges, vertices, or elements"));
     }
     friend bool operator==(const ReferenceSize&, const ReferenceSize&) = default;
 };
@@ -59,15 +64,17 @@ struct ChordOptions {
 
     [[nodiscard]] static constexpr auto options() {
         using S = ChordOptions;
-        return std::tuple(option("chord_error", &S::chord_error, "largest distance of a chord from the surface; 0: any")
+        return std::tuple(option("chord_error", &S::chord_error,
+                                 "largest distance of a chord from the surface; 0: no "
+                                 "limit")
                               .unit("model units")
                               .at_least(0),
-                          option("angle", &S::angle, "largest turn of the surface along a chord; 0: any")
+                          option("angle", &S::angle, "largest turn of the surface along a chord; 0: no limit")
                               .unit("degrees")
                               .at_least(0)
                               .at_most(180),
                           option("normal_ratio", &S::normal_ratio,
-                                 "size along the normal, at most so many times the least along the surface")
+                                 "size along the normal, as a multiple of the smallest size along the surface")
                               .at_least(1));
     }
     friend bool operator==(const ChordOptions&, const ChordOptions&) = default;
@@ -98,9 +105,8 @@ struct GapOptions {
     double elements = 0;  ///< across a gap; may be fractional
 
     [[nodiscard]] static constexpr auto options() {
-        return std::tuple(option("elements", &GapOptions::elements, "how many elements there shall be across a gap")
-                              .above(0)
-                              .required());
+        return std::tuple(
+            option("elements", &GapOptions::elements, "number of elements across a gap").above(0).required());
     }
     friend bool operator==(const GapOptions&, const GapOptions&) = default;
 };
@@ -185,7 +191,7 @@ template <int D>
     if (!(largest >= min_length) || !(largest <= max_length))
         return fail(ErrorKind::usage, "the largest size must be positive and finite");
     if (patches.size() != mesh.facets.size())
-        return fail(ErrorKind::usage, "the patches are of another mesh: there must be one a facet");
+        return fail(ErrorKind::usage, "the patches belong to another mesh; there must be one per facet");
     return Done{};
 }
 

@@ -375,7 +375,7 @@ Outcome<Done> check_finite(const Column<Row>& rows, const std::string& kind, con
     if (!first) return fail(first.error());
     if (*first == none) return Done{};
     return fail(ErrorKind::input, "is not finite", {}, Entity{kind, *first + 1},
-                "look for values of the solution that are not numbers");
+                "check the solution for values that are not numbers");
 }
 
 template <int D>
@@ -452,8 +452,8 @@ template <int D>
 Outcome<Done> check_rows(const QuadraticMesh<D>& mesh, std::size_t a, std::size_t b, const ModelOptions& options) {
     const std::size_t n = mesh.linear.elements.size();
     if (a != n || b != n)
-        return fail(ErrorKind::usage, "the derivatives are of another mesh: there must be one row an element", {}, {},
-                    "take element_means of those at vertices");
+        return fail(ErrorKind::usage, "the derivatives belong to another mesh; there must be one row per element", {},
+                    {}, "use element_means of the derivatives at vertices");
     return check_limits(options);
 }
 

@@ -58,24 +58,23 @@ Outcome<Done> check_asked(const LinearMesh<D>& mesh, const Column<LocalModel<D>>
     const auto& [norm, complexity, largest] = target;
     if (auto sound = check_limits(norm); !sound) return sound;
     if (norm.p != 0 && norm.p < 1) return fail(ErrorKind::usage, "p must be at least 1, or 0 for the largest error");
-    if (models.size() != rows) return fail(ErrorKind::usage, "the models are of another mesh");
+    if (models.size() != rows) return fail(ErrorKind::usage, "the models belong to another mesh");
     if (!(complexity > 0) || !std::isfinite(complexity))
-        return fail(ErrorKind::usage, "the complexity that is asked for must be positive and finite");
+        return fail(ErrorKind::usage, "the target complexity must be positive and finite");
     if (!(largest > 0) || !std::isfinite(largest))
         return fail(ErrorKind::usage, "the largest size must be positive and finite");
     if (std::all_of(models.begin(), models.end(), [](const auto& m) { return m.kind == ModelKind::zero; }))
         return fail(ErrorKind::usage,
-                    "the field is constant, or of a degree that elements hold exactly: it asks for no "
-                    "size",
-                    {}, {}, "take another field, or a metric of sizes");
+                    "the field is constant, or the elements interpolate it exactly, so it determines no size", {}, {},
+                    "use another field, or a metric of given sizes");
     const auto volume = volume_of(mesh, execution);
     if (!volume) return fail(volume.error());
     const double least = *volume / pow(largest, D);
     if (complexity <= least)
         return fail(ErrorKind::usage,
                     "a complexity of " + std::to_string(complexity) +
-                        " is asked for, and that of the largest size alone is " + std::to_string(least),
-                    {}, {}, "ask for more, or allow larger sizes");
+                        " is requested, but the largest size alone gives " + std::to_string(least),
+                    {}, {}, "request a larger complexity, or allow larger sizes");
     return Done{};
 }
 
@@ -397,20 +396,20 @@ Outcome<Done> check_composition(const LinearMesh<D>& mesh, std::span<const Solut
                                 const Execution& execution) {
     if (auto sound = check_limits(options); !sound) return sound;
     if (mesh.elements.vertices.empty())
-        return fail(ErrorKind::usage, "the mesh has no elements: there is nothing that a solution is resolved by");
-    if (fields.empty()) return fail(ErrorKind::usage, "there is no field to make a metric of");
+        return fail(ErrorKind::usage, "the mesh has no elements that could resolve a solution");
+    if (fields.empty()) return fail(ErrorKind::usage, "there is no field from which to compute a metric");
     if (options.max_size != 0 && options.max_size < options.min_size)
         return fail(ErrorKind::usage, "max_size must be at least min_size");
     if (options.max_anisotropy != 0 && options.max_anisotropy < 1)
         return fail(ErrorKind::usage, "max_anisotropy must be at least 1, or 0 for none");
     for (const SolutionField<D>& field : fields) {
         if (field.models.size() != mesh.points.size())
-            return fail(ErrorKind::usage, "a field's models are of another mesh: there must be one a vertex");
+            return fail(ErrorKind::usage, "the models of a field belong to another mesh; there must be one per vertex");
         if (!(field.share > 0) || field.share > 1)
             return fail(ErrorKind::usage, "a field's share of the complexity must be above 0 and at most 1");
     }
     if (!fixed.empty() && fixed.size() != mesh.points.size())
-        return fail(ErrorKind::usage, "the fixed metric is of another mesh");
+        return fail(ErrorKind::usage, "the fixed metric belongs to another mesh");
     return check_sizes(fixed, execution);
 }
 

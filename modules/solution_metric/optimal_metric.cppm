@@ -72,8 +72,8 @@ struct NormOptions {
     [[nodiscard]] static constexpr auto options() {
         using S = NormOptions;
         return std::tuple(
-            option("degree", &S::degree, "degree of the elements that interpolate").at_least(1).at_most(2),
-            option("p", &S::p, "exponent of the norm; 0: the largest error anywhere").at_least(0),
+            option("degree", &S::degree, "degree of the elements that interpolate the solution").at_least(1).at_most(2),
+            option("p", &S::p, "exponent p of the norm L^p; 0: the largest error anywhere").at_least(0),
             option("error_of", &S::error_of, "the norm is of the error's values or gradients"));
     }
     friend bool operator==(const NormOptions&, const NormOptions&) = default;
@@ -204,13 +204,15 @@ struct SolutionMetricOptions {
     [[nodiscard]] static constexpr auto options() {
         using S = SolutionMetricOptions;
         return std::tuple(
-            option("amount", &S::amount, "how fine the mesh is to be").above(0).required(),
-            option("of", &S::of, "what the amount is of: complexity, vertices, elements"),
+            option("amount", &S::amount, "target amount of the quantity in the option of").above(0).required(),
+            option("of", &S::of,
+                   "quantity that amount prescribes: complexity of the metric, number of vertices, or "
+                   "number of elements"),
             option("min_size", &S::min_size, "smallest size; 0: none").unit("model units").at_least(0),
             option("max_size", &S::max_size, "largest size; 0: the domain's diameter").unit("model units").at_least(0),
             option("max_anisotropy", &S::max_anisotropy, "largest ratio of sizes; 0: none").at_least(0),
-            option("tolerance", &S::tolerance, "relative, of the complexity").at_least(1e-8).at_most(0.5),
-            option("max_evaluations", &S::max_evaluations, "largest number of complexities that are tried")
+            option("tolerance", &S::tolerance, "relative tolerance of the complexity").at_least(1e-8).at_most(0.5),
+            option("max_evaluations", &S::max_evaluations, "largest number of evaluations of the complexity")
                 .at_least(1)
                 .at_most(1000));
     }

@@ -1,4 +1,4 @@
-// The recipes for curving, checking and reinsertion, with boundary and guide.
+// Curving, mesh checks and reinsertion, with boundary and repair guide.
 module;
 #include <optional>
 #include <span>
@@ -56,7 +56,7 @@ Outcome<RepairGuide<D>> by_models(const JudgedProposal<D>& judged, const std::op
                                   const RepairOptions& options, const Execution& execution) {
     if (!needs_models(options.method)) return RepairGuide<D>{};
     if (judged.validation().all_valid() && !raises(options)) return RepairGuide<D>{};
-    if (is_surface_alone(judged.mesh().linear)) return RepairGuide<D>{};  // goes by the geometry
+    if (is_surface_alone(judged.mesh().linear)) return RepairGuide<D>{};  // uses the geometry instead
     if (wanted) {
         const Column<LagrangeNode<D>> nodes = wanted->curved.proposal.mid_nodes;
         return RepairGuide<D>{wanted->shells, [nodes](EdgeId e) { return nodes[e]; },
@@ -99,8 +99,8 @@ Outcome<QuadraticMesh<D>> of_degree_2(const Mesh<D>& mesh, const Execution& exec
     return as_quadratic(mesh);
 }
 
-/// Finds overlaps in a mesh whose crossings are known. Where `prepare` turns elements or adds facets, its mesh is
-/// examined, the elements of which have the same numbers.
+/// Finds overlaps in a mesh with known crossings. If `prepare` would turn elements or add facets, examines the prepared
+/// mesh, which has the same element numbers.
 template <int D>
 Outcome<Overlaps<D>> checked_overlaps(const CheckedWalls<D>& walls, bool is_listed, const Soundness& soundness,
                                       const Execution& execution) {
@@ -119,7 +119,7 @@ Outcome<Overlaps<D>> checked_overlaps(const CheckedWalls<D>& walls, bool is_list
     return find_overlaps(*mesh, *crossings, quiet);
 }
 
-/// What has fatal defects may be all at one place, each facet near each other one.
+/// Empty for fatal defects: all facets may be at one position.
 template <int D>
 Outcome<std::optional<CheckedWalls<D>>> checked_walls(const QuadraticMesh<D>& mesh, const Soundness& soundness,
                                                       const Execution& execution) {
@@ -173,8 +173,8 @@ Outcome<ReinsertedNodes<D>> reinsert_nodes(const CurvedFrom<D>& from, const Metr
     if (!has_field(options.curve.objective))
         return fail(ErrorKind::usage,
                     "reinsert: the objective " + std::string(word_of(options.curve.objective)) +
-                        " is of whole meshes, not of cavities",
-                    {}, {}, "take the stage curve, or another objective");
+                        " applies to whole meshes, not to cavities",
+                    {}, {}, "use the stage curve, or another objective");
     auto start = begin_curving(from, metric, options.curve, around);
     if (!start) return fail(start.error());
     return run_step(around, "reinsert", [&](const Execution& e) -> Outcome<ReinsertedNodes<D>> {

@@ -1,4 +1,4 @@
-// camber.stages: the boundary of a square is found, and the nodes of its edges are proposed by the mesh's own metric.
+// Example of camber.stages: finds the boundary of a square and proposes edge nodes with the mesh's own metric.
 #include <cstddef>
 #include <cstdio>
 #include <optional>

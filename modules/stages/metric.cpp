@@ -63,7 +63,7 @@ template Outcome<KnownSolution<3>> known_solution<3>(const QuadraticMesh<3>&, co
 
 namespace {
 
-/// The patches of those facets that ask; others have none.
+/// Patches of the facets with these references; no_patch for others.
 template <int D>
 Outcome<Column<std::uint32_t>> asking_patches(const LinearMesh<D>& mesh, const Features<D>& features,
                                               const std::vector<Reference>& references) {
@@ -72,7 +72,7 @@ Outcome<Column<std::uint32_t>> asking_patches(const LinearMesh<D>& mesh, const F
     for (const Reference r : references)
         if (std::ranges::find(of, r) == of.end())
             return fail(ErrorKind::usage, "no facet has the reference " + std::to_string(r), {}, {},
-                        "see which references the mesh has: camber info");
+                        "camber info lists the references of the mesh");
     Buffer<std::uint32_t> patches(of.size());
     for (std::size_t f = 0; f < patches.size(); ++f)
         patches[f] = std::ranges::find(references, of[f]) == references.end() ? no_patch : features.patches[f];
@@ -84,7 +84,7 @@ Outcome<std::vector<MetricsAtVertices<D>>> sizes_of(const auto& mesh, const Line
                                                     const Features<D>& features, const GeometrySizes& asked,
                                                     double largest, const Execution& execution) {
     if (!asked.are_asked())
-        return fail(ErrorKind::usage, "nothing is asked of the geometry", {}, {},
+        return fail(ErrorKind::usage, "the geometry determines no sizes", {}, {},
                     "give chord_error, angle or gap_elements");
     const auto patches = asking_patches(linear, features, asked.references);
     if (!patches) return fail(patches.error());
@@ -137,7 +137,6 @@ class Models {
         : mesh_(mesh), derivatives_(derivatives), options_(options), is_straight_(camber::is_straight(mesh)) {}
 
     [[nodiscard]] bool is_straight() const { return is_straight_; }
-    /// At the vertices.
     [[nodiscard]] Outcome<LocalModels<D>> of(const FieldDerivatives<D>& field, const Incidence<ElementId>& around,
                                              double complexity, double largest, const Execution& execution) const {
         if (is_straight_ && derivatives_.rows.size() == mesh_.linear.points.size())
@@ -205,7 +204,6 @@ Outcome<Column<LogMetric<D>>> fixed_part(const QuadraticMesh<D>& mesh, bool is_s
     return fixed_metric<D>(mesh.linear, parts, given, largest, execution);
 }
 
-/// The longest edge at each vertex.
 template <int D>
 Buffer<double> longest_edges(const QuadraticMesh<D>& mesh) {
     Buffer<double> longest(mesh.linear.points.size(), 0.0);
@@ -216,8 +214,8 @@ Buffer<double> longest_edges(const QuadraticMesh<D>& mesh) {
     return longest;
 }
 
-/// Whether the error of the interpolant is the rounding of the values everywhere: |d^{k+1}u| h^{k+1} beside their
-/// range. A metric of that would be one of noise.
+/// True if the interpolation error, |d^{k+1}u| h^{k+1} relative to the range, is rounding everywhere. Its metric would
+/// be noise.
 template <int D>
 bool is_exact(const MaterialRows& rows, const Buffer<double>& longest, const FieldDerivatives<D>& field,
               const Column<double>& values, int degree) {
@@ -234,7 +232,7 @@ bool is_exact(const MaterialRows& rows, const Buffer<double>& longest, const Fie
     return true;
 }
 
-/// Weights of fields whose derivatives are in units of their own: those of one field are in the user's.
+/// Derivatives are in fields' own units; one field has the user's unit.
 std::vector<double> weights_of(const ExpectedError& expected, std::span<const Column<double>> fields) {
     std::vector<double> weights = expected.weights;
     weights.resize(fields.size(), 1.0);
@@ -242,7 +240,7 @@ std::vector<double> weights_of(const ExpectedError& expected, std::span<const Co
     return weights;
 }
 
-/// The root of Σ (weight · range)², of fields in units of their own.
+/// Root of Σ (weight · range)².
 double range_of(std::span<const Column<double>> fields, std::span<const double> weights) {
     double sum = 0;
     for (std::size_t f = 0; f < fields.size(); ++f) {
@@ -253,9 +251,8 @@ double range_of(std::span<const Column<double>> fields, std::span<const double> 
     return std::sqrt(sum);
 }
 
-/// Where the geometry is δ from a facet, u is off by δ |∂u/∂n| there, and inwards as far as u changes: by no more than
-/// its range / |∂u/∂n|, or the volume by the area. So the square of the L2 norm of that is at most
-/// δ² min(range ∫ |∂u/∂n|, volume/area ∫ (∂u/∂n)²).
+/// At δ from the geometry u is off by δ |∂u/∂n|, inwards over at most range/|∂u/∂n| or volume/area. So the squared L2
+/// norm is at most δ² min(range ∫ |∂u/∂n|, volume/area ∫ (∂u/∂n)²).
 template <int D>
 Outcome<std::vector<DistanceBound>> bounds_by_error(const QuadraticMesh<D>& mesh, double l2, double range,
                                                     std::span<const NormalGradients> gradients,
@@ -297,10 +294,9 @@ Outcome<MetricOfSolution<D>> metric_of_solution(const QuadraticMesh<D>& mesh,
     });
     if (!derivatives) return fail(derivatives.error());
     if (options.norm.degree > derivatives->degree)
-        return fail(
-            ErrorKind::usage,
-            "elements of degree 2 are made for third derivatives, and the field has values at the vertices only",
-            "degree", {}, "ask for elements of degree 1, or give a field at all nodes of a mesh of degree 2");
+        return fail(ErrorKind::usage,
+                    "elements of degree 2 need third derivatives, but the field has values only at the vertices",
+                    "degree", {}, "request elements of degree 1, or give a field at all nodes of a mesh of degree 2");
     out.rows = derivatives->rows.size();
     out.from_inner_fits = derivatives->from_inner_fits;
     out.lower_degree = derivatives->lower_degree;
@@ -333,13 +329,16 @@ Outcome<MetricOfSolution<D>> metric_of_solution(const QuadraticMesh<D>& mesh,
     });
     if (!made) return fail(made.error());
     if (parts.empty() && derivatives->missing == out.rows)
-        return fail(ErrorKind::input, "has too few nodes to tell derivatives of the solution", {}, {},
-                    "give a mesh with some elements in each direction");
+        return fail(ErrorKind::input, "has too few nodes for derivatives of the solution", {}, {},
+                    "give a mesh with several elements in each direction");
     if (parts.empty())
-        return fail(ErrorKind::usage, "the derivatives that matter are 0 everywhere: there is nothing to adapt to",
+        return fail(ErrorKind::usage,
+                    "the derivatives that determine the error are 0 everywhere: there is nothing to "
+                    "adapt to",
                     "solution", {},
-                    options.norm.degree == 2 ? "any mesh of degree 2 has it exactly; give another field, or --degree 1"
-                                             : "any mesh has it exactly; give another field");
+                    options.norm.degree == 2 ? "any mesh of degree 2 interpolates it exactly; give another field, or "
+                                               "--degree 1"
+                                             : "any mesh interpolates it exactly; give another field");
     for (SolutionField<D>& part : parts) part.share = 1.0 / static_cast<double>(parts.size());
     const auto fixed = run_step(around, "fixed", [&](const Execution& e) {
         return fixed_part(mesh, models.is_straight(), given, options, largest, e);

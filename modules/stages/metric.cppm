@@ -22,13 +22,13 @@ import camber.curving;
 
 export namespace camber {
 
-/// A scalar field that is known on a mesh: at its vertices or, then of degree 2, at all of its nodes.
+/// Known values at the vertices or, for degree 2, at all nodes.
 struct WeightedField {
     Column<double> values;
-    double weight = 1;  ///< of its error beside those of others, each in a unit in which its range is about 1
+    double weight = 1;  ///< of its error, in a unit in which its range is about 1
 };
 
-/// What the objective solution is given: fields, or one function that is known everywhere.
+/// Fields, or one function known everywhere.
 template <int D>
 struct GivenSolution {
     std::vector<WeightedField> fields = {};
@@ -37,33 +37,30 @@ struct GivenSolution {
     [[nodiscard]] bool empty() const { return fields.empty() && !function; }
 };
 
-/// What edges' nodes are found by, in the elements of \p curved, which is \p mesh with mid nodes of its own: of fields
-/// on \p mesh polynomials, each by nodes of its own material; a function itself. Errors: those of `element_values`;
-/// stopped, memory.
+/// Solution in the elements of `curved`, which is `mesh` with other mid nodes: the function, or polynomials of fields
+/// on `mesh` by material. Errors: those of `element_values`; stopped, memory.
 template <int D>
 [[nodiscard]] Outcome<KnownSolution<D>> known_solution(const QuadraticMesh<D>& mesh, const GivenSolution<D>& given,
                                                        const QuadraticMesh<D>& curved, const Execution& execution);
 
-/// A metric at the vertices of the mesh, one row a vertex. `make` gets the mesh's natural metric, empty where
-/// `of_natural` says that it does not look. A mesh whose walls sag asks twice: for the mesh with its curves, and then
-/// for the straight one.
+/// One row per vertex. `make` receives the natural metric, or nothing if `of_natural` is false. For boundaries with
+/// noticeable sagitta it is called for the curved mesh, then for the straight one.
 template <int D>
 struct MetricAtVertices {
     bool of_natural = true;
     std::function<Outcome<Column<LogMetric<D>>>(const Column<LogMetric<D>>& natural, const Execution&)> make;
 };
 
-/// A field with a mesh of its own, asked where it lies.
+/// A field with its own mesh.
 template <int D>
 struct MetricField {
     std::function<Outcome<BackMesh<D>>(const Execution&)> make;
 };
 
-/// What edges follow.
 template <int D>
 using MetricSource = std::variant<MetricAtVertices<D>, MetricField<D>>;
 
-/// Whether a metric is the mesh's own, or made of it.
+/// `natural`: the mesh's own, or computed from it.
 enum class MetricOrigin : std::uint8_t { natural, given };
 template <int D>
 [[nodiscard]] MetricOrigin origin_of(const MetricSource<D>& metric) {
@@ -71,8 +68,7 @@ template <int D>
     return at_vertices != nullptr && at_vertices->of_natural ? MetricOrigin::natural : MetricOrigin::given;
 }
 
-/// How nodes for accuracy follow a metric: the mesh's own is noisy, others are taken at their word; a kind that is not
-/// stated is known of the mesh's own.
+/// The mesh's own metric is noisy, so its changes are recovered; its automatic kind is natural.
 [[nodiscard]] inline EdgeAccuracyOptions accuracy_for(MetricOrigin origin, const EdgeAccuracyOptions& asked) {
     EdgeAccuracyOptions options = asked;
     const bool is_natural = origin == MetricOrigin::natural;
@@ -81,23 +77,22 @@ template <int D>
     return options;
 }
 
-/// True if nodes are found by the mesh's own metric.
+/// True if the mesh's own metric determines nodes.
 [[nodiscard]] inline bool follows_mesh(const CurveOptions& edges) {
     return edges.aim == CurvingAim::accuracy && edges.metric_kind == MetricKind::natural;
 }
 
-/// Returns the recommended target of repair for elements whose nodes were found with these options.
+/// Repair target for nodes found with these options.
 [[nodiscard]] inline JacobianBound recommended_target(const CurveOptions& edges) {
     return JacobianBound::recommended(follows_mesh(edges) ? target_without_metric : default_bound);
 }
 
-/// Returns the scaled Jacobian that slides of nodes in planes leave: repair does not move these nodes back for its
-/// target.
+/// Minimum scaled Jacobian after shifts of nodes in planes, which repair does not undo for its target.
 [[nodiscard]] inline double slide_bound(const CurveOptions& edges) {
     return follows_mesh(edges) ? std::max(edges.min_jacobian, target_without_metric) : edges.min_jacobian;
 }
 
-/// The mesh's own (paper §1.2.1).
+/// Paper §1.2.1.
 template <int D>
 [[nodiscard]] MetricSource<D> natural_metric() {
     return MetricAtVertices<D>{
@@ -105,7 +100,7 @@ template <int D>
         [](const Column<LogMetric<D>>& natural, const Execution&) -> Outcome<Column<LogMetric<D>>> { return natural; }};
 }
 
-/// Given: one row a vertex.
+/// One row per vertex.
 template <int D>
 [[nodiscard]] MetricSource<D> metric_at_vertices(Column<LogMetric<D>> log_metrics) {
     return MetricAtVertices<D>{
@@ -114,30 +109,30 @@ template <int D>
         }};
 }
 
-/// What the geometry of a mesh's boundary asks of sizes by itself.
+/// Sizes from the geometry of a mesh's boundary.
 struct GeometrySizes {
-    std::vector<Reference> references = {};  ///< of the facets that ask; empty: all
-    double chord_error = 0, angle = 0;       ///< as of ChordOptions
+    std::vector<Reference> references = {};  ///< facets that determine sizes; empty: all
+    double chord_error = 0, angle = 0;       ///< see ChordOptions
     double normal_ratio = ChordOptions{}.normal_ratio;
-    double gap_elements = 0;  ///< across the domain where it is thin, as of GapOptions
+    double gap_elements = 0;  ///< across thin parts of the domain, see GapOptions
 
     [[nodiscard]] static constexpr auto options() {
         using S = GeometrySizes;
         return std::tuple(
-            option("references", &S::references, "of the boundary facets that ask; empty: all").count(0, 100000),
+            option("references", &S::references, "references of the boundary facets that determine sizes; empty: all")
+                .count(0, 100000),
             option_of(&ChordOptions::chord_error).as(&S::chord_error), option_of(&ChordOptions::angle).as(&S::angle),
             option_of(&ChordOptions::normal_ratio).as(&S::normal_ratio),
-            option("gap_elements", &S::gap_elements,
-                   "how many elements there shall be across the domain where it is thin; 0: any number")
+            option("gap_elements", &S::gap_elements, "number of elements across thin parts of the domain; 0: no limit")
                 .at_least(0));
     }
     [[nodiscard]] bool are_asked() const { return chord_error > 0 || angle > 0 || gap_elements > 0; }
     friend bool operator==(const GeometrySizes&, const GeometrySizes&) = default;
 };
 
-/// The metrics of such sizes at the vertices of the boundary, straight or with its curves; `features` say where it
-/// breaks. Gaps are measured between straight facets. No size is above `largest`. Errors (usage): nothing asked, a
-/// reference that no facet has; those of `chord_metrics` and `gap_metrics`.
+/// Metrics at the boundary vertices. `features`: breaks of the boundary. Gaps are measured between straight facets.
+/// Sizes are at most `largest`. Errors (usage): no size requested, a reference without facets; those of `chord_metrics`
+/// and `gap_metrics`.
 template <int D>
 [[nodiscard]] Outcome<std::vector<MetricsAtVertices<D>>> geometry_sizes(const LinearMesh<D>& mesh,
                                                                         const Features<D>& features,
@@ -149,11 +144,10 @@ template <int D>
                                                                         const GeometrySizes& asked, double largest,
                                                                         const Execution& execution);
 
-/// Error that is expected of a solution's interpolant, as ExpectedErrors: of one field weight · L2 error in the user's
-/// unit, of several the root of Σ (weight · L2 error)², each in a unit in which its range is about 1.
+/// Expected interpolation error, see ExpectedErrors.
 struct ExpectedError {
-    double l2 = 0;                     ///< 0: not known
-    std::vector<double> weights = {};  ///< a field each; none: 1 of all
+    double l2 = 0;                     ///< 0: unknown
+    std::vector<double> weights = {};  ///< one per field; empty: all 1
     friend bool operator==(const ExpectedError&, const ExpectedError&) = default;
 };
 
@@ -161,34 +155,32 @@ struct MetricOfSolutionOptions {
     RecoveryOptions recovery = {};
     ModelOptions models = {};
     NormOptions norm = {};
-    SolutionMetricOptions metric = {};      ///< an amount of 0: as many elements as the mesh has
-    std::vector<ReferenceSize> sizes = {};  ///< that are asked for by reference
-    GeometrySizes geometry = {};            ///< that the boundary's own surface asks for
-    double ridge_angle = 40;                ///< beyond which the boundary breaks there (degrees)
-    ExpectedError expected = {};            ///< of a mesh like the one to be made; see `bounds`
+    SolutionMetricOptions metric = {};      ///< amount 0: the mesh's number of elements
+    std::vector<ReferenceSize> sizes = {};  ///< prescribed by reference
+    GeometrySizes geometry = {};            ///< from the boundary surface
+    double ridge_angle = 40;                ///< angle of boundary breaks for `geometry` (degrees)
+    ExpectedError expected = {};            ///< for a mesh like the target, see `bounds`
 };
 
-/// The metric, and what it was made of.
 template <int D>
 struct MetricOfSolution {
     SolutionMetric<D> metric;
     std::size_t rows = 0, from_inner_fits = 0,
                 lower_degree = 0;  ///< of recovered derivatives, see RecoveredDerivatives
     std::size_t zero_models = 0, floored_models = 0;
-    /// Largest distances of the boundary and of interfaces from their geometry, by reference: a boundary as far off
-    /// changes the solution by no more than the expected error in L2. None where the error is not known, or the
-    /// solution has no derivative along the normals.
+    /// Largest distances of boundaries and interfaces from their geometry, by reference, that change the solution by at
+    /// most the expected L2 error. Empty if that is unknown or the solution has no normal derivative.
     std::vector<DistanceBound> bounds = {};
 };
 
-/// The metric of the mesh that interpolates a solution best with elements of degree norm.degree, in the norm, for a
-/// complexity. Each field is a column of values at the nodes: at the vertices (degree 1), or at those and the edges'
-/// nodes (degree 2), which third derivatives need; each has the same share. Derivatives are one-sided by material.
-/// Where the mesh is curved, or has materials, models are those of elements, and see what curves take away of the
-/// error; else those of vertices. `given` metrics, one a vertex each, are fixed, as sizes and the geometry's are.
-/// Steps: recover, models, fixed, metric. Docs: docs/algorithms/metric-from-solution.md. Errors: those of
-/// `recover_derivatives`, `make_solution_metric`; elements of degree 2 for a field of degree 1 (usage); stopped,
-/// memory.
+/// Metric of this complexity for the best interpolation of a solution in the norm, with elements of degree norm.degree.
+///
+/// Fields have equal shares, and values at the vertices (degree 1) or all nodes (degree 2, required for third
+/// derivatives). Derivatives are one-sided by material. On curved meshes and with materials, element models include the
+/// effect of curves; otherwise models are at vertices. `given` metrics, one per vertex, are fixed, like sizes.
+///
+/// Steps: recover, models, fixed, metric. See docs/algorithms/metric-from-solution.md. Errors: those of
+/// `recover_derivatives` and `make_solution_metric`; degree 2 for a field of degree 1 (usage); stopped, memory.
 template <int D>
 [[nodiscard]] Outcome<MetricOfSolution<D>> metric_of_solution(const QuadraticMesh<D>& mesh,
                                                               std::span<const Column<double>> fields,

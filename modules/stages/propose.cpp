@@ -44,7 +44,6 @@ Outcome<CurveInput<D>> input_of(const QuadraticMesh<D>& mesh, const Boundary<D>&
                          Column<LagrangeNode<D>>(std::move(nodes)), std::move(*around), kept};
 }
 
-/// Boundary nodes on the geometry.
 template <int D>
 Outcome<CurveInput<D>> input_of_elevated(const QuadraticMesh<D>& mesh, const Boundary<D>& boundary,
                                          const EmbeddedCurves<D>& curves, const Execution& execution) {
@@ -59,7 +58,7 @@ bool is_prescribed(const LinearMesh<D>& mesh, const Boundary<D>& boundary, std::
                                [&](FacetId f) { return boundary.geometry->prescribes(mesh.facets.references[f]); });
 }
 
-/// True if the node that the mesh has on an edge with these facets is on the geometry.
+/// True if the mesh's node of this edge is on the geometry.
 template <int D>
 bool is_on_geometry(const QuadraticMesh<D>& mesh, const Boundary<D>& boundary, std::span<const FacetId> facets,
                     std::size_t e) {
@@ -70,8 +69,7 @@ bool is_on_geometry(const QuadraticMesh<D>& mesh, const Boundary<D>& boundary, s
     return boundary.geometry->distance_where(sites, mesh.mid_nodes[e].point) <= near * chord;
 }
 
-/// The same for a mesh with curves: its boundary nodes stay, except those of edges on prescribed surfaces that are not
-/// on them.
+/// Preserves boundary nodes, except those off their prescribed surfaces.
 template <int D>
 Outcome<CurveInput<D>> input_of_read(const QuadraticMesh<D>& mesh, const Boundary<D>& boundary,
                                      const EmbeddedCurves<D>& curves, const Execution& execution) {
@@ -106,8 +104,7 @@ Outcome<CurveInput<D>> curve_input(const CurvedFrom<D>& from, const Execution& e
 
 namespace {
 
-/// The same with nodes in planes slid within them to where the options want them in the field; those of a mesh with
-/// curves of its own stay.
+/// Shifts nodes in planes to their positions in the field, except nodes of curved input.
 template <int D>
 Outcome<CurveInput<D>> slid_input(const CurvedFrom<D>& from, CurveInput<D> input, const BackMesh<D>& field,
                                   const CurveOptions& options, const Execution& execution) {
@@ -129,7 +126,7 @@ Outcome<CurveInput<D>> slid_input(const CurvedFrom<D>& from, CurveInput<D> input
         if (!held) return fail(held.error());
         input.held_back += *held;
     }
-    // A slide is worth no element; volume edges, which are where the field has them, have their say after it.
+    // Shifts must not spoil elements. Volume edges follow later.
     auto borne = limit_by_jacobian<D>(from.mesh, present.view(), input.shells, slide_bound(options), slides,
                                       part_of(execution, 0.82, 1));
     if (!borne) return fail(borne.error());
@@ -139,7 +136,7 @@ Outcome<CurveInput<D>> slid_input(const CurvedFrom<D>& from, CurveInput<D> input
     return input;
 }
 
-/// Edges of a mesh with curves of its own stay, but for those on prescribed surfaces.
+/// Fixes edges of curved input, except those on prescribed surfaces.
 template <int D>
 Outcome<Column<EdgeKind>> may_move(const CurvedFrom<D>& from, const Column<EdgeKind>& kinds,
                                    const Execution& execution) {
@@ -152,8 +149,7 @@ Outcome<Column<EdgeKind>> may_move(const CurvedFrom<D>& from, const Column<EdgeK
     return Column<EdgeKind>(std::move(held));
 }
 
-/// The same with nodes of boundary edges where the options place them, by length in the field; of a mesh with curves of
-/// its own those alone that `curve_input` puts onto prescribed surfaces.
+/// Places boundary nodes in the field; of curved input only those that `curve_input` puts onto prescribed surfaces.
 template <int D>
 Outcome<CurveInput<D>> placed_input(const CurvedFrom<D>& from, CurveInput<D> input, const BackMesh<D>& field,
                                     const CurveOptions& edges, const PlacementOptions& options,
@@ -174,7 +170,7 @@ Outcome<CurveInput<D>> placed_input(const CurvedFrom<D>& from, CurveInput<D> inp
     });
 }
 
-/// Whether no node of the boundary is off its chord's middle.
+/// True if all boundary nodes are chord middles.
 template <int D>
 bool is_straight(const QuadraticMesh<D>& mesh, const CurveInput<D>& input) {
     const auto stays = [&](std::size_t e) {
@@ -185,7 +181,7 @@ bool is_straight(const QuadraticMesh<D>& mesh, const CurveInput<D>& input) {
     return std::ranges::all_of(std::views::iota(std::size_t{0}, input.base.size()), stays);
 }
 
-/// The kinds with edges that keep the nodes which the mesh was read with as fixed.
+/// Boundary edges whose nodes are those of the mesh become fixed.
 template <int D>
 Column<EdgeKind> kinds_with_kept(const QuadraticMesh<D>& mesh, const CurveInput<D>& input) {
     Buffer<EdgeKind> kinds(input.kinds.begin(), input.kinds.end());
@@ -194,8 +190,8 @@ Column<EdgeKind> kinds_with_kept(const QuadraticMesh<D>& mesh, const CurveInput<
     return Column<EdgeKind>(std::move(kinds));
 }
 
-/// The same with the displacement of the boundary's curves extended over its faces (extend_over_faces), and nodes of
-/// walls without geometry where the volume takes them (kinds_that_follow).
+/// Extends boundary displacements over faces (extend_over_faces). Nodes without geometry follow the volume
+/// (kinds_that_follow).
 template <int D>
 Outcome<CurveInput<D>> extended_over_faces(const CurvedFrom<D>& from, CurveInput<D> input, const Execution& execution) {
     if (is_straight(from.mesh, input)) return input;
@@ -218,7 +214,7 @@ Outcome<CurveInput<D>> extended_over_faces(const CurvedFrom<D>& from, CurveInput
     return input;
 }
 
-/// The same with what a curved back mesh is curved by, if the boundary is displaced at all.
+/// Adds the extension for a curved back mesh.
 template <int D>
 Outcome<CurveInput<D>> extended_input(const CurvedFrom<D>& from, CurveInput<D> input, const Execution& execution) {
     if (is_straight(from.mesh, input)) return input;
@@ -269,7 +265,6 @@ Outcome<BackMesh<D>> make_field(const QuadraticMesh<D>& mesh, const MetricSource
 
 namespace {
 
-/// The metric of the mesh with its curves, and of the one with straight edges.
 template <int D>
 struct BothMetrics {
     Column<LogMetric<D>> curved, straight;
@@ -292,18 +287,18 @@ Outcome<BothMetrics<D>> both_metrics(const MetricAtVertices<D>& source, const Qu
     return BothMetrics<D>{std::move(*curved), std::move(*straight)};
 }
 
-/// A field that edges are curved by, and where those of the volume begin.
+/// Field, and starting nodes of volume edges.
 template <int D>
 struct CurvingField {
     BackMesh<D> back;
-    std::optional<Column<LogMetric<D>>> straight;  ///< of the straight mesh, where the field is another
+    std::optional<Column<LogMetric<D>>> straight;  ///< if the field uses another mesh
     Column<LagrangeNode<D>> nodes;                 ///< empty: chords
 };
 
 template <int D>
 Outcome<CurvingField<D>> curved_field(const QuadraticMesh<D>& mesh, const CurveInput<D>& input,
                                       const MetricAtVertices<D>& source, CurvingAim aim, const Execution& execution) {
-    // Shares of the time with the natural metric, of shells with layers, 1 and 5 million elements.
+    // Shares of time were measured with the natural metric, on shells with layers of 1 and 5 million elements.
     const auto around = balls(mesh.linear, part_of(execution, 0, 0.05));
     if (!around) return fail(around.error());
     QuadraticMesh<D> bent = mesh;
@@ -319,13 +314,13 @@ Outcome<CurvingField<D>> curved_field(const QuadraticMesh<D>& mesh, const CurveI
     auto back = make_curved_back_mesh(std::move(bent), *around, std::move(metrics->curved), part_of(execution, 0.64, 1),
                                       aim == CurvingAim::accuracy ? KeptGradients::seen : KeptGradients::recovered);
     if (!back) return fail(back.error());
-    // Searches begin where the back mesh has their edges; nodes for accuracy, whose offsets are asked for there, follow
-    // walls that hardly sag, too: functions that are smooth mind them.
+    // Searches start at the back mesh's nodes. Nodes for accuracy have their offsets there, and also follow boundaries
+    // with small sagitta, which matter for smooth functions.
     if (aim == CurvingAim::accuracy) nodes = input.extended;
     return CurvingField<D>{std::move(*back), std::move(metrics->straight), std::move(nodes)};
 }
 
-/// Carried along with walls that sag, where the input has an extension; else on the straight mesh.
+/// Uses the straight mesh if the input has no extension.
 template <int D>
 Outcome<CurvingField<D>> make_curving_field(const QuadraticMesh<D>& mesh, const CurveInput<D>& input,
                                             const MetricSource<D>& metric, CurvingAim aim, const Execution& execution) {
@@ -351,7 +346,7 @@ namespace {
 
 template <int D>
 Outcome<CurveInput<D>> input_for(const CurvedFrom<D>& from, const ProposeOptions& options, const Execution& execution) {
-    // The field of a surface alone is constant along its normals: its back mesh need not curve.
+    // The field of a standalone surface mesh is constant along its normals, so its back mesh need not curve.
     const bool curves = options.back_mesh == BackMeshKind::curved && has_field(options.objective) &&
                         !is_surface_alone(from.mesh.linear);
     const double of_nodes = curves ? 0.3 : 0.8, of_faces = curves ? 0.4 : 1;
@@ -362,7 +357,7 @@ Outcome<CurveInput<D>> input_for(const CurvedFrom<D>& from, const ProposeOptions
     return extended_input(from, std::move(*input), part_of(execution, of_faces, 1));
 }
 
-/// Volume edges start where the field has them.
+/// Volume edges start at `nodes`.
 template <int D>
 Column<LagrangeNode<D>> starting_at(const QuadraticMesh<D>& mesh, const CurveInput<D>& input,
                                     Column<LagrangeNode<D>> nodes) {
@@ -392,7 +387,7 @@ Outcome<CurvingStart<D>> begin_curving(const CurvedFrom<D>& from, const MetricSo
         return make_curving_field(from.mesh, *input, metric, edges.aim, e);
     });
     if (!field) return fail(field.error());
-    // Searches begin at the nodes that a mesh was read with; what is found without one is found anew.
+    // Searches start at curved input; accuracy needs no start.
     if (from.nodes != NodesOf::input || edges.aim == CurvingAim::accuracy)
         input->base = starting_at(from.mesh, *input, std::move(field->nodes));
     return CurvingStart<D>{std::move(*input), std::move(field->back), std::move(field->straight), edges};
@@ -405,14 +400,14 @@ Outcome<CurveInput<D>> moved_input(const CurvedFrom<D>& from, CurveInput<D> inpu
     const bool is_placed = options.boundary_nodes != BoundaryNodeAim::projection;
     auto moved = placed_input(from, std::move(input), field, edges, options,
                               is_placed ? part_of(execution, 0, 0.8) : without_progress(execution));
-    // Nodes in planes are where their edges are shortest already.
+    // Edges of nodes in planes already have minimum length.
     if (!moved || options.boundary_nodes == BoundaryNodeAim::length) return moved;
     return slid_input(from, std::move(*moved), field, edges, is_placed ? part_of(execution, 0.8, 1) : execution);
 }
 
 namespace {
 
-/// The proposal of `shape` as one of `curve`, without lengths: there is no field to measure them in.
+/// Proposal of `shape`. Without a field there are no lengths.
 template <int D>
 Curved<D> without_lengths(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds, Proposal<D> proposal) {
     const std::size_t n = mesh.edges.size();
@@ -425,7 +420,6 @@ Curved<D> without_lengths(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& 
     return curved;
 }
 
-/// Nodes by the boundary alone.
 template <int D>
 Outcome<Curved<D>> by_shape(const CurvedFrom<D>& from, CurvingStart<D>& start, const ProposeOptions& options,
                             const Execution& execution) {
@@ -439,8 +433,7 @@ Outcome<Curved<D>> by_shape(const CurvedFrom<D>& from, CurvingStart<D>& start, c
     return without_lengths(from.mesh, input.kinds, std::move(done->proposal));
 }
 
-/// These nodes, or a part of the way to them from the base where elements would be too flat: a search from nodes that
-/// bend an element through itself ends there.
+/// Relaxes nodes towards `base` where elements are too flat: searches that start at folded elements end there.
 template <int D>
 Outcome<Column<LagrangeNode<D>>> held_by_elements(const QuadraticMesh<D>& mesh, const CurveInput<D>& input,
                                                   const Column<LagrangeNode<D>>& nodes, const ProposeOptions& options,
@@ -456,16 +449,16 @@ Outcome<Column<LagrangeNode<D>>> held_by_elements(const QuadraticMesh<D>& mesh, 
     return Column<LagrangeNode<D>>(std::move(held));
 }
 
-/// The largest number of frames. A function is known exactly in each. Polynomials of fields are no better in the second
-/// (docs/algorithms/solution-nodes.md), where only a mesh with curves of its own may have nodes that were blocked.
+/// A function is exact in each frame. Polynomials of fields improve in a second one only for curved input, whose nodes
+/// may have been blocked (docs/algorithms/solution-nodes.md).
 template <int D>
 int frames_for(const CurvedFrom<D>& from, const GivenSolution<D>& given) {
     if (given.function) return SolutionNodesOptions{}.frames;
     return from.nodes == NodesOf::input ? 2 : 1;
 }
 
-/// Those of the volume by a solution: from the nodes of `shape`, or from where a mesh with curves of its own has them
-/// if the error is less there. In rows of thin elements that follow a solution chords tell nothing of it.
+/// Places volume nodes by a solution. Starts: the nodes of `shape`, or of curved input if their error is smaller.
+/// Chords ignore the solution in rows of thin elements.
 template <int D>
 Outcome<Curved<D>> by_solution(const CurvedFrom<D>& from, CurvingStart<D>& start, const GivenSolution<D>& given,
                                const ProposeOptions& options, ExpectedErrors& expected, const Execution& execution) {
@@ -500,7 +493,6 @@ Outcome<Curved<D>> by_solution(const CurvedFrom<D>& from, CurvingStart<D>& start
     return curved;
 }
 
-/// Those of the volume by the field.
 template <int D>
 Outcome<Curved<D>> by_field(const CurvedFrom<D>& from, CurvingStart<D>& start, const ProposeOptions& options,
                             const Execution& execution) {
@@ -532,11 +524,11 @@ Outcome<ProposedCurves<D>> propose_curves(const CurvedFrom<D>& from, const Metri
     if (!has_field(options.objective) && options.boundary_nodes == BoundaryNodeAim::length)
         return fail(ErrorKind::usage,
                     std::string("curve: the objective ") + std::string(word_of(options.objective)) +
-                        " has no metric in which edges could be short",
-                    {}, {}, "take another objective, or boundary_nodes accuracy");
+                        " has no metric, which boundary_nodes length needs",
+                    {}, {}, "use another objective, or boundary_nodes accuracy");
     if (is_of_solution && solution.empty())
-        return fail(ErrorKind::usage, "curve: the objective solution needs a solution, and there is none", {}, {},
-                    "give --solution FILE or --solution EXPRESSION (\"solution\": {\"file\": …} in a config), or take "
+        return fail(ErrorKind::usage, "curve: the objective solution needs a solution", {}, {},
+                    "give --solution FILE or --solution EXPRESSION (\"solution\": {\"file\": …} in a config), or use "
                     "another objective");
     auto start = begin_curving(from, metric, options, around);
     if (!start) return fail(start.error());

@@ -1,4 +1,4 @@
-// The recipe for remeshing, and refinement to a distance from the geometry.
+// Remeshing, and refinement to a distance from the geometry.
 module;
 #include <algorithm>
 #include <array>
@@ -34,7 +34,7 @@ std::size_t samples_for(std::size_t facets) {
     return std::clamp(a_facet * facets, least, most);
 }
 
-/// Surfaces and numbered curves that there are points of.
+/// Surfaces and numbered curves with sample points.
 class Sampled {
   public:
     template <int D>
@@ -52,7 +52,7 @@ class Sampled {
     std::vector<std::pair<GeometryKind, std::int64_t>> keys_;
 };
 
-/// A mesh between two passes as it would be finished.
+/// A mesh between two passes, completed.
 template <int D>
 struct Seen {
     QuadraticMesh<D> mesh;
@@ -137,7 +137,8 @@ template <int D>
 std::vector<DistanceBound> default_distance_bounds(const LinearMesh<D>& mesh, int degree,
                                                    std::span<const DistanceBound> required) {
     constexpr double share_of_size = 0.01;
-    // The chord of a turn α is tan(α/4)/2 of its length off the circle, and the parabola of 90 degrees 0.0067.
+    // Largest distance from a circle relative to the chord: tan(α/4)/2 for a chord of turn α; 0.0067 for a parabola of
+    // 90 degrees.
     constexpr double straight = 0.0658, curved = 0.0067;
     std::map<Reference, Box<D>> boxes;
     for (std::size_t f = 0; f < mesh.facets.size(); ++f) {
@@ -157,7 +158,7 @@ Outcome<BoundedFacets> bounded_facets(const Adaptation<D>& state, const Adaptati
                                       const Execution& execution) {
     if (goal.distance_bounds.empty()) return BoundedFacets{};
     const double collapsed = CollapseOptions{}.shortest;
-    // Twice as large, a facet is four times as far from the geometry, of degree 2 eight times at least.
+    // A facet twice as large has four times the distance, eight times at least for degree 2.
     const double near = state.mesh.is_curved() ? 1.0 / 8 : 1.0 / 4;
     return reduce_each(
         execution, state.mesh.facets.size(), BoundedFacets{},
@@ -211,7 +212,7 @@ template <int D>
 Outcome<WithinBounds<D>> bring_within(BroughtToMetric<D> brought, const AdaptationGoal<D>& goal,
                                       std::span<const DistanceBound> bounds, const ToMetricOptions& options,
                                       BoundaryEffort effort, const Around& around) {
-    // Passes check few points of a facet: with a margin all points that are measured keep the bounds.
+    // Passes check few points of a facet; the margin keeps all measured points within bounds.
     constexpr int max_rounds = 4;
     constexpr double little_more = 1.5, margin = 0.92;
     AdaptationGoal<D> bounded = goal;
@@ -255,7 +256,7 @@ std::vector<VertexId> corners_with(const Features<D>& features, const Column<Ver
     return corners;
 }
 
-/// But for the curves.
+/// Without the curves.
 template <int D>
 AdaptationGoal<D> goal_of(const Boundary<D>& boundary, RemeshingBy<D> by) {
     AdaptationGoal<D> goal{std::move(by.field), boundary.geometry};
@@ -266,8 +267,7 @@ AdaptationGoal<D> goal_of(const Boundary<D>& boundary, RemeshingBy<D> by) {
     return goal;
 }
 
-/// `begin(breaks, goal)` → Outcome<Adaptation>, with the curves that were found in the mesh, or those of the one
-/// before.
+/// `begin(breaks, goal)` returns Outcome<Adaptation>. Curves: those found, or of the mesh before.
 template <int D>
 Outcome<Remeshing<D>> begin(const Boundary<D>& boundary, RemeshingBy<D> by, Outcome<EmbeddedCurves<D>> found,
                             const auto& begin) {

@@ -1,4 +1,4 @@
-// Distance from the geometry, and the recipe for remeshing.
+// Distance from the geometry, and remeshing.
 module;
 #include <cstddef>
 #include <optional>
@@ -16,40 +16,37 @@ import camber.curving;
 import :curve;
 import :metric;
 
-/// Distances between the boundary of a mesh and its geometry: required ones, and those reached.
 export namespace camber {
 
-/// Points of a geometry for distances to a boundary: of a CAD model its own, as many as a boundary of this size needs;
-/// of all else the points over the mesh. Errors: of samples_over.
+/// Sample points of the geometry: on a CAD model, as many as the boundary's size needs; else over the mesh. Errors:
+/// those of samples_over.
 template <int D>
 [[nodiscard]] Outcome<GeometrySamples<D>> samples_of_geometry(const QuadraticMesh<D>& mesh, const Features<D>& features,
                                                               const Geometry<D>& geometry, const Execution& execution);
 
-/// Default bounds of a mesh of this degree, for the facets of each reference without a required bound: a hundredth of
-/// the diagonal of the box around these facets, and the share of an edge's length by which an edge that turns by 30
-/// degrees (degree 2: by 90) is off a circle.
+/// Bounds for references without a required one: a hundredth of the bounding box diagonal of their facets, and a share
+/// of the edge length. That share is the distance from a circle for a turn of 30 degrees (degree 2: 90).
 template <int D>
 [[nodiscard]] std::vector<DistanceBound> default_distance_bounds(const LinearMesh<D>& mesh, int degree,
                                                                  std::span<const DistanceBound> required);
 
-/// Facets where the bounds of a goal act.
 struct BoundedFacets {
-    std::size_t limited = 0;  ///< shorter than the metric requests, and above their bounds if twice as large
-    std::size_t far = 0;      ///< above their bounds, as facets of the mesh before
+    std::size_t limited = 0;  ///< below the requested size; if twice as large, they would exceed their bounds
+    std::size_t far = 0;      ///< exceed their bounds, like facets before
 };
 /// Errors: stopped.
 template <int D>
 [[nodiscard]] Outcome<BoundedFacets> bounded_facets(const Adaptation<D>& state, const AdaptationGoal<D>& goal,
                                                     const Execution& execution);
 
-/// The facet whose distance is the largest share of its bound. The distance of a facet is the larger of both ways: from
-/// its points to the geometry, and from the points of the geometry that are nearest to it.
+/// Facet with the largest two-sided distance relative to its bound: from its points to the geometry, and from the
+/// nearest geometry points.
 template <int D>
 struct ReachedDistance {
-    double required = 0, reached = 0;  ///< the bound and the distance of that facet (model units)
-    std::size_t far_facets = 0;        ///< number of facets that exceed their bounds
+    double required = 0, reached = 0;  ///< bound and distance (model units)
+    std::size_t far_facets = 0;        ///< facets that exceed their bounds
     FacetId facet;
-    Vec<D> at;  ///< where the distance is that of the facet; its middle, where another facet is farther
+    Vec<D> at;  ///< farthest point; the facet's middle if another facet is farther
 
     [[nodiscard]] bool is_met() const { return !(reached > required); }
 };
@@ -60,40 +57,39 @@ template <int D>
                                                            std::span<const DistanceBound> bounds,
                                                            const Execution& execution);
 
-/// A mesh that was refined until its boundary keeps the bounds, or until no operation brings it nearer.
+/// A mesh refined until its boundary is within bounds, or no operation improves it.
 template <int D>
 struct WithinBounds {
     Adaptation<D> state;
-    ToMetricStatistics statistics;  ///< of all passes; `before` and `after` are those of the mesh that came in
-    std::optional<ReachedDistance<D>> reached;  ///< none: no facet was far, with the effort near_metric
+    ToMetricStatistics statistics;              ///< of all passes; `before`, `after`: of the input mesh
+    std::optional<ReachedDistance<D>> reached;  ///< none: no facet was far, effort near_metric
 };
-/// Measures the boundary against the goal's geometry (step "distances") and refines it (the steps of bring_to_metric)
-/// until every facet keeps the bounds, by such an effort. Errors: those of the passes and of reached_distance.
+/// Measures the boundary (step "distances") and refines it (steps of bring_to_metric) until every facet is within its
+/// bound. Errors: those of the passes and of reached_distance.
 template <int D>
 [[nodiscard]] Outcome<WithinBounds<D>> bring_within(BroughtToMetric<D> brought, const AdaptationGoal<D>& goal,
                                                     std::span<const DistanceBound> bounds,
                                                     const ToMetricOptions& options, BoundaryEffort effort,
                                                     const Around& around);
 
-/// A mesh between two passes that change it, and what it is brought to.
 template <int D>
 struct Remeshing {
     Adaptation<D> mesh;
     AdaptationGoal<D> goal;
 };
 
-/// By what passes go: the field of the metric, and where inner edges that they make have their nodes (degree 2).
+/// Metric field, and options for nodes of new inner edges (degree 2).
 template <int D>
 struct RemeshingBy {
     BackMesh<D> field;
     CurveOptions curving = {};                        ///< see accuracy_for
     std::size_t max_elements = max_entities;          ///< see AdaptationGoal
-    const EmbeddedCurves<D>* curves = nullptr;        ///< of the mesh that this one was remeshed from; null: its own
-    std::vector<DistanceBound> distance_bounds = {};  ///< that all passes keep, see AdaptationGoal
+    const EmbeddedCurves<D>* curves = nullptr;        ///< of the mesh before remeshing; null: its own
+    std::vector<DistanceBound> distance_bounds = {};  ///< see AdaptationGoal
 };
 
-/// Before the first pass. Of a mesh of degree 2 `nodes` are those by which its embedded curves are told; empty: they go
-/// by the geometry. Errors: those of begin_adaptation and find_embedded_curves.
+/// `nodes` determine embedded curves; empty: the geometry does. Errors: those of begin_adaptation and
+/// find_embedded_curves.
 template <int D>
 [[nodiscard]] Outcome<Remeshing<D>> begin_remeshing(const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
                                                     const Boundary<D>& boundary, RemeshingBy<D> by,
@@ -103,22 +99,19 @@ template <int D>
                                                     std::span<const LagrangeNode<D>> nodes, const Boundary<D>& boundary,
                                                     RemeshingBy<D> by, const Execution& execution);
 
-/// A mesh of degree 2 with the mid nodes of its boundary on the geometry.
 template <int D>
 struct OntoGeometry {
     QuadraticMesh<D> mesh;
-    std::size_t nodes = 0;  ///< number of mid nodes that were off the geometry, by more than the default tolerance
-    double largest = 0;     ///< the largest distance of one (model units)
+    std::size_t nodes = 0;  ///< mid nodes that were off by more than the default tolerance
+    double largest = 0;     ///< largest distance (model units)
 };
-/// Puts the mid nodes of edges with prescribed surfaces onto these. Nodes that are there already stay, and so do
-/// required ones. Elements that are not valid then are repaired; where nothing else helps nodes of the boundary stop
-/// short of the geometry. Errors: those of validate and of repair.
+/// Puts mid nodes onto their prescribed surfaces, except required ones. Repairs invalid elements; as a last resort,
+/// boundary nodes stop short of the geometry. Errors: those of validate and repair.
 template <int D>
 [[nodiscard]] Outcome<OntoGeometry<D>> put_nodes_onto_geometry(QuadraticMesh<D> mesh, const Boundary<D>& boundary,
                                                                const Execution& execution);
 
-/// Features of a mesh that was remeshed: it lists all its breaks; its new facets may turn where the surface does not
-/// break.
+/// Features of a remeshed mesh: it lists all breaks, since new facets may turn without one.
 template <int D>
 inline constexpr FeatureOptions<D> listed_breaks{.ridge_angle_degrees = 180, .corner_angle_degrees = 180};
 

@@ -1,6 +1,5 @@
-/// Stages of a run on whole meshes, as functions of values: boundary and metric, node positions (`propose_curves`),
-/// reinsertion, guides of repair, the beginning of remeshing (`begin_remeshing`), distances from the geometry,
-/// `check_mesh`.
+/// Stages of a run on whole meshes: boundary and metric, node positions (`propose_curves`), reinsertion, repair guides,
+/// start of remeshing (`begin_remeshing`), distances from the geometry, `check_mesh`.
 export module camber.stages;
 export import :curve;
 export import :metric;

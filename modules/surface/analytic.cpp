@@ -273,7 +273,8 @@ std::optional<Error> check_references(const LinearMesh<D>& mesh, const AnalyticG
     for (const auto& [reference, surface] : geometry.surfaces) given.push_back(reference);
     std::sort(given.begin(), given.end());
     if (const auto twice = std::adjacent_find(given.begin(), given.end()); twice != given.end())
-        return Error{ErrorKind::usage, named(*twice) + " is given to two surfaces", {}, {}, "name each reference once"};
+        return Error{
+            ErrorKind::usage, named(*twice) + " is assigned to two surfaces", {}, {}, "list each reference once"};
     const auto of_facets = sorted_once({mesh.facets.references.begin(), mesh.facets.references.end()});
     for (const Reference reference : given)
         if (!std::binary_search(of_facets.begin(), of_facets.end(), reference))
@@ -298,10 +299,10 @@ std::optional<Error> check_radii(const LinearMesh<D>& mesh, const AnalyticGeomet
         if (radius >= 0 && radius <= most * size) continue;
         return Error{ErrorKind::usage,
                      named(reference) + ": the radius of its " + name_of<D>(surface) + ", " + three_digits(radius) +
-                         ", is no radius for a boundary of size " + three_digits(size),
+                         ", is out of range for a boundary of size " + three_digits(size),
                      {},
                      {},
-                     "at most 1e8 times that size is taken; what is flatter is a plane"};
+                     "give a radius of at most 1e8 times that size, or a plane"};
     }
     return {};
 }
@@ -327,7 +328,9 @@ Error misfit_error(const std::pair<Reference, AnalyticSurface<D>>& row, const Ve
                  fit.text("the " + surface + " of " + named(row.first)),
                  {},
                  Entity{"vertex", fit.farthest.index() + 1},
-                 "no other vertex is farther; give the " + surface + " that the mesh was made on, in its units"};
+                 "this vertex is the farthest; give the " + surface +
+                     " on which the mesh was generated, in the mesh's "
+                     "units"};
 }
 
 }  // namespace

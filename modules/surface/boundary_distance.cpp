@@ -100,7 +100,7 @@ Outcome<BoundaryDistance> boundary_distance(const QuadraticMesh<D>& mesh, std::s
                                             const Features<D>& features, const Geometry<D>& geometry,
                                             const Execution& execution) {
     if (features.patches.size() != mesh.linear.facets.size() || mid_nodes.size() != mesh.edges.size())
-        return fail(ErrorKind::internal, "the features or the nodes are not of this mesh");
+        return fail(ErrorKind::internal, "the features or the nodes belong to another mesh");
     const auto accumulate = [&](Total& total, std::size_t f) {
         const FacetId id(f);
         const CurvedFacet<D> facet = curved_facet<D>(mesh, mid_nodes, id);
@@ -209,7 +209,7 @@ Outcome<BoundaryDeviation> boundary_deviation(const QuadraticMesh<D>& mesh, std:
                                               const BoundaryTolerance& tolerance, const Execution& execution) {
     const std::size_t edges = mesh.edges.size();
     if (kinds.size() != edges || mesh.mid_nodes.size() != edges || (!own_nodes.empty() && own_nodes.size() != edges))
-        return fail(ErrorKind::internal, "the kinds or the nodes are not of this mesh");
+        return fail(ErrorKind::internal, "the kinds or the nodes belong to another mesh");
     const auto nodes = nodes_off(mesh, kinds, geometry, own_nodes, tolerance.nodes, part_of(execution, 0, 0.7));
     if (!nodes) return fail(nodes.error());
     const auto vertices = vertices_off(mesh.linear, geometry, tolerance.vertices, part_of(execution, 0.7, 1));
@@ -310,7 +310,7 @@ Outcome<LargestDistance> largest_boundary_distance(const QuadraticMesh<D>& mesh,
                                                    const Features<D>& features, const Geometry<D>& geometry,
                                                    const Execution& execution) {
     if (features.patches.size() != mesh.linear.facets.size() || mid_nodes.size() != mesh.edges.size())
-        return fail(ErrorKind::internal, "the features or the nodes are not of this mesh");
+        return fail(ErrorKind::internal, "the features or the nodes belong to another mesh");
     return MeasuredFacets<D>(mesh, mid_nodes, geometry).largest([](std::size_t, double) { return true; }, execution);
 }
 
@@ -321,7 +321,7 @@ Outcome<LargestDistance> largest_boundary_distance(const QuadraticMesh<D>& mesh,
                                                    const NearBoundary<D>& near, const Execution& execution) {
     if (features.patches.size() != mesh.linear.facets.size() || mid_nodes.size() != mesh.edges.size() ||
         near.mid_nodes.size() != mesh.edges.size() || near.mesh.linear.facets.size() != mesh.linear.facets.size())
-        return fail(ErrorKind::internal, "the features or the nodes are not of this mesh");
+        return fail(ErrorKind::internal, "the features or the nodes belong to another mesh");
     const MeasuredFacets<D> facets(mesh, mid_nodes, geometry), others(near.mesh, near.mid_nodes, geometry);
     constexpr double rounding = 1 + 1e-12;
     const auto bounds = map_each(part_of(execution, 0, 0.2), mesh.linear.facets.size(), [&](std::size_t f) {

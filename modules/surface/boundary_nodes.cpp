@@ -47,7 +47,7 @@ template <int D>
 Outcome<Buffer<LagrangeNode<D>>> boundary_nodes(const QuadraticMesh<D>& mesh, const Features<D>& features,
                                                 const Geometry<D>& geometry, const Execution& execution) {
     if (features.edge_kinds.size() != mesh.edges.size() || mesh.mid_nodes.size() != mesh.edges.size())
-        return fail(ErrorKind::internal, "the features are not of this mesh");
+        return fail(ErrorKind::internal, "the features belong to another mesh");
     const auto shells = facet_shells(mesh.edges, without_progress(execution));
     if (!shells) return fail(shells.error());
     const auto required = required_edges(mesh);
@@ -85,7 +85,7 @@ Outcome<Buffer<LagrangeNode<D>>> slid_nodes(const QuadraticMesh<D>& mesh, const 
                                             const Geometry<D>& geometry, const Execution& execution) {
     const std::size_t n = mesh.edges.size();
     if (nodes.size() != n || shifts.size() != n || features.edge_kinds.size() != n)
-        return fail(ErrorKind::internal, "the nodes or shifts are not of this mesh");
+        return fail(ErrorKind::internal, "the nodes or shifts belong to another mesh");
     const auto shells = facet_shells(mesh.edges, without_progress(execution));
     if (!shells) return fail(shells.error());
     const auto required = required_edges(mesh);

@@ -451,7 +451,7 @@ Outcome<CurvedSurrogate<D>> with_curves(Surrogate<D> straight, const BoundaryCur
     const auto& [linear, edges, features, nodes] = mesh;
     if (straight.facets.size() != linear.facets.size() || nodes.size() != edges.size() ||
         features.patches.size() != linear.facets.size())
-        return fail(ErrorKind::internal, "the surrogate is that of another mesh");
+        return fail(ErrorKind::internal, "the surrogate belongs to another mesh");
     const auto own = patches_with_curves(mesh, straight);
     if (std::ranges::none_of(own, [](std::uint8_t has) { return has != 0; }))
         return CurvedSurrogate<D>{std::move(straight), {}};

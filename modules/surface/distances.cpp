@@ -151,7 +151,7 @@ template <int D>
 Outcome<OnEntities<D>> find_on_entities(const QuadraticMesh<D>& mesh, const Features<D>& features,
                                         const Geometry<D>& geometry, const Execution& execution) {
     if (features.patches.size() != mesh.linear.facets.size() || features.edge_kinds.size() != mesh.edges.size())
-        return fail(ErrorKind::internal, "the features are not of this mesh");
+        return fail(ErrorKind::internal, "the features belong to another mesh");
     auto shells = facet_shells(mesh.edges, without_progress(execution));
     if (!shells) return fail(shells.error());
     OnEntities<D> found{{}, {}, std::move(*shells)};
@@ -495,7 +495,7 @@ Outcome<GeometryDistances<D>> distances_both_ways(const QuadraticMesh<D>& mesh,
                                                   std::span<const LagrangeNode<D>> mid_nodes,
                                                   const Features<D>& features, const Geometry<D>& geometry,
                                                   const GeometrySamples<D>& samples, const Execution& execution) {
-    if (mid_nodes.size() != mesh.edges.size()) return fail(ErrorKind::internal, "the nodes are not of this mesh");
+    if (mid_nodes.size() != mesh.edges.size()) return fail(ErrorKind::internal, "the nodes belong to another mesh");
     if (mesh.linear.facets.size() == 0) return GeometryDistances<D>{};
     const Question<D> question{mesh, mid_nodes, features, geometry};
     return guarded([&]() -> Outcome<GeometryDistances<D>> {

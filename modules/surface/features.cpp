@@ -395,7 +395,7 @@ bool belongs(const LinearMesh<D>& mesh, const EdgeSet<D>& edges) {
 template <int D>
 Outcome<Features<D>> find_features(const LinearMesh<D>& mesh, const EdgeSet<D>& edges, const FeatureOptions<D>& options,
                                    const Execution& execution) {
-    if (!belongs(mesh, edges)) return fail(ErrorKind::internal, "the edge set is not of this mesh");
+    if (!belongs(mesh, edges)) return fail(ErrorKind::internal, "the edge set belongs to another mesh");
     const auto shells = facet_shells(edges, part_of(execution, 0, 0.5));
     if (!shells) return fail(shells.error());
     const auto of_facets = edges_of_facets(*shells, edges.size(), part_of(execution, 0.5, 0.6));

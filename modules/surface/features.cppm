@@ -20,7 +20,7 @@ struct FeatureOptions {
 
     [[nodiscard]] static constexpr auto options() {
         return std::tuple(option("ridge_angle", &FeatureOptions::ridge_angle_degrees,
-                                 "facets that meet at more than this angle make a ridge")
+                                 "an edge at which facets meet at more than this angle is a ridge")
                               .unit("degrees")
                               .above(0)
                               .at_most(180));

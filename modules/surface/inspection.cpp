@@ -301,7 +301,7 @@ Outcome<BoundaryInspection<D>> inspect_boundary(const LinearMesh<D>& mesh, const
                                                 const Features<D>& features, const InspectionLimits& limits,
                                                 const Execution& execution) {
     if (features.patches.size() != mesh.facets.size() || features.edge_kinds.size() != edges.size())
-        return fail(ErrorKind::internal, "the features are not of this mesh");
+        return fail(ErrorKind::internal, "the features belong to another mesh");
     return guarded([&]() -> Outcome<BoundaryInspection<D>> {
         BoundaryInspection<D> out;
         const auto around = balls(mesh, part_of(execution, 0, 0.2));

@@ -421,7 +421,7 @@ Outcome<Surrogate<D>> made_beside(const GeometryModel<D>* prescribed, const Line
                                   const Execution& execution) {
     if (edges.of_facets.size() != mesh.facets.size() || features.patches.size() != mesh.facets.size() ||
         features.edge_kinds.size() != edges.size())
-        return fail(ErrorKind::internal, "the edge set or the features are not of this mesh");
+        return fail(ErrorKind::internal, "the edge set or the features belong to another mesh");
     const Execution quiet = without_progress(execution);
     const auto shells = facet_shells(edges, quiet);
     if (!shells) return fail(shells.error());

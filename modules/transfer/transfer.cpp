@@ -84,12 +84,12 @@ Outcome<Done> check_mesh(const QuadraticMesh<D>& mesh, const std::string& name, 
                     {}, {}, "make the mesh with `elevate`");
     const std::size_t nodes = node_count_of(mesh, 2);
     if (nodes >= none || mesh.linear.elements.size() >= none)
-        return fail(ErrorKind::unsupported, name + " has more nodes than 32 bits count", {}, {}, "split it");
+        return fail(ErrorKind::unsupported, name + " has more nodes than 32 bits can number", {}, {}, "split it");
     const auto bad = first_bad(nodes, [&](std::size_t n) { return !is_finite(place_of(mesh, n)); }, execution);
     if (!bad) return fail(bad.error());
     if (*bad == nodes) return Done{};
     return fail(ErrorKind::input, "a coordinate of its node is not finite", name, entity_of(mesh, *bad),
-                "give it a place");
+                "give finite coordinates");
 }
 
 template <int D>
@@ -106,7 +106,8 @@ Outcome<Done> check_field(const QuadraticMesh<D>& mesh, const TransferField& fie
         return fail(ErrorKind::usage,
                     std::to_string(field.values.size()) + " values for " + std::to_string(nodes) + " nodes of " +
                         std::to_string(components) + " components",
-                    name, {}, field.degree == 1 ? "give a row a vertex" : "give a row a vertex, then one an edge");
+                    name, {},
+                    field.degree == 1 ? "give one row per vertex" : "give one row per vertex, then one per edge");
     const auto bad =
         first_bad(field.values.size(), [&](std::size_t i) { return !std::isfinite(field.values[i]); }, execution);
     if (!bad) return fail(bad.error());
@@ -128,7 +129,7 @@ Outcome<Done> check_input(const QuadraticMesh<D>& old_mesh, std::span<const Tran
         if (auto sound = check_field(old_mesh, fields[f], f + 1, execution); !sound) return sound;
     if (old_mesh.linear.elements.size() == 0 && node_count_of(new_mesh, 2) > 0 && !fields.empty())
         return fail(ErrorKind::input, std::string("it has no ") + (D == 2 ? "triangles" : "tetrahedra"), "the old mesh",
-                    {}, "a field is transferred between meshes of the volume");
+                    {}, "fields can be transferred only between volume meshes");
     return Done{};
 }
 

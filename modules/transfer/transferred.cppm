@@ -51,12 +51,14 @@ struct TransferOptions {
         using S = TransferOptions;
         return std::tuple(
             option("method", &S::method,
-                   "interpolate: the old field at the new nodes; conserve: where elements changed the nearest field in "
-                   "L2 that keeps the integrals by material"),
+                   "interpolate: the old field at the new nodes; conserve: where elements changed, the nearest field "
+                   "in L2 with the same integral over each material"),
             option("bounds", &S::bounds,
-                   "conserve only: none; local: values stay between those of the old elements around, integrals are "
-                   "kept as far as that allows"),
-            option("points", &S::points, "conserve only: points of the quadrature along each direction of an element")
+                   "conserve only. none: values have no bounds; local: values stay within the range of the old "
+                   "elements around, and integrals are preserved as far as this allows"),
+            option("points", &S::points,
+                   "conserve only: number of quadrature points along each direction of an "
+                   "element")
                 .at_least(3)
                 .at_most(10));
     }

@@ -202,7 +202,9 @@ template <int D>
 Outcome<JudgedProposal<D>> JudgedProposal<D>::judge(QuadraticMesh<D> mesh, Proposal<D> proposal, double bound,
                                                     const Execution& execution) {
     if (proposal.mid_nodes.size() != mesh.edges.size() || proposal.points.size() != mesh.linear.points.size())
-        return fail(ErrorKind::internal, "the proposal has another number of vertices or edges than the mesh");
+        return fail(ErrorKind::internal,
+                    "the number of vertices or edges of the proposal differs from that of the "
+                    "mesh");
     auto validation = validate(apply_proposal(mesh, proposal), bound, execution);
     if (!validation) return fail(validation.error());
     return JudgedProposal(std::move(mesh), std::move(proposal), std::move(*validation));
@@ -212,7 +214,9 @@ template <int D>
 Outcome<JudgedProposal<D>> JudgedProposal<D>::judge_again(Proposal<D> proposal, std::span<const ElementId> touched,
                                                           const Execution& execution) const {
     if (proposal.mid_nodes.size() != mesh_.edges.size() || proposal.points != proposal_.points)
-        return fail(ErrorKind::internal, "the proposal moves vertices, or has another number of edges than the mesh");
+        return fail(ErrorKind::internal,
+                    "the proposal moves vertices, or its number of edges differs from that of "
+                    "the mesh");
     return guarded([&]() -> Outcome<JudgedProposal<D>> {
         const QuadraticMesh<D> mesh = apply_proposal(mesh_, proposal);
         const double bound = validation_.bound;
@@ -251,7 +255,7 @@ Outcome<Committed<D>> commit(const JudgedProposal<D>& judged) {
                     {},
                     Entity{is_surface_alone(judged.mesh().linear) ? simplex_name<2> : simplex_name<D>,
                            validation.not_positive.front().first.index() + 1},
-                    "put a relax stage before commit");
+                    "add a relax stage before commit");
     return commit_uncertified(judged);
 }
 

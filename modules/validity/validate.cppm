@@ -37,9 +37,9 @@ struct JacobianBound {
 template <class S>
 [[nodiscard]] constexpr Option<S, JacobianBound> bound_option() {
     return option("min_scaled_jacobian", &S::min_scaled_jacobian,
-                  "an element is good enough when the determinant of its Jacobian is everywhere at least this share of "
-                  "the straight element's; what stays below is a failure. null: what a stage before asks for; else "
-                  "0.1 is recommended: what stays below is a note")
+                  "an element is good enough if its Jacobian determinant is everywhere at least this share of the "
+                  "straight element's. Elements below it are a failure. null: the value of an earlier stage, else "
+                  "0.1, with only a note about elements below it")
         .at_least(0)
         .below(1);
 }

@@ -1,4 +1,5 @@
-// Rows of thin elements that bend by many times their height within one edge: passes find their way along the curves.
+// Rows of thin elements whose edges have a sagitta of many row heights: passes coarsen and refine them along their
+// curves.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -30,12 +31,12 @@ using namespace camber::testing;
 
 namespace {
 
-constexpr double height = 1e-3;  ///< of a row; edges along it have length 1
+constexpr double height = 1e-3;  ///< height of a row; edges along the row have length 1
 
-/// Rows go around an axis: those of an edge of length 1 have a sagitta of so many heights. Straight: none.
+/// Bends rows around an axis. An edge of length 1 gets a sagitta of `bow` heights; 0 leaves the rows straight.
 template <int D>
 struct Bending {
-    double radius = 0;  ///< 0: straight
+    double radius = 0;  ///< 0 if straight
 
     explicit Bending(double bow) : radius(bow > 0 ? 1 / (8 * bow * height) : 0) {}
     [[nodiscard]] Vec<D> operator()(const Vec<D>& x) const {
@@ -45,7 +46,7 @@ struct Bending {
         p[D - 1] = (radius + x[D - 1]) * std::cos(x[0] / radius) - radius;
         return p;
     }
-    /// Of these sizes along the rows (along the axis) and across them, at a point of the bent mesh.
+    /// The metric at a point of the bent mesh, from the sizes along the rows (and the axis) and across them.
     [[nodiscard]] LogMetric<D> metric_at(const Vec<D>& x, const Vec<D>& sizes) const {
         Mat<D> frame = Mat<D>::identity();
         if (radius != 0) {
@@ -61,7 +62,7 @@ struct Bending {
 
 template <int D>
 Features<D> features_of(const QuadraticMesh<D>& mesh) {
-    return must(find_features(mesh.linear, mesh.edges, FeatureOptions<D>{.ridge_angle_degrees = 60}, alone));
+    return must(find_features(mesh.linear, mesh.edges, FeatureOptions<D>{.ridge_angle_degrees = 60}, one_thread));
 }
 
 template <int D>
@@ -74,17 +75,17 @@ QuadraticMesh<D> bent_rows(const Bending<D>& bending) {
         p[D - 1] *= height;
         return p;
     };
-    return mapped(must(as_linear(must(prepare(as_mesh(lattice_mesh(options)), alone)).mesh)), bending);
+    return mapped(must(as_linear(must(prepare(as_mesh(lattice_mesh(options)), one_thread)).mesh)), bending);
 }
 
-/// The boundary's own curves.
+/// A surrogate of the curved boundary of the mesh.
 template <int D>
 Geometry<D> geometry_of(const QuadraticMesh<D>& mesh) {
     const auto features = features_of(mesh);
-    auto straight = must(build_surrogate(mesh.linear, mesh.edges, features, SurrogateOptions{}, alone));
+    auto straight = must(build_surrogate(mesh.linear, mesh.edges, features, SurrogateOptions{}, one_thread));
     return Geometry<D>(
         must(with_curves<D>(std::move(straight), {mesh.linear, mesh.edges, features, mesh.mid_nodes.view()},
-                            StraightGeometry<D>{}, SurrogateOptions{}, alone))
+                            StraightGeometry<D>{}, SurrogateOptions{}, one_thread))
             .surrogate);
 }
 
@@ -96,48 +97,48 @@ AdaptationGoal<D> goal_along(const QuadraticMesh<D>& mesh, const Geometry<D>& ge
     sizes[D - 1] *= height;
     Buffer<LogMetric<D>> logs(mesh.linear.points.size());
     for (std::size_t v = 0; v < logs.size(); ++v) logs[v] = bending.metric_at(mesh.linear.points[v], sizes);
-    auto nodal = must(framed_logs(mesh.edges, Column<LogMetric<D>>(std::move(logs)), alone));
-    AdaptationGoal<D> goal{must(make_nodal_back_mesh(mesh, must(balls(mesh.linear, alone)), std::move(nodal), alone)),
+    auto nodal = must(framed_logs(mesh.edges, Column<LogMetric<D>>(std::move(logs)), one_thread));
+    AdaptationGoal<D> goal{must(make_nodal_back_mesh(mesh, must(balls(mesh.linear, one_thread)), std::move(nodal), one_thread)),
                            geometry};
     goal.accuracy.change = ChangeAlong::of_ends;
     return goal;
 }
 
 template <int D>
-Adaptation<D> begun(const QuadraticMesh<D>& mesh, const AdaptationGoal<D>& goal) {
+Adaptation<D> initial_state(const QuadraticMesh<D>& mesh, const AdaptationGoal<D>& goal) {
     const auto features = features_of(mesh);
     std::vector<VertexId> corners;
     for (std::size_t v = 0; v < mesh.linear.points.size(); ++v)
         if (features.vertex_kinds[v] == VertexKind::corner) corners.emplace_back(v);
-    return must(begin_adaptation(mesh, {features.edge_kinds.view(), corners}, goal, alone));
+    return must(begin_adaptation(mesh, {features.edge_kinds.view(), corners}, goal, one_thread));
 }
 
 template <int D>
 void expect_passes_along_rows(double bow, double least_unit) {
     const Bending<D> bending(bow);
     QuadraticMesh<D> mesh = bent_rows<D>(bending);
-    REQUIRE(must(validate(mesh, 0, alone)).all_valid());
+    REQUIRE(must(validate(mesh, 0, one_thread)).all_valid());
     const Geometry<D> geometry = geometry_of(mesh);
     std::size_t straight_inverted = 0;
     for (const double size : {1.5, 0.8, 1.2}) {
         CAPTURE(bow);
         CAPTURE(size);
         const AdaptationGoal<D> goal = goal_along(mesh, geometry, bending, size);
-        auto brought = must(bring_to_metric(begun(mesh, goal), goal, ToMetricOptions{}, alone));
-        must(check_consistency(brought.state.mesh, alone));
-        auto compact = must(finished(brought.state, alone)).compact;
+        auto result = must(bring_to_metric(initial_state(mesh, goal), goal, ToMetricOptions{}, one_thread));
+        must(check_consistency(result.state.mesh, one_thread));
+        auto compact = must(finished(result.state, one_thread)).compact;
         mesh = {std::move(compact.mesh), std::move(compact.edges), std::move(compact.nodes)};
-        CHECK(must(validate(mesh, 0, alone)).all_valid());
-        CHECK(brought.statistics.after.unit_share() >= least_unit);
-        CHECK(brought.statistics.after.worst_quality > (D == 2 ? 0.1 : 0.03));
-        straight_inverted += brought.statistics.collapse.straight_inverted;
+        CHECK(must(validate(mesh, 0, one_thread)).all_valid());
+        CHECK(result.statistics.after.unit_share() >= least_unit);
+        CHECK(result.statistics.after.worst_quality > (D == 2 ? 0.1 : 0.03));
+        straight_inverted += result.statistics.collapse.straight_inverted;
     }
     if (bow >= 5) CHECK(straight_inverted > 0);
 }
 
 }  // namespace
 
-TEST_CASE("rows that bend by 5 to 45 times their height within an edge are coarsened and refined along their curves") {
+TEST_CASE("remeshing coarsens and refines rows whose sagitta is 5 to 45 times their height") {
     expect_passes_along_rows<2>(20, 0.65);
     if (is_sanitized) return;
     for (const double bow : {5.0, 45.0}) expect_passes_along_rows<2>(bow, bow < 40 ? 0.65 : 0.5);

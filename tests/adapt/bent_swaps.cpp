@@ -1,5 +1,5 @@
-// Swaps inside of curved tetrahedra are worth what their elements are one by one: with the edges that there are, and
-// new ones as the closed form of accuracy bends them.
+// Swaps inside curved tetrahedra: the predicted quality equals that of the elements computed one by one. New edges are
+// bent by the closed form for accuracy.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -31,7 +31,7 @@ namespace {
 
 constexpr double close = 1e-9;
 
-/// The node of an edge that the mesh has, or would get: from the middle of the chord.
+/// The offset of the node of an edge from the middle of its chord: stored, or computed for a new edge.
 Vec<3> offset_between(const Adaptation<3>& r, const AdaptationGoal<3>& goal, VertexId a, VertexId b) {
     for (std::size_t e = 0; e < r.mesh.edges.size(); ++e)
         if (r.mesh.edges[e] == std::array{std::min(a, b), std::max(a, b)}) return offset_of(r.mesh, EdgeId(e));
@@ -43,7 +43,7 @@ Vec<3> offset_between(const Adaptation<3>& r, const AdaptationGoal<3>& goal, Ver
     return offset[0];
 }
 
-double shape_by_itself(const Adaptation<3>& r, const AdaptationGoal<3>& goal, const std::array<VertexId, 4>& v) {
+double shape_of_vertices(const Adaptation<3>& r, const AdaptationGoal<3>& goal, const std::array<VertexId, 4>& v) {
     std::array<std::array<Vec<3>, 4>, 4> tangents;
     double squares = 0, density = 1;
     for (const auto& [i, j] : local_edges<3>) {
@@ -57,7 +57,7 @@ double shape_by_itself(const Adaptation<3>& r, const AdaptationGoal<3>& goal, co
     return bent_shape<3>(tangents, density, squares);
 }
 
-/// The worst of the elements with p in the place of a vertex, of those that do not have p.
+/// The minimum shape of the elements after p replaces one of the vertices, without elements that have p already.
 double worst_with(const Adaptation<3>& r, const AdaptationGoal<3>& goal, std::span<const ElementId> elements,
                   std::span<const VertexId> replaced, VertexId p) {
     double worst = std::numeric_limits<double>::infinity();
@@ -67,7 +67,7 @@ double worst_with(const Adaptation<3>& r, const AdaptationGoal<3>& goal, std::sp
             const int at = local_vertex(corners, v);
             if (at < 0 || local_vertex(corners, p) >= 0) continue;
             corners[at] = p;
-            worst = std::min(worst, shape_by_itself(r, goal, corners));
+            worst = std::min(worst, shape_of_vertices(r, goal, corners));
         }
     return worst;
 }
@@ -109,7 +109,7 @@ void expect_same_at_face(const Adaptation<3>& r, const AdaptationGoal<3>& goal, 
     RC_ASSERT(std::abs(found.after - expected) < close);
 }
 
-void same_shapes(std::uint64_t seed) {
+void check_swaps(std::uint64_t seed) {
     Dice dice(seed);
     const BowedDomain<3> domain = bowed_domain(random_domain<3>(seed), dice);
     const std::size_t n = domain.state.mesh.elements.size();
@@ -122,6 +122,6 @@ void same_shapes(std::uint64_t seed) {
 
 }  // namespace
 
-TEST_CASE("swaps inside of curved tetrahedra are worth what their elements are one by one") {
-    property("3D", [](std::uint64_t seed) { same_shapes(seed); }, {.count = 10});
+TEST_CASE("the predicted quality of a swap equals that of its curved tetrahedra") {
+    property("3D", [](std::uint64_t seed) { check_swaps(seed); }, {.count = 10});
 }

@@ -1,4 +1,4 @@
-// Vertices of the boundary move where their surface stays as it is, or to where it is, and nowhere else.
+// Boundary vertices move only where the shape of their surface is preserved or known.
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -23,13 +23,13 @@ using namespace camber::testing;
 
 namespace {
 
-/// A box of four cells each way, of one material, its lateral sides of one reference.
+/// A box of 4 × 4 × 4 cells of one material. Its lateral sides have one reference.
 LinearMesh<3> box(double jitter) {
     LatticeOptions<3> options;
     options.cells = {4, 4, 4};
     options.seed = 3;
     LinearMesh<3> mesh = with_references<3>(lattice_mesh(options), options.cells, false);
-    options.jitter = jitter;  // of the same lattice: its sides are told by where they were
+    options.jitter = jitter;  // same lattice: references follow from the positions before the jitter
     mesh.points = lattice_mesh(options).points;
     Buffer<SimplexVertices<2>> facets;
     Buffer<Reference> references;
@@ -43,7 +43,7 @@ LinearMesh<3> box(double jitter) {
     return mesh;
 }
 
-/// The box's squares as discs: a cylinder of radius and height 2, its axis through the middle.
+/// The box mapped to a cylinder of radius and height 2 about the z axis.
 LinearMesh<3> cylinder() {
     LinearMesh<3> mesh = box(0);
     Buffer<Vec<3>> points(mesh.points.begin(), mesh.points.end());
@@ -58,10 +58,10 @@ LinearMesh<3> cylinder() {
 
 AdaptationGoal<3> goal_of_size(const LinearMesh<3>& mesh, const Vec<3>& sizes) {
     Buffer<LogMetric<3>> logs(mesh.points.size(), log_metric_of_sizes<3>(sizes));
-    return {must(make_back_mesh(mesh, must(balls(mesh, alone)), Column<LogMetric<3>>(std::move(logs)), alone)), {}};
+    return {must(make_back_mesh(mesh, must(balls(mesh, one_thread)), Column<LogMetric<3>>(std::move(logs)), one_thread)), {}};
 }
 
-/// How many vertices of a place are not where they were.
+/// The number of vertices of the given place that have moved.
 std::size_t moved(const DynamicMesh<3>& mesh, const LinearMesh<3>& before, VertexPlace place) {
     std::size_t count = 0;
     for (std::size_t v = 0; v < before.points.size(); ++v)
@@ -71,14 +71,14 @@ std::size_t moved(const DynamicMesh<3>& mesh, const LinearMesh<3>& before, Verte
 
 }  // namespace
 
-TEST_CASE("without a geometry vertices move in planes and along straight lines only") {
+TEST_CASE("without a geometry boundary vertices move only in planes and along straight lines") {
     LinearMesh<3> mesh = box(0);
     Buffer<Vec<3>> points(mesh.points.begin(), mesh.points.end());
-    for (Vec<3>& p : points) p[0] += 0.4 * std::sin(p[0] * 0.78539816339744831) * (p[1] - 2) / 2;  // 0 and 4 stay
+    for (Vec<3>& p : points) p[0] += 0.4 * std::sin(p[0] * 0.78539816339744831) * (p[1] - 2) / 2;  // 0 and 4 are fixed
     mesh.points = std::move(points);
     const AdaptationGoal<3> goal = goal_of_size(mesh, {{1, 1, 1}});
-    const auto done = must(smooth<3>(begun(mesh, goal), goal, {.wanted = 1}, alone));
-    const auto& after = done.state.mesh;
+    const auto result = must(smooth<3>(start_adaptation(mesh, goal), goal, {.wanted = 1}, one_thread));
+    const auto& after = result.state.mesh;
     CHECK(moved(after, mesh, VertexPlace::surface) > 5);
     CHECK(moved(after, mesh, VertexPlace::line) > 3);
     for (std::size_t v = 0; v < mesh.points.size(); ++v)
@@ -86,10 +86,10 @@ TEST_CASE("without a geometry vertices move in planes and along straight lines o
             if (const double x = mesh.points[v][axis]; x == 0 || x == 4) CHECK(after.points[v][axis] == x);
 }
 
-TEST_CASE("what is made in planes of coordinates lies in them to the last bit") {
+TEST_CASE("remeshing keeps boundary vertices exactly in coordinate planes") {
     const LinearMesh<3> mesh = box(0);
     const AdaptationGoal<3> goal = goal_of_size(mesh, {{0.4, 0.7, 0.5}});
-    const auto after = must(bring_to_metric(begun(mesh, goal), goal, ToMetricOptions{}, alone)).state.mesh;
+    const auto after = must(bring_to_metric(start_adaptation(mesh, goal), goal, ToMetricOptions{}, one_thread)).state.mesh;
     std::size_t in_planes = 0;
     for (std::size_t v = 0; v < after.points.size(); ++v) {
         if (after.is_free(VertexId(v)) || after.states[v].place == VertexPlace::inside) continue;
@@ -102,22 +102,22 @@ TEST_CASE("what is made in planes of coordinates lies in them to the last bit") 
     CHECK(in_planes > 100);
 }
 
-TEST_CASE("a wrinkled surface that nobody knows keeps its vertices") {
+TEST_CASE("smoothing keeps the vertices of a rough surface without a geometry") {
     const LinearMesh<3> mesh = box(0.1);
     const AdaptationGoal<3> goal = goal_of_size(mesh, {{0.6, 1, 1.2}});
-    const auto after = must(smooth<3>(begun(mesh, goal), goal, {.wanted = 1}, alone)).state.mesh;
+    const auto after = must(smooth<3>(start_adaptation(mesh, goal), goal, {.wanted = 1}, one_thread)).state.mesh;
     CHECK(moved(after, mesh, VertexPlace::inside) > 5);
     CHECK(moved(after, mesh, VertexPlace::surface) == 0);
     CHECK(moved(after, mesh, VertexPlace::line) == 0);
 }
 
-TEST_CASE("vertices of a curve move along it where the geometry knows both of its surfaces") {
+TEST_CASE("smoothing moves vertices along the intersection curve of two known surfaces") {
     const LinearMesh<3> mesh = cylinder();
     AdaptationGoal<3> goal = goal_of_size(mesh, {{1, 0.7, 0.8}});
     goal.geometry = Geometry<3>(AnalyticGeometry<3>{
         {{1, Cylinder{{}, {{0, 0, 1}}, 2}}, {5, Plane<3>{{}, {{0, 0, 1}}}}, {6, Plane<3>{{{0, 0, 2}}, {{0, 0, 1}}}}}});
-    const auto after = must(smooth<3>(begun(mesh, goal), goal, {.wanted = 1}, alone)).state.mesh;
-    CHECK(check_consistency(after, alone).has_value());
+    const auto after = must(smooth<3>(start_adaptation(mesh, goal), goal, {.wanted = 1}, one_thread)).state.mesh;
+    CHECK(check_consistency(after, one_thread).has_value());
     CHECK(moved(after, mesh, VertexPlace::line) > 5);
     for (std::size_t v = 0; v < mesh.points.size(); ++v) {
         const Vec<3>& p = after.points[v];
@@ -127,30 +127,30 @@ TEST_CASE("vertices of a curve move along it where the geometry knows both of it
     }
 }
 
-TEST_CASE("a collapse that would leave the geometry is rejected by it") {
+TEST_CASE("collapse is rejected where its facets would leave the geometry") {
     const LinearMesh<3> mesh = cylinder();
     AdaptationGoal<3> goal = goal_of_size(mesh, {{3, 3, 3}});
     goal.geometry = Geometry<3>(AnalyticGeometry<3>{{{1, Cylinder{{}, {{0, 0, 1}}, 2}}}});
-    const auto near = must(collapse<3>(begun(mesh, goal), goal, {.distance = 0.02}, alone));
-    const auto far = must(collapse<3>(begun(mesh, goal), goal, {.distance = 1}, alone));
+    const auto near = must(collapse<3>(start_adaptation(mesh, goal), goal, {.distance = 0.02}, one_thread));
+    const auto far = must(collapse<3>(start_adaptation(mesh, goal), goal, {.distance = 1}, one_thread));
     CHECK(near.statistics.of(RejectionReason::geometry) > far.statistics.of(RejectionReason::geometry));
     CHECK(near.state.mesh.facet_count() > far.state.mesh.facet_count());
 }
 
-TEST_CASE("bad elements are mended") {
-    // A slab of flat elements: vertices inside pushed to the wall.
+TEST_CASE("mend improves flat elements and changes nothing in a second run") {
+    // A layer of flat elements: inner vertices are moved close to the wall.
     LinearMesh<3> mesh = box(0);
     Buffer<Vec<3>> points(mesh.points.begin(), mesh.points.end());
     for (Vec<3>& p : points)
         if (p[0] == 1) p[0] = 0.02;
     mesh.points = std::move(points);
     const AdaptationGoal<3> goal = goal_of_size(mesh, {{1, 1, 1}});
-    const Adaptation<3> r = begun(mesh, goal);
-    const double before = must(unit_mesh_statistics(r, alone)).worst_quality;
-    const auto done = must(mend<3>(r, goal, {}, alone));
-    CHECK(check_consistency(done.state.mesh, alone).has_value());
+    const Adaptation<3> r = start_adaptation(mesh, goal);
+    const double before = must(unit_mesh_statistics(r, one_thread)).worst_quality;
+    const auto result = must(mend<3>(r, goal, {}, one_thread));
+    CHECK(check_consistency(result.state.mesh, one_thread).has_value());
     CHECK(before < 0.15);
-    CHECK(must(unit_mesh_statistics(done.state, alone)).worst_quality > 0.3);
-    const auto again = must(mend<3>(done.state, goal, {}, alone));
+    CHECK(must(unit_mesh_statistics(result.state, one_thread)).worst_quality > 0.3);
+    const auto again = must(mend<3>(result.state, goal, {}, one_thread));
     CHECK(again.statistics.accepted == 0);
 }

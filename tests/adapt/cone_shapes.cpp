@@ -1,4 +1,4 @@
-// What faces share is measured once: the same shapes as one by one.
+// ConeShapes measures shared faces once. Its shapes equal those of the elements computed one by one.
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -25,11 +25,11 @@ using namespace camber::testing;
 namespace {
 
 template <int D>
-void same_shapes(std::uint64_t seed) {
+void check_cone_shapes(std::uint64_t seed) {
     Dice dice(seed);
     const LinearMesh<D> mesh = random_domain<D>(seed);
     const AdaptationGoal<D> goal = goal_over(mesh, 0.7, dice);
-    const Adaptation<D> r = begun(mesh, goal);
+    const Adaptation<D> r = start_adaptation(mesh, goal);
     const VertexId v(dice.below(mesh.points.size()));
     std::vector<ElementId> around;
     ball(r.mesh, v, around);
@@ -49,8 +49,8 @@ void same_shapes(std::uint64_t seed) {
         if (std::isfinite(worst))
             RC_ASSERT(std::abs(all - worst) < 1e-12);
         else
-            RC_ASSERT(all == 0.0);  // none counts
-        // With something that is asked for: the worst if it is above, otherwise something that is not.
+            RC_ASSERT(all == 0.0);  // no element is counted
+        // With a lower limit: the minimum if it is above the limit, otherwise a value that is not above it.
         const double least = dice.uniform(0, 0.5);
         const double above = cones.worst_at({place, &metric}, least, without);
         RC_ASSERT((above > least) == (all > least));
@@ -58,19 +58,19 @@ void same_shapes(std::uint64_t seed) {
     }
 }
 
-/// Of degree 2 in a metric that is the same everywhere nothing bends: the shapes are those of degree 1, of elements
-/// that there are and of those that there would be, and so are the lengths.
+/// In a constant metric edges of degree 2 stay straight. Shapes of existing and candidate elements and lengths are
+/// those of degree 1.
 template <int D>
-void straight_where_nothing_turns(std::uint64_t seed) {
+void check_constant_metric(std::uint64_t seed) {
     Dice dice(seed);
     const LinearMesh<D> mesh = random_domain<D>(seed);
     Vec<D> sizes;
     for (double& h : sizes.c) h = dice.uniform(0.3, 1);
     Buffer<LogMetric<D>> logs(mesh.points.size(), log_metric_of_sizes<D>(sizes, dice.rotation<D>()));
     const AdaptationGoal<D> goal{
-        must(make_back_mesh(mesh, must(balls(mesh, alone)), Column<LogMetric<D>>(std::move(logs)), alone)), {}};
-    const Adaptation<D> straight = begun(mesh, goal);
-    const Adaptation<D> curved = must(begin_adaptation(must(elevate(mesh, alone)), {}, goal, alone));
+        must(make_back_mesh(mesh, must(balls(mesh, one_thread)), Column<LogMetric<D>>(std::move(logs)), one_thread)), {}};
+    const Adaptation<D> straight = start_adaptation(mesh, goal);
+    const Adaptation<D> curved = must(begin_adaptation(must(elevate(mesh, one_thread)), {}, goal, one_thread));
     const VertexId v(dice.below(mesh.points.size())), p(dice.below(mesh.points.size()));
     std::vector<ElementId> around;
     ball(straight.mesh, v, around);
@@ -90,12 +90,12 @@ void straight_where_nothing_turns(std::uint64_t seed) {
 
 }  // namespace
 
-TEST_CASE("faces joined to a point have the shapes of their elements") {
-    property("2D", [](std::uint64_t seed) { same_shapes<2>(seed); }, {.count = 100});
-    property("3D", [](std::uint64_t seed) { same_shapes<3>(seed); }, {.count = 100});
+TEST_CASE("cone shapes equal the shapes of the elements computed one by one") {
+    property("2D", [](std::uint64_t seed) { check_cone_shapes<2>(seed); }, {.count = 100});
+    property("3D", [](std::uint64_t seed) { check_cone_shapes<3>(seed); }, {.count = 100});
 }
 
-TEST_CASE("along curves that do not bend candidates are what they are in degree 1") {
-    property("2D", [](std::uint64_t seed) { straight_where_nothing_turns<2>(seed); }, {.count = 100});
-    property("3D", [](std::uint64_t seed) { straight_where_nothing_turns<3>(seed); }, {.count = 100});
+TEST_CASE("shapes and lengths in a constant metric are the same in degrees 1 and 2") {
+    property("2D", [](std::uint64_t seed) { check_constant_metric<2>(seed); }, {.count = 100});
+    property("3D", [](std::uint64_t seed) { check_constant_metric<3>(seed); }, {.count = 100});
 }

@@ -1,5 +1,5 @@
-// Curves that a mesh lists and at which nothing breaks are kept: their corners, their lengths, the places of their
-// vertices and their references.
+// Embedded curves: listed edges in smooth faces or in the volume. Remeshing preserves their corners, lengths, positions
+// and references.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -33,13 +33,13 @@ namespace {
 constexpr Reference square = 9, circle = 10, path = 8;
 
 template <int D>
-double of_square(const Vec<D>& p) {
+double square_radius(const Vec<D>& p) {
     return std::max(std::abs(p[0] - 4), std::abs(p[1] - 4));
 }
-/// Squares around the middle as circles: not at all for a share of 0, wholly that of radius 2 for a share of 1.
+/// Maps squares around the middle towards circles. Share 0 is the identity; share 1 makes a circle of radius 2.
 template <int D>
 Vec<D> rounded(Vec<D> p, double share) {
-    const double m = of_square(p);
+    const double m = square_radius(p);
     const double radius = std::hypot(p[0] - 4, p[1] - 4);
     if (!(radius > 0)) return p;
     const double by = 1 + share * std::min(m / 2, 2 - m / 2) * (m / radius - 1);
@@ -48,9 +48,9 @@ Vec<D> rounded(Vec<D> p, double share) {
     return p;
 }
 
-/// Edges of a lattice, one cell long, both of whose ends are on a curve.
+/// Lists lattice edges of one cell length whose ends are both on a curve.
 void list_edges(LinearMesh<3>& mesh, const std::function<Reference(const Vec<3>&, const Vec<3>&)>& reference_of) {
-    const auto edges = must(unique_edges(mesh, alone));
+    const auto edges = must(unique_edges(mesh, one_thread));
     Buffer<SimplexVertices<1>> listed;
     Buffer<Reference> references;
     for (const auto& [a, b] : edges.vertices) {
@@ -70,7 +70,7 @@ void move_points(LinearMesh<D>& mesh, Place&& place) {
     for (Vec<D>& p : points) p = place(p);
     mesh.points = std::move(points);
 }
-/// A lattice of one material whose whole boundary has one reference.
+/// A lattice of one material whose boundary has one reference.
 LinearMesh<3> block(const std::array<int, 3>& cells) {
     LatticeOptions<3> options;
     options.cells = cells;
@@ -79,11 +79,11 @@ LinearMesh<3> block(const std::array<int, 3>& cells) {
         [](const auto&, const auto&, FaceKind kind) { return kind == FaceKind::boundary ? 1 : 0; });
 }
 
-/// A slab with a square on its top, a circle on its bottom, and inside a path with a corner and bends.
+/// A slab with a square on its top, a circle on its bottom, and an inner path with a corner and bends.
 LinearMesh<3> slab() {
     LinearMesh<3> mesh = block({8, 8, 2});
     list_edges(mesh, [](const Vec<3>& p, const Vec<3>& q) -> Reference {
-        const bool around = of_square(p) == 2 && of_square(q) == 2;
+        const bool around = square_radius(p) == 2 && square_radius(q) == 2;
         if (around && p[2] == q[2] && p[2] != 1) return p[2] == 2 ? square : circle;
         const auto is_on_path = [](const Vec<3>& x) {
             return x[2] == 1 && ((x[1] == 4 && x[0] >= 2 && x[0] <= 6) || (x[0] == 6 && x[1] >= 4 && x[1] <= 6));
@@ -93,7 +93,7 @@ LinearMesh<3> slab() {
     move_points(mesh, [](const Vec<3>& p) { return rounded(p, 1 - p[2] / 2); });
     return mesh;
 }
-/// A ball of radius 2 with a curve of four arcs of great circles, in the planes where z is half of |x| or of |y|.
+/// A ball of radius 2 with a curve of four arcs of great circles, in the planes where z is half of |x| or |y|.
 LinearMesh<3> ball() {
     LinearMesh<3> mesh = block({4, 4, 4});
     list_edges(mesh, [](const Vec<3>& p, const Vec<3>& q) -> Reference {
@@ -109,7 +109,7 @@ LinearMesh<3> ball() {
     });
     return mesh;
 }
-/// A square of one material in which facets are a smaller square, rounded by a share.
+/// A square of one material with a smaller square of facets inside, rounded by a share.
 LinearMesh<2> sheet(double share) {
     LatticeOptions<2> options;
     options.cells = {8, 8};
@@ -117,28 +117,28 @@ LinearMesh<2> sheet(double share) {
         lattice_mesh(options), [](const auto&) { return 1; },
         [](const auto& p, const auto&, FaceKind kind) -> Reference {
             if (kind == FaceKind::boundary) return 1;
-            return of_square(p[0]) == 2 && of_square(p[1]) == 2 && distance(p[0], p[1]) == 1 ? square : 0;
+            return square_radius(p[0]) == 2 && square_radius(p[1]) == 2 && distance(p[0], p[1]) == 1 ? square : 0;
         });
     move_points(mesh, [share](const Vec<2>& p) { return rounded(p, share); });
     return mesh;
 }
 
-/// What came of a mesh by a size: the mesh, and nodes where it is of degree 2.
+/// The mesh after remeshing to a size, with nodes in degree 2.
 template <int D>
 CompactMesh<D> remeshed(const LinearMesh<D>& mesh, const std::optional<AnalyticGeometry<D>>& analytic, double size,
                         int degree, double min_quality = 0.1) {
-    const auto edges = must(unique_edges(mesh, alone));
-    const auto features = must(find_features(mesh, edges, FeatureOptions<D>{}, alone));
+    const auto edges = must(unique_edges(mesh, one_thread));
+    const auto features = must(find_features(mesh, edges, FeatureOptions<D>{}, one_thread));
     const Geometry<D> geometry =
-        analytic ? Geometry<D>(*analytic) : Geometry<D>(must(build_surrogate(mesh, edges, features, {}, alone)));
-    const auto curves = must(find_embedded_curves(mesh, edges, features, geometry, {}, alone));
+        analytic ? Geometry<D>(*analytic) : Geometry<D>(must(build_surrogate(mesh, edges, features, {}, one_thread)));
+    const auto curves = must(find_embedded_curves(mesh, edges, features, geometry, {}, one_thread));
     std::vector<VertexId> corners(curves.corners.begin(), curves.corners.end());
     for (std::size_t v = 0; v < mesh.points.size(); ++v)
         if (features.vertex_kinds[v] == VertexKind::corner) corners.emplace_back(v);
     Vec<D> sizes;
     sizes.c.fill(size);
     Buffer<LogMetric<D>> logs(mesh.points.size(), log_metric_of_sizes<D>(sizes));
-    // The tree over the curves against a look at each of them.
+    // The tree over the curves agrees with a search through all of them.
     for (const auto& piece : curves.pieces) {
         const Vec<D> p = 0.5 * (piece.curve.control.front() + piece.curve.control.back());
         double nearest = std::numeric_limits<double>::infinity();
@@ -149,22 +149,22 @@ CompactMesh<D> remeshed(const LinearMesh<D>& mesh, const std::optional<AnalyticG
         CHECK(norm_squared(found - p) <= (1 + 1e-9) * nearest + 1e-24);
     }
     AdaptationGoal<D> goal{
-        must(make_back_mesh(mesh, must(balls(mesh, alone)), Column<LogMetric<D>>(std::move(logs)), alone)), geometry};
+        must(make_back_mesh(mesh, must(balls(mesh, one_thread)), Column<LogMetric<D>>(std::move(logs)), one_thread)), geometry};
     goal.curves = curves;
     const BreaksOfMesh breaks{features.edge_kinds.view(), corners};
     Adaptation<D> r;
     if (degree == 1) {
-        r = must(begin_adaptation(mesh, edges, breaks, goal, alone));
+        r = must(begin_adaptation(mesh, edges, breaks, goal, one_thread));
     } else {
-        QuadraticMesh<D> curved = must(elevate(mesh, alone));
+        QuadraticMesh<D> curved = must(elevate(mesh, one_thread));
         curved.mid_nodes = must(
-            nodes_on_curves(curved, must(boundary_nodes(curved, features, geometry, alone)), curves, geometry, alone));
-        goal.curves = must(find_embedded_curves(mesh, edges, features, geometry, curved.mid_nodes.view(), alone));
-        r = must(begin_adaptation(curved, breaks, goal, alone));
+            nodes_on_curves(curved, must(boundary_nodes(curved, features, geometry, one_thread)), curves, geometry, one_thread));
+        goal.curves = must(find_embedded_curves(mesh, edges, features, geometry, curved.mid_nodes.view(), one_thread));
+        r = must(begin_adaptation(curved, breaks, goal, one_thread));
     }
-    const auto done = must(bring_to_metric<D>(std::move(r), goal, {.rounds = 2}, alone));
-    CHECK(done.statistics.after.worst_quality > min_quality);
-    return must(finished(done.state, alone)).compact;
+    const auto result = must(bring_to_metric<D>(std::move(r), goal, {.rounds = 2}, one_thread));
+    CHECK(result.statistics.after.worst_quality > min_quality);
+    return must(finished(result.state, one_thread)).compact;
 }
 
 const Simplices<1>& curves_of(const LinearMesh<3>& mesh) { return mesh.edges; }
@@ -172,14 +172,15 @@ const Simplices<1>& curves_of(const LinearMesh<2>& mesh) { return mesh.facets; }
 EdgeId edge_of(const EdgeSet<3>& edges, std::size_t row) { return edges.of_edges[row]; }
 EdgeId edge_of(const EdgeSet<2>& edges, std::size_t row) { return edges.of_facets[row][0]; }
 
-/// Of the edges with a reference: their length, chord by chord or along curves, and how far they are from their curve.
-struct Kept {
+/// Length of the edges with a reference and their largest distance from their curve.
+struct CurveDeviation {
     double length = 0, farthest = 0;
     std::size_t edges = 0;
 };
 template <int D>
-Kept kept(const CompactMesh<D>& out, Reference reference, const std::function<double(const Vec<D>&)>& distance_of) {
-    Kept found;
+CurveDeviation curve_deviation(const CompactMesh<D>& out, Reference reference,
+                               const std::function<double(const Vec<D>&)>& distance_of) {
+    CurveDeviation found;
     const auto& curves = curves_of(out.mesh);
     for (std::size_t i = 0; i < curves.size(); ++i) {
         if (curves.references[i] != reference) continue;
@@ -206,8 +207,8 @@ Vec<D> end_on_wall() {
     for (int i = 0; i + 1 < D; ++i) p[i] = 2;
     return p;
 }
-/// The first layer of a block of four cells is made low, and its vertices are shifted: edges of the lattice leave the
-/// end nearly along the wall, to both sides. A bow makes the bottom a part of a cylinder.
+/// Lowers the first layer of a block of four cells and shifts its vertices: lattice edges leave the end vertex nearly
+/// along the wall on both sides. A bow makes the bottom a part of a cylinder.
 template <int D>
 Vec<D> lowered(Vec<D> p, double bow) {
     if (p[D - 1] > 0) {
@@ -218,12 +219,12 @@ Vec<D> lowered(Vec<D> p, double bow) {
     return p;
 }
 
-/// A baffle and lines that meet a wall or each other in one vertex, by their places in the lattice.
+/// A baffle and lines that meet a wall or each other in one vertex, given by lattice positions.
 template <int D>
 struct Ending {
     const char* name;
     std::function<bool(const std::array<Vec<D>, D>&)> is_baffle = {};
-    std::vector<std::vector<Vec<D>>> lines = {};  ///< polylines of edges of the lattice
+    std::vector<std::vector<Vec<D>>> lines = {};  ///< polylines of lattice edges
     Vec<D> vertex = end_on_wall<D>();
 };
 
@@ -253,8 +254,8 @@ LinearMesh<D> block_with(const Ending<D>& ending, double bow) {
     return mesh;
 }
 
-/// After remeshing the vertex is one of the baffle and of the lines, walls in planes are in them, the bottom is where
-/// it was, and the volume is the same.
+/// Checks that the vertex still belongs to the baffle and the lines, that plane walls are exact, and that the bottom
+/// and the volume are unchanged.
 template <int D>
 void expect_end_stays(const Ending<D>& ending, double bow, int degree, double size) {
     CAPTURE(ending.name);
@@ -282,6 +283,7 @@ void expect_end_stays(const Ending<D>& ending, double bow, int degree, double si
             if (r == bottom)
                 off_bottom = std::max(off_bottom, std::abs(p[D - 1] - bow * (p[0] - 2) * (p[0] - 2)));
             else
+                // The top is at 4 less the 0.85 of `lowered`.
                 farthest = std::max(farthest, std::abs(p[(r - 1) / 2] - (r == top ? 3.15 : r % 2 == 0 ? 4 : 0)));
         }
     }
@@ -295,7 +297,7 @@ void expect_end_stays(const Ending<D>& ending, double bow, int degree, double si
 
 }  // namespace
 
-TEST_CASE("vertices where baffles and lines meet walls, and each other, stay") {
+TEST_CASE("remeshing keeps vertices where baffles and lines meet walls or each other") {
     const auto all = [](const auto& places, auto&& is) { return std::ranges::all_of(places, is); };
     const auto is_tip = [](const std::array<Vec<3>, 3>& p) {
         return std::ranges::count(p, end_on_wall<3>()) == 1 &&
@@ -341,8 +343,8 @@ TEST_CASE("vertices where baffles and lines meet walls, and each other, stay") {
                 for (const double size : {0.4, 1.2}) expect_end_stays<2>(ending, bow, degree, size);
 }
 
-// Guards against curves in smooth faces that lose their corners and place.
-TEST_CASE("curves on plane faces and paths inside keep corners, lengths and places") {
+// Guards against curves in smooth faces that lose their corners and positions.
+TEST_CASE("embedded curves on plane faces and in the volume keep corners, lengths and positions") {
     const LinearMesh<3> mesh = slab();
     const auto length_of_path = [&](const LinearMesh<3>& of) {
         double length = 0;
@@ -354,17 +356,17 @@ TEST_CASE("curves on plane faces and paths inside keep corners, lengths and plac
     for (const int degree : {1, 2}) {
         CAPTURE(degree);
         const auto out = remeshed<3>(mesh, {}, 0.7, degree);
-        const Kept of_square_now = kept<3>(
-            out, square, [](const Vec<3>& p) { return std::max(std::abs(of_square(p) - 2), std::abs(p[2] - 2)); });
-        CHECK(of_square_now.length == doctest::Approx(16).epsilon(1e-9));
-        CHECK(of_square_now.farthest < 1e-9);
-        CHECK(of_square_now.edges > 20);
-        const Kept of_circle = kept<3>(out, circle, [](const Vec<3>& p) {
+        const CurveDeviation square_curve = curve_deviation<3>(
+            out, square, [](const Vec<3>& p) { return std::max(std::abs(square_radius(p) - 2), std::abs(p[2] - 2)); });
+        CHECK(square_curve.length == doctest::Approx(16).epsilon(1e-9));
+        CHECK(square_curve.farthest < 1e-9);
+        CHECK(square_curve.edges > 20);
+        const CurveDeviation circle_curve = curve_deviation<3>(out, circle, [](const Vec<3>& p) {
             return std::max(std::abs(std::hypot(p[0] - 4, p[1] - 4) - 2), std::abs(p[2]));
         });
-        CHECK(of_circle.length == doctest::Approx(4 * std::numbers::pi).epsilon(degree == 1 ? 1e-2 : 1e-3));
-        CHECK(of_circle.farthest < 2e-3);
-        CHECK(of_circle.edges > 14);
+        CHECK(circle_curve.length == doctest::Approx(4 * std::numbers::pi).epsilon(degree == 1 ? 1e-2 : 1e-3));
+        CHECK(circle_curve.farthest < 2e-3);
+        CHECK(circle_curve.edges > 14);
         CHECK(length_of_path(out.mesh) == doctest::Approx(length_of_path(mesh)).epsilon(1e-9));
         for (std::size_t i = 0; i < mesh.edges.size(); ++i)
             if (mesh.edges.references[i] == path && mesh.points[mesh.edges.vertices[i][0]][0] > 5.5)
@@ -374,12 +376,12 @@ TEST_CASE("curves on plane faces and paths inside keep corners, lengths and plac
     }
 }
 
-TEST_CASE("a curve on a sphere stays on it, with its corners") {
+TEST_CASE("an embedded curve on a sphere stays on the sphere and keeps its corners") {
     const LinearMesh<3> mesh = ball();
-    const double length = 4 * 2 * std::acos(1.0 / 9);
+    const double length = 4 * 2 * std::acos(1.0 / 9);  // four arcs of radius 2 between the corners 2/3 (±2, ±2, 1)
     for (const int degree : {1, 2}) {
         const auto out = remeshed<3>(mesh, AnalyticGeometry<3>{{{1, Sphere<3>{{}, 2}}}}, 0.7, degree);
-        const Kept now = kept<3>(out, square, [](const Vec<3>& p) {
+        const CurveDeviation now = curve_deviation<3>(out, square, [](const Vec<3>& p) {
             const double across = p[2] - std::max(std::abs(p[0]), std::abs(p[1])) / 2;
             return std::max(std::abs(norm(p) - 2), std::abs(across));
         });
@@ -391,19 +393,19 @@ TEST_CASE("a curve on a sphere stays on it, with its corners") {
     }
 }
 
-TEST_CASE("in a plane likewise") {
+TEST_CASE("embedded curves in a 2D mesh keep corners, lengths and positions") {
     for (const int degree : {1, 2}) {
         const auto straight = remeshed<2>(sheet(0), {}, 0.7, degree);
-        const Kept of_square_now =
-            kept<2>(straight, square, [](const Vec<2>& p) { return std::abs(of_square(p) - 2); });
-        CHECK(of_square_now.length == doctest::Approx(16).epsilon(1e-9));
-        CHECK(of_square_now.farthest < 1e-9);
+        const CurveDeviation square_curve =
+            curve_deviation<2>(straight, square, [](const Vec<2>& p) { return std::abs(square_radius(p) - 2); });
+        CHECK(square_curve.length == doctest::Approx(16).epsilon(1e-9));
+        CHECK(square_curve.farthest < 1e-9);
         for (const double x : {2, 6})
             for (const double y : {2, 6}) CHECK(has_vertex(straight.mesh, Vec<2>{{x, y}}));
         const auto round = remeshed<2>(sheet(1), {}, 0.7, degree);
-        const Kept of_circle =
-            kept<2>(round, square, [](const Vec<2>& p) { return std::abs(std::hypot(p[0] - 4, p[1] - 4) - 2); });
-        CHECK(of_circle.length == doctest::Approx(4 * std::numbers::pi).epsilon(degree == 1 ? 1e-2 : 1e-3));
-        CHECK(of_circle.farthest < 2e-3);
+        const CurveDeviation circle_curve = curve_deviation<2>(
+            round, square, [](const Vec<2>& p) { return std::abs(std::hypot(p[0] - 4, p[1] - 4) - 2); });
+        CHECK(circle_curve.length == doctest::Approx(4 * std::numbers::pi).epsilon(degree == 1 ? 1e-2 : 1e-3));
+        CHECK(circle_curve.farthest < 2e-3);
     }
 }

@@ -1,5 +1,5 @@
-// The shapes that go along with a mesh from pass to pass are those of its elements, the judge's, to the bit; lengths,
-// of degree 2, those of its edges.
+// Shapes stored with a mesh between passes are bitwise those of its elements. In degree 2 stored lengths are those of
+// its edges.
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -25,9 +25,9 @@ using namespace camber::testing;
 
 namespace {
 
-/// As far as they are known; how many are.
+/// Checks the stored shapes and returns their number.
 template <int D>
-std::size_t expect_right_shapes(const Adaptation<D>& r) {
+std::size_t expect_stored_shapes(const Adaptation<D>& r) {
     std::size_t known = 0;
     for (std::size_t e = 0; e < r.shapes.size(); ++e) {
         if (r.mesh.is_free(ElementId(e)) || r.shapes[e] < 0) continue;
@@ -37,9 +37,9 @@ std::size_t expect_right_shapes(const Adaptation<D>& r) {
     return known;
 }
 
-/// Of degree 2 of each edge, but for rounding: packs of edges are measured another way than one.
+/// Lengths are compared up to rounding: packs of edges use another order of operations than single edges.
 template <int D>
-void expect_right_lengths(const Adaptation<D>& r) {
+void expect_stored_lengths(const Adaptation<D>& r) {
     RC_ASSERT(r.lengths.size() == (r.mesh.is_curved() ? r.mesh.edges.size() : 0));
     for (std::size_t e = 0; e < r.lengths.size(); ++e)
         if (!r.mesh.is_free(EdgeId(e)))
@@ -49,29 +49,29 @@ void expect_right_lengths(const Adaptation<D>& r) {
 template <int D>
 void expect_shapes(Adaptation<D> r, const AdaptationGoal<D>& goal) {
     for (int round = 0; round < 2; ++round) {
-        r = must(swap<D>(std::move(r), goal, {.wanted = 1}, alone)).state;
-        RC_ASSERT(expect_right_shapes(r) == r.mesh.element_count());
-        r = must(smooth<D>(std::move(r), goal, {.wanted = 1}, alone)).state;
-        RC_ASSERT(expect_right_shapes(r) == r.mesh.element_count());
-        r = must(collapse<D>(std::move(r), goal, {}, alone)).state;
-        expect_right_shapes(r);
-        r = must(split<D>(std::move(r), goal, {}, alone)).state;
-        expect_right_shapes(r);
-        expect_right_lengths(r);
-        r = must(mend<D>(std::move(r), goal, {.wanted = 0.9}, alone)).state;
-        expect_right_shapes(r);
-        expect_right_lengths(r);
+        r = must(swap<D>(std::move(r), goal, {.wanted = 1}, one_thread)).state;
+        RC_ASSERT(expect_stored_shapes(r) == r.mesh.element_count());
+        r = must(smooth<D>(std::move(r), goal, {.wanted = 1}, one_thread)).state;
+        RC_ASSERT(expect_stored_shapes(r) == r.mesh.element_count());
+        r = must(collapse<D>(std::move(r), goal, {}, one_thread)).state;
+        expect_stored_shapes(r);
+        r = must(split<D>(std::move(r), goal, {}, one_thread)).state;
+        expect_stored_shapes(r);
+        expect_stored_lengths(r);
+        r = must(mend<D>(std::move(r), goal, {.wanted = 0.9}, one_thread)).state;
+        expect_stored_shapes(r);
+        expect_stored_lengths(r);
     }
 }
 
 template <int D>
-void of_straight(std::uint64_t seed) {
+void check_straight(std::uint64_t seed) {
     const auto [state, goal] = straight_domain<D>(seed);
     expect_shapes(state, goal);
 }
 
 template <int D>
-void of_curved(std::uint64_t seed) {
+void check_curved(std::uint64_t seed) {
     Dice dice(seed);
     BowedDomain<D> domain = bowed_domain(random_domain<D>(seed), dice);
     expect_shapes(std::move(domain.state), domain.goal);
@@ -79,9 +79,9 @@ void of_curved(std::uint64_t seed) {
 
 }  // namespace
 
-TEST_CASE("shapes that are known are those of the elements") {
-    property("2D", [](std::uint64_t seed) { of_straight<2>(seed); }, {.count = 20});
-    property("3D", [](std::uint64_t seed) { of_straight<3>(seed); }, {.count = 6});
-    property("2D, degree 2", [](std::uint64_t seed) { of_curved<2>(seed); }, {.count = 6});
-    property("3D, degree 2", [](std::uint64_t seed) { of_curved<3>(seed); }, {.count = 2});
+TEST_CASE("stored shapes and lengths equal those of the elements and edges after each pass") {
+    property("2D", [](std::uint64_t seed) { check_straight<2>(seed); }, {.count = 20});
+    property("3D", [](std::uint64_t seed) { check_straight<3>(seed); }, {.count = 6});
+    property("2D, degree 2", [](std::uint64_t seed) { check_curved<2>(seed); }, {.count = 6});
+    property("3D, degree 2", [](std::uint64_t seed) { check_curved<3>(seed); }, {.count = 2});
 }

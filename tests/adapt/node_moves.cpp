@@ -1,4 +1,5 @@
-// Nodes of inner edges moved by distortion: no element gets worse than the worst around, all stay certified.
+// Nodes of inner edges are moved by distortion: no element becomes worse than the worst one around, and all stay
+// certified.
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -52,10 +53,9 @@ Qualities qualities_of(const Adaptation<D>& r) {
     return q;
 }
 
-/// Elements whose nodes moved, and what they and those around the nodes were at worst: of each moved node, no shell is
-/// worse after than it was before.
+/// Compares the elements whose nodes moved. The worst of them is no worse than before, and nothing else changes.
 template <int D>
-void expect_laws(const Adaptation<D>& before, const Adaptation<D>& after) {
+void expect_no_worse(const Adaptation<D>& before, const Adaptation<D>& after) {
     RC_ASSERT(after.mesh.points == before.mesh.points);
     RC_ASSERT(after.mesh.elements == before.mesh.elements);
     RC_ASSERT(after.mesh.facets == before.mesh.facets);
@@ -87,7 +87,7 @@ void expect_laws(const Adaptation<D>& before, const Adaptation<D>& after) {
         if (on_boundary[e] != 0) RC_ASSERT(!moved(EdgeId(e)));
 }
 
-/// Bowed at random, so that most nodes have something to win.
+/// Nodes are displaced at random, so that most of them can be improved.
 template <int D>
 Adaptation<D> bowed_state(std::uint64_t seed, Vec<D>& stretch) {
     Dice dice(seed);
@@ -97,7 +97,7 @@ Adaptation<D> bowed_state(std::uint64_t seed, Vec<D>& stretch) {
 }
 
 template <int D>
-void expect_laws_of_smoothing(const char* name, int trials) {
+void check_smoothing(const char* name, int trials) {
     property(name,
              [] {
                  const auto seed = *rc::gen::inRange<std::uint64_t>(1, 100000);
@@ -106,24 +106,24 @@ void expect_laws_of_smoothing(const char* name, int trials) {
                  Adaptation<D> after = before;
                  const NodeMoves moves = must(smooth_nodes(after, by_distortion, Execution{.threads = 2}));
                  RC_ASSERT(moves.moved <= moves.tried);
-                 expect_laws(before, after);
-                 // The nodes are an interpolation between threads' schedules in no way.
-                 Adaptation<D> alone_after = before;
-                 must(smooth_nodes(alone_after, by_distortion, Execution{.threads = 1}));
-                 RC_ASSERT(alone_after.mesh.nodes == after.mesh.nodes);
+                 expect_no_worse(before, after);
+                 // The result does not depend on the number of threads.
+                 Adaptation<D> single_threaded = before;
+                 must(smooth_nodes(single_threaded, by_distortion, Execution{.threads = 1}));
+                 RC_ASSERT(single_threaded.mesh.nodes == after.mesh.nodes);
                  if (moves.moved > 0) {
                      const Qualities q = qualities_of(before);
                      const Qualities p = qualities_of(after);
                      RC_ASSERT(p.worst >= q.worst * (1 - 1e-13));
                      RC_ASSERT(p.mean > q.mean);
                      RC_ASSERT(after.mesh.stamp != before.mesh.stamp);
-                     must(check_consistency(after.mesh, alone));
+                     must(check_consistency(after.mesh, one_thread));
                  }
              },
              {.count = trials});
 }
 
-/// Nodes that are bowed where nothing asks for it go most of the way back.
+/// Displaced nodes return most of the way in a metric that does not require them.
 template <int D>
 void expect_gain(double least) {
     double before = 0, after = 0;
@@ -132,7 +132,7 @@ void expect_gain(double least) {
         Adaptation<D> r = bowed_state<D>(seed, stretch);
         const auto inner = [&] { return qualities_of(r).mean; };
         const double bowed = inner();
-        must(smooth_nodes(r, {.wanted = 1, .sweeps = 10}, alone));
+        must(smooth_nodes(r, {.wanted = 1, .sweeps = 10}, one_thread));
         before += bowed / 6;
         after += inner() / 6;
     }
@@ -140,23 +140,33 @@ void expect_gain(double least) {
     MESSAGE("mean quality ", before, " to ", after);
 }
 
+/// A straight mesh in a constant metric.
+Adaptation<2> straight_state() {
+    const LinearMesh<2> mesh = domain_with_required<2>(1);
+    Buffer<LogMetric<2>> logs(mesh.points.size());
+    const AdaptationGoal<2> goal{
+        must(make_back_mesh(mesh, must(balls(mesh, one_thread)), Column<LogMetric<2>>(std::move(logs)), one_thread)), {}};
+    return must(begin_adaptation(mesh, must(unique_edges(mesh, one_thread)), {}, goal, one_thread));
+}
+
 }  // namespace
 
-TEST_CASE("nodes moved by distortion keep their laws, in 2D") {
-    expect_laws_of_smoothing<2>("nodes by distortion, 2D", 60);
+TEST_CASE("smoothing nodes by distortion keeps elements valid and no worse, 2D") {
+    check_smoothing<2>("smoothing by distortion makes no element worse, 2D", 60);
 }
 
-TEST_CASE("nodes moved by distortion keep their laws, in 3D") {
-    expect_laws_of_smoothing<3>("nodes by distortion, 3D", 20);
+TEST_CASE("smoothing nodes by distortion keeps elements valid and no worse, 3D") {
+    check_smoothing<3>("smoothing by distortion makes no element worse, 3D", 20);
 }
 
-TEST_CASE("nodes moved by distortion: there is a gain") {
+TEST_CASE("smoothing nodes by distortion raises the mean quality") {
     expect_gain<2>(0.01);
     expect_gain<3>(0.01);
 }
 
-TEST_CASE("nodes of a metric that fits them elsewhere stay where a stretched copy has them") {
-    // The measure knows no stretching along with its metric: by powers of two the nodes are the same to rounding.
+TEST_CASE("smoothing by distortion is invariant under stretching of the mesh with its metric") {
+    // The distortion measure is invariant under a stretching of the mesh with its metric. Powers of two leave only
+    // rounding errors.
     Dice dice(3);
     LinearMesh<2> mesh = domain_with_required<2>(4);
     const auto smoothed = [&](double share) {
@@ -169,11 +179,11 @@ TEST_CASE("nodes of a metric that fits them elsewhere stay where a stretched cop
         }
         there.points = std::move(points);
         const AdaptationGoal<2> goal{
-            must(make_back_mesh(there, must(balls(there, alone)), Column<LogMetric<2>>(std::move(logs)), alone)), {}};
-        Adaptation<2> r = must(begin_adaptation(must(elevate(there, alone)), {}, goal, alone));
+            must(make_back_mesh(there, must(balls(there, one_thread)), Column<LogMetric<2>>(std::move(logs)), one_thread)), {}};
+        Adaptation<2> r = must(begin_adaptation(must(elevate(there, one_thread)), {}, goal, one_thread));
         Dice same(7);
         bow(r, Vec<2>{{1, share}}, same);
-        must(smooth_nodes(r, by_distortion, alone));
+        must(smooth_nodes(r, by_distortion, one_thread));
         return r;
     };
     const Adaptation<2> plain = smoothed(1);
@@ -185,12 +195,12 @@ TEST_CASE("nodes of a metric that fits them elsewhere stay where a stretched cop
     CHECK(most < 1e-6);
 }
 
-TEST_CASE("a straight mesh has no nodes to smooth, and options out of range are refused") {
-    const LinearMesh<2> mesh = domain_with_required<2>(1);
-    Buffer<LogMetric<2>> logs(mesh.points.size());
-    const AdaptationGoal<2> goal{
-        must(make_back_mesh(mesh, must(balls(mesh, alone)), Column<LogMetric<2>>(std::move(logs)), alone)), {}};
-    Adaptation<2> r = must(begin_adaptation(mesh, must(unique_edges(mesh, alone)), {}, goal, alone));
-    CHECK(must(smooth_nodes(r, by_distortion, alone)).tried == 0);
-    CHECK(!smooth_nodes(r, {.wanted = 2}, alone));
+TEST_CASE("node smoothing moves nothing in a straight mesh") {
+    Adaptation<2> r = straight_state();
+    CHECK(must(smooth_nodes(r, by_distortion, one_thread)).tried == 0);
+}
+
+TEST_CASE("node smoothing rejects options out of range") {
+    Adaptation<2> r = straight_state();
+    CHECK(!smooth_nodes(r, {.wanted = 2}, one_thread));
 }

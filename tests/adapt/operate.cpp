@@ -1,4 +1,4 @@
-// One request: granted, or rejected with the reason, and the mesh as it was.
+// Single cavity requests: each is accepted, or rejected with a reason and no change of the mesh.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -28,7 +28,7 @@ using namespace camber::testing;
 
 namespace {
 
-/// Two by two by two cells, all of one size.
+/// Two by two by two cells in a metric of constant size.
 struct Fixture {
     LinearMesh<3> mesh = [] {
         LatticeOptions<3> options;
@@ -37,7 +37,7 @@ struct Fixture {
     }();
     Dice dice{1};
     AdaptationGoal<3> goal = goal_over(mesh, 1, dice);
-    Adaptation<3> r = begun(mesh, goal);
+    Adaptation<3> r = start_adaptation(mesh, goal);
     OperationWorkspace<3> workspace;
     JudgedPatch<3> patch;
 
@@ -57,7 +57,7 @@ struct Fixture {
     }
 };
 
-/// Facets of a state that another one has not, by their vertices.
+/// Facets of the first state that the second one does not have, compared by their vertices.
 std::vector<FacetId> facets_of_one(const Adaptation<3>& one, const Adaptation<3>& other) {
     const auto facets = [](const Adaptation<3>& r) {
         std::map<std::array<VertexId, 3>, FacetId> all;
@@ -79,38 +79,38 @@ std::vector<FacetId> facets_of_one(const Adaptation<3>& one, const Adaptation<3>
 
 }  // namespace
 
-TEST_CASE_FIXTURE(Fixture, "a collapse along a line is granted, and one of a corner is not") {
+TEST_CASE_FIXTURE(Fixture, "collapse along a line is accepted, and collapse of a corner is rejected") {
     const auto along = planned(collapse_of(at({{1, 0, 0}}), at({{0, 0, 0}})));
-    // The interface ends on this line: its vertex is a corner.
+    // The interface ends on this line, so the vertex is a corner.
     CHECK(along.rejected == RejectionReason::required);
     CHECK(planned(collapse_of(at({{0, 1, 0}}), at({{0, 0, 0}}))).rejected == RejectionReason::none);
     CHECK(planned(collapse_of(at({{0, 0, 0}}), at({{0, 1, 0}}))).rejected == RejectionReason::required);
 }
 
-TEST_CASE_FIXTURE(Fixture, "each reason for a rejection") {
+TEST_CASE_FIXTURE(Fixture, "the operator reports the reason of each rejection") {
     const CavityRequest<3> good = collapse_of(at({{0, 1, 0}}), at({{0, 0, 0}}));
     CHECK(planned(good, {.longest = 0.1}).rejected == RejectionReason::length);
     CHECK(planned(good, {.shortest = 100}).rejected == RejectionReason::length);
     CHECK(planned(good, {.min_shape = 0.999, .corrections = 0}).rejected == RejectionReason::quality);
-    // A vertex of a flat side moved off it: the facets would turn.
+    // Moving a vertex off its flat side would turn the facets.
     CavityRequest<3> move = collapse_of(at({{0, 1, 1}}), at({{0, 1, 1}}));
     move.place = {{0.9, 1, 1}};
     CHECK(planned(move).rejected == RejectionReason::geometry);
-    // A vertex inside moved out of its ball.
+    // An inner vertex moved out of its ball.
     CavityRequest<3> out = collapse_of(at({{1, 1, 1}}), at({{1, 1, 1}}));
     out.place = {{3, 1, 1}};
     CHECK(planned(out, {.facet_cosine = -1, .corrections = 0}).rejected == RejectionReason::volume);
     CavityRequest<3> nothing;
     CHECK(planned(nothing).rejected == RejectionReason::empty);
-    CHECK(check_consistency(r.mesh, alone).has_value());
+    CHECK(check_consistency(r.mesh, one_thread).has_value());
 }
 
 TEST_CASE_FIXTURE(Fixture, "an element that is flat to rounding is rejected by its height") {
-    // The middle vertex almost in the plane of a face opposite it.
+    // The middle vertex is moved almost into the plane of an opposite face.
     const VertexId middle = at({{1, 1, 1}});
     CavityRequest<3> move = collapse_of(middle, middle);
     move.place = {{1e-3, 1, 1}};
-    // Far below what it replaces, which no limits allow.
+    // Much worse than the removed elements, which no limits allow.
     CHECK(planned(move, {.facet_cosine = -1, .corrections = 0}).rejected == RejectionReason::quality);
     move.place = {{1e-15, 1, 1}};
     CHECK(planned(move, {.facet_cosine = -1, .corrections = 0}).rejected == RejectionReason::height);
@@ -118,17 +118,17 @@ TEST_CASE_FIXTURE(Fixture, "an element that is flat to rounding is rejected by i
     CHECK(planned(move, {.facet_cosine = -1, .corrections = 0}).rejected == RejectionReason::volume);
 }
 
-TEST_CASE("facets stay near the geometry") {
-    // A shell's spheres: what is collapsed into one vertex after another leaves them at last.
+TEST_CASE("distance_from_geometry tells whether a patch is within the distance bound") {
+    // Repeated collapses on the spheres of a shell exceed the distance bound in the end.
     ShellOptions<3> options;
     options.outer_radius = 2;
     options.inner_size = options.outer_size = 0.5;
     const LinearMesh<3> mesh = must(generate(options));
     AdaptationGoal<3> goal{
-        must(make_back_mesh(mesh, must(balls(mesh, alone)),
-                            Column<LogMetric<3>>(Buffer<LogMetric<3>>(mesh.points.size(), LogMetric<3>{})), alone)),
+        must(make_back_mesh(mesh, must(balls(mesh, one_thread)),
+                            Column<LogMetric<3>>(Buffer<LogMetric<3>>(mesh.points.size(), LogMetric<3>{})), one_thread)),
         Geometry<3>(AnalyticGeometry<3>{{{1, Sphere<3>{{}, 2}}, {2, Sphere<3>{{}, 1}}}})};
-    const Adaptation<3> r = begun(mesh, goal);
+    const Adaptation<3> r = start_adaptation(mesh, goal);
     OperationWorkspace<3> workspace;
     JudgedPatch<3> patch;
     std::size_t near = 0, far = 0;
@@ -152,15 +152,15 @@ TEST_CASE("facets stay near the geometry") {
     CHECK(far > 10);
 }
 
-TEST_CASE("patches keep distance bounds by the shares of their facets") {
-    // By definition, with the committed patch: no new facet is beyond its bound, or one that was removed was as far.
+TEST_CASE("keeps_distance_bounds accepts patches that are no farther from the geometry than before") {
+    // By definition, with the committed patch: no new facet exceeds its bound by more than a removed one.
     ShellOptions<3> options;
     options.outer_radius = 2;
     options.inner_size = options.outer_size = 0.5;
     const LinearMesh<3> straight = must(generate(options));
-    const EdgeSet<3> edges = must(unique_edges(straight, alone));
+    const EdgeSet<3> edges = must(unique_edges(straight, one_thread));
     const auto surrogate =
-        must(build_surrogate(straight, edges, must(find_features(straight, edges, {}, alone)), {}, alone));
+        must(build_surrogate(straight, edges, must(find_features(straight, edges, {}, one_thread)), {}, one_thread));
     const AnalyticGeometry<3> spheres{{{1, Sphere<3>{{}, 2}}, {2, Sphere<3>{{}, 1}}}};
     LinearMesh<3> mesh = straight;  // every fifth vertex of the spheres is off them
     Buffer<Vec<3>> points(mesh.points.begin(), mesh.points.end());
@@ -169,14 +169,14 @@ TEST_CASE("patches keep distance bounds by the shares of their facets") {
         if (std::abs(norm(p) - std::round(norm(p))) < 1e-9) p = 1.1 * p;
     }
     mesh.points = std::move(points);
-    std::size_t kept = 0, refused = 0, kept_far = 0;
+    std::size_t within_bound = 0, farther = 0, no_farther = 0;
     for (const Geometry<3>& geometry : {Geometry<3>(spheres), Geometry<3>(surrogate)}) {
         AdaptationGoal<3> goal{
-            must(make_back_mesh(straight, must(balls(straight, alone)),
+            must(make_back_mesh(straight, must(balls(straight, one_thread)),
                                 Column<LogMetric<3>>(Buffer<LogMetric<3>>(straight.points.size(), LogMetric<3>{})),
-                                alone)),
+                                one_thread)),
             geometry};
-        const Adaptation<3> r = begun(mesh, goal);
+        const Adaptation<3> r = start_adaptation(mesh, goal);
         OperationWorkspace<3> workspace;
         JudgedPatch<3> patch;
         for (const double share : {0.02, 0.06, 0.09}) {
@@ -200,22 +200,22 @@ TEST_CASE("patches keep distance bounds by the shares of their facets") {
                         before = std::max(before, bound_shares(r, bounded, removed).largest());
                     double now = 1;
                     const Adaptation<3> after = must(commit(r, std::vector{patch})).state;
-                    for (const FacetId made : facets_of_one(after, r))
-                        now = std::max(now, bound_shares(after, bounded, made).largest());
-                    if (now > 1 && std::abs(now - before) < 1e-9) continue;  // by rounding either
+                    for (const FacetId created : facets_of_one(after, r))
+                        now = std::max(now, bound_shares(after, bounded, created).largest());
+                    if (now > 1 && std::abs(now - before) < 1e-9) continue;  // rounding decides
                     CHECK(keeps_distance_bounds(r, bounded, patch.patch()) == (now <= before));
-                    (now > before ? refused : now > 1 ? kept_far : kept) += 1;
+                    (now > before ? farther : now > 1 ? no_farther : within_bound) += 1;
                 }
             }
         }
     }
-    CHECK(kept > 10);
-    CHECK(kept_far > 10);
-    CHECK(refused > 10);
+    CHECK(within_bound > 10);
+    CHECK(no_farther > 10);
+    CHECK(farther > 10);
 }
 
-TEST_CASE_FIXTURE(Fixture, "a cavity is corrected: elements that would be inverted join it") {
-    // A point near a face of one element, outside of it: from there the face looks the wrong way.
+TEST_CASE_FIXTURE(Fixture, "an element that would be inverted is added to the cavity") {
+    // A point outside an element, near one of its faces: the face is inverted as seen from the point.
     const ElementId e(3);
     CavityRequest<3> request;
     request.cavity.elements = {e};
@@ -235,15 +235,14 @@ TEST_CASE_FIXTURE(Fixture, "a cavity is corrected: elements that would be invert
         CHECK(result.corrections == 1);
         CHECK(patch.patch().removed.elements == std::vector{e, across.element()});
         const auto changed = must(replace_cavities<3>(r.mesh, {&patch.patch(), 1})).mesh;
-        CHECK(check_consistency(changed, alone).has_value());
+        CHECK(check_consistency(changed, one_thread).has_value());
         CHECK(changed.element_count() == mesh.elements.size() + 4);
         corrected = true;
     }
     CHECK(corrected);
 }
 
-TEST_CASE_FIXTURE(
-    Fixture, "commit takes what was judged, for the state that it was planned for, with what is known of the point") {
+TEST_CASE_FIXTURE(Fixture, "commit accepts only patches that the operator checked for the same state") {
     static_assert(!std::is_constructible_v<JudgedPatch<3>, Patch<3>>);
     static_assert(!std::is_assignable_v<JudgedPatch<3>, Patch<3>>);
     static_assert(!std::is_constructible_v<JudgedNode<3>, EdgeId, LagrangeNode<3>>);
@@ -259,13 +258,13 @@ TEST_CASE_FIXTURE(
     CHECK(!commit<3>(state, {patch}).has_value());
 }
 
-TEST_CASE("a vertex inside that moves leaves all ids as they are") {
+TEST_CASE("moving an inner vertex preserves all numbers of elements and edges") {
     LatticeOptions<3> options;
     options.cells = {2, 2, 2};
     LinearMesh<3> mesh = with_references<3>(lattice_mesh(options), {0, 2, 2}, false);  // one material
     Dice dice(1);
     const AdaptationGoal<3> goal = goal_over(mesh, 1, dice);
-    const Adaptation<3> r = begun(mesh, goal);
+    const Adaptation<3> r = start_adaptation(mesh, goal);
     CavityRequest<3> request;
     for (std::size_t v = 0; v < mesh.points.size(); ++v)
         if (mesh.points[v] == Vec<3>{{1, 1, 1}}) request.join_to(r, VertexId(v));
@@ -276,14 +275,14 @@ TEST_CASE("a vertex inside that moves leaves all ids as they are") {
     REQUIRE(operate(r, goal, request, {}, workspace, patch).rejected == RejectionReason::none);
     CHECK(keeps_topology<3>(r.mesh.elements.vertices.view(), patch.patch()));
     const auto changed = must(replace_cavities<3>(r.mesh, {&patch.patch(), 1}));
-    CHECK(check_consistency(changed.mesh, alone).has_value());
+    CHECK(check_consistency(changed.mesh, one_thread).has_value());
     CHECK(changed.mesh.elements.vertices == r.mesh.elements.vertices);
     CHECK(changed.mesh.face_neighbours == r.mesh.face_neighbours);
     CHECK(changed.mesh.edges == r.mesh.edges);
     CHECK(changed.mesh.points[request.point] == request.place);
     CHECK(changed.changes.elements.created == request.cavity.elements);
     CHECK(changed.changes.points == std::vector{request.point});
-    // Joined to another vertex it is a collapse.
+    // Joining the vertex to another one is a collapse.
     request.join_to(r, r.mesh.elements.vertices[request.cavity.elements[0]][0] == request.point
                            ? r.mesh.elements.vertices[request.cavity.elements[0]][1]
                            : r.mesh.elements.vertices[request.cavity.elements[0]][0]);
@@ -291,7 +290,7 @@ TEST_CASE("a vertex inside that moves leaves all ids as they are") {
         CHECK(!keeps_topology<3>(r.mesh.elements.vertices.view(), patch.patch()));
 }
 
-TEST_CASE_FIXTURE(Fixture, "a vertex moves with all of its elements, and if it may") {
+TEST_CASE_FIXTURE(Fixture, "moving a vertex requires the cavity of all its elements") {
     const VertexId middle = at({{1, 1, 1}});
     CavityRequest<3> part = collapse_of(middle, middle);
     part.place += Vec<3>{{0.1, 0.1, 0.1}};
@@ -299,16 +298,19 @@ TEST_CASE_FIXTURE(Fixture, "a vertex moves with all of its elements, and if it m
     part.cavity.elements.resize(part.cavity.elements.size() / 2);
     const auto rejected = planned(part).rejected;
     CHECK(rejected != RejectionReason::none);
+}
+
+TEST_CASE_FIXTURE(Fixture, "moving a corner is rejected") {
     CavityRequest<3> corner = collapse_of(at({{0, 0, 0}}), at({{0, 0, 0}}));
     corner.place += Vec<3>{{1e-3, 1e-3, 1e-3}};
     CHECK(planned(corner, {.facet_cosine = -1}).rejected == RejectionReason::required);
 }
 
-TEST_CASE("a bend that nobody lists is not cut off") {
+TEST_CASE("collapse is rejected at a corner of a curve that is not listed as a corner") {
     LatticeOptions<2> options;
     options.cells = {2, 2};
     LinearMesh<2> mesh = with_references<2>(lattice_mesh(options), options.cells, false);
-    mesh.facets.references = Buffer<Reference>(mesh.facets.size(), 1);  // its corners are bends of one curve
+    mesh.facets.references = Buffer<Reference>(mesh.facets.size(), 1);  // the corners are bends of one curve
     mesh.elements.references = Buffer<Reference>(mesh.elements.size(), 1);
     Buffer<SimplexVertices<1>> rim;
     for (const auto& f : mesh.facets.vertices) {
@@ -319,7 +321,7 @@ TEST_CASE("a bend that nobody lists is not cut off") {
     mesh.facets = {std::move(rim), Buffer<Reference>(n, 1), {}};
     Dice dice(1);
     const AdaptationGoal<2> goal = goal_over(mesh, 1, dice);
-    const Adaptation<2> r = begun(mesh, goal);
+    const Adaptation<2> r = start_adaptation(mesh, goal);
     OperationWorkspace<2> workspace;
     JudgedPatch<2> patch;
     std::size_t tried = 0;
@@ -336,5 +338,5 @@ TEST_CASE("a bend that nobody lists is not cut off") {
                 CHECK(operate(r, goal, request, {}, workspace, patch).rejected != RejectionReason::none);
             }
     }
-    CHECK(tried == 8);
+    CHECK(tried == 8);  // two neighbours of each of the four corners
 }

@@ -1,4 +1,4 @@
-// Swaps inside of straight tetrahedra are worth what ConeShapes says.
+// Swaps inside straight tetrahedra: the predicted quality equals that of ConeShapes.
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -25,7 +25,7 @@ namespace {
 
 constexpr double close = 1e-12;
 
-/// The worst shape of the elements around an edge, joined to the best vertex around it; 0: none.
+/// The minimum shape of the elements around an edge, joined to the best vertex around it; 0 if there is none.
 double best_by_cones(const Adaptation<3>& r, const AdaptationGoal<3>& goal, const Cavity<3>& cavity, VertexId a,
                      VertexId b) {
     ConeShapes<3> cones(r, goal);
@@ -73,11 +73,11 @@ void expect_same_at_face(const Adaptation<3>& r, const AdaptationGoal<3>& goal, 
     if (worst > 0) RC_ASSERT(std::abs(worst - expected) < close);
 }
 
-void same_shapes(std::uint64_t seed) {
+void check_swaps(std::uint64_t seed) {
     Dice dice(seed);
     const LinearMesh<3> mesh = random_domain<3>(seed);
     const AdaptationGoal<3> goal = goal_over(mesh, 0.7, dice);
-    const Adaptation<3> r = begun(mesh, goal);
+    const Adaptation<3> r = start_adaptation(mesh, goal);
     std::vector<double> shapes;
     for (std::size_t e = 0; e < r.mesh.elements.size(); ++e) shapes.push_back(shape_of(r, ElementId(e)));
     for (std::size_t e = 0; e < r.mesh.elements.size(); ++e) {
@@ -88,6 +88,6 @@ void same_shapes(std::uint64_t seed) {
 
 }  // namespace
 
-TEST_CASE("swaps inside of straight tetrahedra are worth what their shapes are one by one") {
-    property("3D", [](std::uint64_t seed) { same_shapes(seed); }, {.count = 10});
+TEST_CASE("the predicted quality of a swap equals that of its straight tetrahedra") {
+    property("3D", [](std::uint64_t seed) { check_swaps(seed); }, {.count = 10});
 }

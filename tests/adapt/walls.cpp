@@ -1,5 +1,4 @@
-// At smooth, curved surfaces: no element gets two facets on one of them, and vertices that are off the geometry go
-// there.
+// Smooth curved surfaces: no element gets two facets on one of them, and vertices off the geometry are moved onto it.
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -28,7 +27,7 @@ using namespace camber::testing;
 
 namespace {
 
-/// Elements with two facets of the ball (reference 20) on one side of it: it has no ridge.
+/// The number of elements with two facets on the ball (reference 20), which has no ridge.
 template <int D>
 std::size_t folded_at_the_ball(const DynamicMesh<D>& mesh) {
     std::size_t count = 0;
@@ -42,7 +41,7 @@ std::size_t folded_at_the_ball(const DynamicMesh<D>& mesh) {
     return count;
 }
 
-/// The largest distance of a vertex of the ball from it.
+/// The largest distance of a ball vertex from the ball.
 template <int D>
 double off_the_ball(const DynamicMesh<D>& mesh) {
     double most = 0;
@@ -54,13 +53,13 @@ double off_the_ball(const DynamicMesh<D>& mesh) {
 }
 
 template <int D>
-Adaptation<D> begun_with_breaks(const LinearMesh<D>& mesh, const AdaptationGoal<D>& goal) {
-    const auto edges = must(unique_edges(mesh, alone));
-    const auto features = must(find_features(mesh, edges, FeatureOptions<D>{.ridge_angle_degrees = 75}, alone));
+Adaptation<D> initial_state(const LinearMesh<D>& mesh, const AdaptationGoal<D>& goal) {
+    const auto edges = must(unique_edges(mesh, one_thread));
+    const auto features = must(find_features(mesh, edges, FeatureOptions<D>{.ridge_angle_degrees = 75}, one_thread));
     std::vector<VertexId> corners;
     for (std::size_t v = 0; v < mesh.points.size(); ++v)
         if (features.vertex_kinds[v] == VertexKind::corner) corners.emplace_back(v);
-    return must(begin_adaptation(mesh, edges, {features.edge_kinds.view(), corners}, goal, alone));
+    return must(begin_adaptation(mesh, edges, {features.edge_kinds.view(), corners}, goal, one_thread));
 }
 
 template <int D>
@@ -74,39 +73,39 @@ AdaptationGoal<D> ball_goal(const NamedDomain<D>& domain, double size) {
 template <int D>
 void expect_no_folds(int cells, double coarse, double fine) {
     const NamedDomain<D> domain = ball_in_box<D>(cells);
-    Adaptation<D> r = begun_with_breaks(domain.mesh, ball_goal(domain, fine));
+    Adaptation<D> r = initial_state(domain.mesh, ball_goal(domain, fine));
     for (const double size : {fine, coarse, fine}) {
         const AdaptationGoal<D> goal = ball_goal(domain, size);
-        const CompactMesh<D> mesh = must(finished(r, alone)).compact;  // lists its breaks
-        r = must(begin_adaptation(mesh.mesh, mesh.edges, {}, goal, alone));
+        const CompactMesh<D> mesh = must(finished(r, one_thread)).compact;  // lists its breaks
+        r = must(begin_adaptation(mesh.mesh, mesh.edges, {}, goal, one_thread));
         const std::size_t before = folded_at_the_ball(r.mesh);
-        r = must(bring_to_metric<D>(std::move(r), goal, {.rounds = 2}, alone)).state;
+        r = must(bring_to_metric<D>(std::move(r), goal, {.rounds = 2}, one_thread)).state;
         CHECK(folded_at_the_ball(r.mesh) <= before);
-        CHECK(must(unit_mesh_statistics(r, alone)).worst_quality > 0.02);
+        CHECK(must(unit_mesh_statistics(r, one_thread)).worst_quality > 0.02);
     }
 }
 
-/// Facets of the ball that exceed a bound after a large size, and those before. The bound is a length, or a share of
-/// edges.
+/// Counts facets of the ball that exceed a bound before and after remeshing to a large size. The bound is a length or a
+/// share of edge lengths.
 template <int D>
 void expect_bounded(int cells, const DistanceBound& bound) {
     const NamedDomain<D> domain = ball_in_box<D>(cells);
     AdaptationGoal<D> goal = ball_goal(domain, 10);
     goal.distance_bounds = DistanceBounds(std::span(&bound, 1));
-    Adaptation<D> r = begun_with_breaks(domain.mesh, goal);
-    REQUIRE(must(count_far_facets(r, goal, alone)) == 0);
+    Adaptation<D> r = initial_state(domain.mesh, goal);
+    REQUIRE(must(count_far_facets(r, goal, one_thread)) == 0);
     const std::size_t before = domain.mesh.elements.size();
-    r = must(bring_to_metric<D>(std::move(r), goal, {.rounds = 2}, alone)).state;
-    CHECK(must(count_far_facets(r, goal, alone)) == 0);
-    CHECK(must(finished(r, alone)).compact.mesh.elements.size() < before / 2);
+    r = must(bring_to_metric<D>(std::move(r), goal, {.rounds = 2}, one_thread)).state;
+    CHECK(must(count_far_facets(r, goal, one_thread)) == 0);
+    CHECK(must(finished(r, one_thread)).compact.mesh.elements.size() < before / 2);
     goal.distance_bounds = {};
-    r = must(bring_to_metric<D>(std::move(r), goal, {.rounds = 2}, alone)).state;
+    r = must(bring_to_metric<D>(std::move(r), goal, {.rounds = 2}, one_thread)).state;
     goal.distance_bounds = DistanceBounds(std::span(&bound, 1));
-    CHECK(must(count_far_facets(r, goal, alone)) > 0);
+    CHECK(must(count_far_facets(r, goal, one_thread)) > 0);
 }
 
 template <int D>
-void expect_home(int cells) {
+void expect_on_geometry(int cells) {
     NamedDomain<D> domain = ball_in_box<D>(cells);
     Dice dice(11);
     Buffer<Vec<D>> points(domain.mesh.points.begin(), domain.mesh.points.end());
@@ -114,28 +113,28 @@ void expect_home(int cells) {
         if (std::abs(norm(p) - 1) < 1e-9) p = (1 + dice.uniform(-0.1, 0.1) * domain.cell) * p;
     domain.mesh.points = std::move(points);
     const AdaptationGoal<D> goal = ball_goal(domain, domain.cell);
-    Adaptation<D> r = begun_with_breaks(domain.mesh, goal);
+    Adaptation<D> r = initial_state(domain.mesh, goal);
     CHECK(off_the_ball(r.mesh) > 0.01 * domain.cell);
-    auto done = must(smooth<D>(std::move(r), goal, {}, alone));
-    CHECK(off_the_ball(done.state.mesh) < 1e-12);
-    must(check_consistency(done.state.mesh, alone));
+    auto result = must(smooth<D>(std::move(r), goal, {}, one_thread));
+    CHECK(off_the_ball(result.state.mesh) < 1e-12);
+    must(check_consistency(result.state.mesh, one_thread));
 }
 
 }  // namespace
 
-TEST_CASE("no element gets two facets on a smooth curved surface") {
+TEST_CASE("passes create no element with two facets on a smooth curved surface") {
     expect_no_folds<2>(8, 0.8, 0.15);
     if (!is_sanitized) expect_no_folds<3>(4, 1.2, 0.5);
 }
 
-TEST_CASE("passes make no facet that exceeds the bounds on the distance from the geometry") {
+TEST_CASE("passes create no facet beyond the distance bounds of the geometry") {
     expect_bounded<2>(16, {.largest = 0.03});
     expect_bounded<2>(16, {.references = {20}, .share = 0.0658});
     expect_bounded<3>(12, {.largest = 0.08});
     expect_bounded<3>(12, {.references = {20}, .share = 0.1});
 }
 
-TEST_CASE("the smaller bound of a reference counts") {
+TEST_CASE("the smallest distance bound of a reference applies") {
     const std::array<DistanceBound, 3> bounds{{{0.5, {2}, 0.1}, {0.2}, {0.1, {3}, 0.3}}};
     const DistanceBounds limits(bounds);
     CHECK(limits.of(2).at(10) == 0.2);
@@ -145,7 +144,7 @@ TEST_CASE("the smaller bound of a reference counts") {
     CHECK(std::isinf(DistanceBounds().of(1).at(1)));
 }
 
-TEST_CASE("vertices that are off the geometry go there") {
-    expect_home<2>(8);
-    expect_home<3>(8);
+TEST_CASE("smoothing moves boundary vertices onto the geometry") {
+    expect_on_geometry<2>(8);
+    expect_on_geometry<3>(8);
 }

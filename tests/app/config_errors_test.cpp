@@ -23,12 +23,12 @@ std::string error_of(const std::string& text) {
     return describe(pipeline.error());
 }
 
-/// The error of a config whose other parts are right.
+/// Returns the error of a config with this part and valid other parts.
 std::string error_with(const std::string& part) { return error_of(R"({"input": {"mesh": "a.mesh"}, )" + part + "}"); }
 
 }  // namespace
 
-TEST_CASE("unknown keys are refused with their path and the nearest known key") {
+TEST_CASE("unknown keys are rejected with their path and the nearest known key") {
     CHECK(error_with(R"("stages": ["elevate", {"curve": {"objectiv": "energy"}}])") ==
           "config.json: /stages/1/curve/objectiv: unknown key (did you mean \"objective\"?)");
     CHECK(error_with(R"("outptu": {})") == "config.json: /outptu: unknown key (did you mean \"output\"?)");
@@ -44,7 +44,7 @@ TEST_CASE("unknown keys are refused with their path and the nearest known key") 
               .starts_with("config.json: /output/$schema: unknown key"));
 }
 
-TEST_CASE("wrong types are refused with what was expected") {
+TEST_CASE("wrong types are rejected with the expected type") {
     CHECK(error_of("[]") ==
           "config.json: expected an object, got an array (known: input, solution, metric, metric_mesh, "
           "metric_operations, "
@@ -76,7 +76,7 @@ TEST_CASE("wrong types are refused with what was expected") {
     CHECK(error_with(R"("metric": "file")").starts_with("config.json: /metric: \"file\" needs its options"));
 }
 
-TEST_CASE("values out of range are refused with the range") {
+TEST_CASE("values out of range are rejected with the range") {
     CHECK(error_with(R"("threads": -1)") == "config.json: /threads: must be at least 0 and at most 4096, got -1");
     CHECK(
         error_with(R"("threads": 99999999999999999999)").starts_with("config.json: /threads: expected a whole number"));
@@ -94,7 +94,7 @@ TEST_CASE("values out of range are refused with the range") {
               .starts_with("config.json: /input/generate/shell/seed: must be"));
 }
 
-TEST_CASE("what is missing or contradicts itself is refused") {
+TEST_CASE("missing and contradictory keys are rejected") {
     CHECK(error_of("{}") == "config.json: \"input\" is missing");
     CHECK(error_with(R"("geometry": {"analytic": [{"references": [1]}]})") ==
           "config.json: /geometry/analytic/0: \"plane\" or \"sphere\" or \"cylinder\" or \"torus\" is missing");
@@ -114,14 +114,14 @@ TEST_CASE("what is missing or contradicts itself is refused") {
     CHECK(error_of(R"({"input": {"mesh": ""}})") == "config.json: /input/mesh: the path is empty");
 }
 
-TEST_CASE("duplicate keys are refused with their path") {
+TEST_CASE("duplicate keys are rejected with their path") {
     CHECK(error_with(R"("threads": 1, "threads": 1)") == "config.json: /threads: the key appears twice");
     CHECK(
         error_with(R"("stages": ["elevate", {"curve": {"iterations": 1, "objective": "energy", "iterations": 2}}])") ==
         "config.json: /stages/1/curve/iterations: the key appears twice");
 }
 
-TEST_CASE("an object with more keys than any part has is refused, however many they are") {
+TEST_CASE("an object with more than 1000 keys is rejected") {
     std::string keys;
     for (int i = 0; i < 200000; ++i) keys += (i > 0 ? ", \"k" : "\"k") + std::to_string(i) + "\": 1";
     CHECK(error_of("{" + keys + "}") == "config.json: the object has more than 1000 keys");
@@ -129,7 +129,7 @@ TEST_CASE("an object with more keys than any part has is refused, however many t
           "config.json: /stages/1/curve: the object has more than 1000 keys");
 }
 
-TEST_CASE("errors are short whatever the values are") {
+TEST_CASE("error messages stay short for values of a megabyte") {
     using Json = nlohmann::ordered_json;
     const std::string megabyte(std::size_t{1} << 20U, 'x');
     const Json defaults = Json::parse(write_pipeline({})), flat = defaults.flatten();
@@ -163,7 +163,7 @@ TEST_CASE("errors are short whatever the values are") {
     }
 }
 
-TEST_CASE("syntax errors give line and column") {
+TEST_CASE("syntax errors state line and column") {
     CHECK(error_of("{\n  \"threads\": 1,,\n}").starts_with("config.json: line 2, column 16: syntax error"));
     CHECK(error_of("").starts_with("config.json: line 1, column 1: syntax error"));
     CHECK(error_of("{\"input\": \"\xff\"}").starts_with("config.json: line 1, column 12"));
@@ -173,6 +173,6 @@ TEST_CASE("syntax errors give line and column") {
          {std::string(R"({"input": {"mesh": "a.mesh"}, "stages": ["elevate", {"curve": {"iterations": 1}}]})")})
         for (std::size_t length = 0; length < whole.size(); ++length)
             CHECK(error_of(whole.substr(0, length)).starts_with("config.json: line 1, column"));
-    // Deep nesting neither overflows the stack nor passes.
+    // Deep nesting is an error and does not overflow the stack.
     CHECK(error_of(std::string(100000, '[')) != "no error");
 }

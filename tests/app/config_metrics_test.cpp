@@ -1,4 +1,4 @@
-// The metric's sources and operations in a config: values arrive, are written again, and errors say where.
+// Metric sources and metric operations of configs: reading, writing and errors.
 #include <doctest/doctest.h>
 
 #include <string>
@@ -44,7 +44,7 @@ std::string operations_error(const std::string& operations) {
 
 }  // namespace
 
-TEST_CASE("metric sources by name with their parameters") {
+TEST_CASE("metric sources are read with their parameters") {
     const auto surface = std::get<SurfaceMetric>(metric(R"({"surface": {"tangent_size": 2, "normal_size": 0.2}})"));
     CHECK(surface == SurfaceMetric{2, 0.2, 0});
     const auto field = std::get<FieldMetric>(metric(R"({"field": {"polar-1": {"scale": 0.5}}})"));
@@ -61,7 +61,7 @@ TEST_CASE("metric sources by name with their parameters") {
           MetricExpression(TensorExpression{{"1", "0", "1"}}));
 }
 
-TEST_CASE("metric sources: errors name the place") {
+TEST_CASE("errors in metric sources state their place") {
     CHECK(error_of(R"({"surface": {"tangent_size": 2}})").find("\"normal_size\" is missing") != std::string::npos);
     CHECK(error_of(R"({"surface": {"tangent_size": 0, "normal_size": 1}})").find("/surface/tangent_size") !=
           std::string::npos);
@@ -71,7 +71,7 @@ TEST_CASE("metric sources: errors name the place") {
     CHECK(error_of(R"({"expression": {"sizes": ["x"]}})").find("2 to 3 items") != std::string::npos);
 }
 
-TEST_CASE("metric operations are read in order, written again, and their files lie beside the config") {
+TEST_CASE("metric operations are read in order, written back and resolved relative to the config") {
     const Pipeline p = with_operations(R"([{"intersect": "natural"}, {"intersect": {"file": "b.sol"}}, "gradation",
         {"gradation": {"ratio": 2, "space": "physical"}}, {"bound": {"max_size": 3}}, {"complexity": {"target": 100}}])");
     REQUIRE(p.metric_operations.size() == 6);
@@ -87,7 +87,7 @@ TEST_CASE("metric operations are read in order, written again, and their files l
     CHECK(std::get<FilePath>(std::get<Intersect>(below.metric_operations[1]).metric).path == "folder/b.sol");
 }
 
-TEST_CASE("metric operations: errors name the place") {
+TEST_CASE("errors in metric operations state their place") {
     CHECK(operations_error(R"([{"gradation": {"ratio": 1}}])").find("/metric_operations/0/gradation/ratio") !=
           std::string::npos);
     CHECK(operations_error(R"(["bound", {"bound": {"min_size": 2, "max_size": 1}}])").find("max_size is below") !=
@@ -99,7 +99,7 @@ TEST_CASE("metric operations: errors name the place") {
     CHECK(operations_error(R"([{"smooth": {}}])").find("gradation") != std::string::npos);
 }
 
-TEST_CASE("every source and operation can be explained") {
+TEST_CASE("explain describes every metric source and operation") {
     for (const char* topic : {"surface", "field", "linear", "polar-1", "polar-2", "planar-shock", "spherical-shock",
                               "rotating", "expression", "metric_operations", "gradation", "bound", "complexity"}) {
         const auto text = explain(topic);

@@ -38,7 +38,7 @@ const std::string everything = R"({
 
 }  // namespace
 
-TEST_CASE("a config's values arrive, and defaults fill the rest") {
+TEST_CASE("a config sets the stated values and defaults fill the rest") {
     const Pipeline p = read(everything);
     const auto& shell = std::get<ShellOptions<3>>(std::get<config::Shape>(p.input.source));
     CHECK(shell.inner_layer.count == 8);
@@ -61,7 +61,7 @@ TEST_CASE("a config's values arrive, and defaults fill the rest") {
     CHECK(p.output.mesh == "out.meshb");
 }
 
-TEST_CASE("what is written is read back as the same value") {
+TEST_CASE("a written config is read back with the same values") {
     const std::vector<std::string> texts{
         everything,
         R"({"input": {"mesh": "a.meshb"}})",
@@ -81,12 +81,12 @@ TEST_CASE("what is written is read back as the same value") {
     }
 }
 
-TEST_CASE("a bare word is the alternative without options") {
+TEST_CASE("a plain word selects the alternative with default options") {
     CHECK(std::holds_alternative<NaturalMetric>(read(R"({"input": {"mesh": "a"}, "metric": "natural"})").metric));
     CHECK(read(R"({"input": {"mesh": "a"}, "stages": ["curve"]})").stages == std::vector<Stage>{Curve{}});
 }
 
-TEST_CASE("overrides change what the text says, what it leaves out, and stages by their verb") {
+TEST_CASE("settings override stated values, defaults and options of stages by name") {
     const std::string text = R"({"input": {"mesh": "a"}, "stages": ["elevate", {"curve": {"iterations": 3}}]})";
     CHECK(read(text, {"threads=3"}).threads == 3);
     CHECK(read(text).input.flat == Flat::plane);
@@ -102,7 +102,7 @@ TEST_CASE("overrides change what the text says, what it leaves out, and stages b
         CHECK(read_pipeline(text, "c", std::vector<std::string>{wrong}).error().kind == ErrorKind::usage);
 }
 
-TEST_CASE("parts are given as words, paths or JSON") {
+TEST_CASE("metrics and geometries are read from words, paths and JSON") {
     CHECK(*read_metric("natural", "--metric") == Metric(NaturalMetric{}));
     CHECK(*read_metric("dir/m.solb", "--metric") == Metric(FilePath{"dir/m.solb"}));
     CHECK(*read_metric(R"({"constant": {"sizes": [0.1]}})", "--metric") == Metric(ConstantMetric{{0.1}, {}}));
@@ -111,7 +111,7 @@ TEST_CASE("parts are given as words, paths or JSON") {
           std::string::npos);
 }
 
-TEST_CASE("inputs are beside the config, outputs in the working directory") {
+TEST_CASE("input paths are relative to the config, output paths to the working directory") {
     const Pipeline p =
         read(R"({"input": {"mesh": "../data/a.mesh"}, "metric": {"file": "/m.sol"}, "output": {"mesh": "o.mesh"}})");
     const Pipeline q = with_inputs_below(p, "configs/sub");
@@ -120,7 +120,7 @@ TEST_CASE("inputs are beside the config, outputs in the working directory") {
     CHECK(q.output.mesh == "o.mesh");
 }
 
-TEST_CASE("the schema knows every key that is written") {
+TEST_CASE("the schema contains every key of a written config") {
     const auto schema = nlohmann::json::parse(pipeline_schema());
     CHECK(schema["$schema"] == "https://json-schema.org/draft/2020-12/schema");
     CHECK(schema["additionalProperties"] == false);
@@ -141,7 +141,7 @@ TEST_CASE("the schema knows every key that is written") {
 
 namespace {
 
-/// The keys of options and the words that are values, of all that a schema describes.
+/// Collects the option keys and the string values that a schema describes.
 void collect_words(const nlohmann::json& schema, std::vector<std::string>& words) {
     if (schema.is_object()) {
         if (schema.contains("properties") && schema["properties"].is_object())
@@ -157,12 +157,12 @@ void collect_words(const nlohmann::json& schema, std::vector<std::string>& words
 }  // namespace
 
 // Guards against `camber explain` without topics of the schema.
-TEST_CASE("every word that the schema has is explained") {
+TEST_CASE("explain describes every key and value of the schema") {
     std::vector<std::string> words;
     collect_words(nlohmann::json::parse(pipeline_schema()), words);
     CHECK(words.size() > 100);
     for (const std::string& word : words) {
-        if (word == "$schema") continue;  // of JSON itself
+        if (word == "$schema") continue;  // a key of JSON schemas
         const auto text = explain(word);
         CHECK_MESSAGE(text.has_value(), word);
         if (text) CHECK(text->find(word) == 0);
@@ -171,7 +171,7 @@ TEST_CASE("every word that the schema has is explained") {
     CHECK(explain("cad")->find("unit") != std::string::npos);
 }
 
-TEST_CASE("every topic is explained") {
+TEST_CASE("explain describes every topic") {
     for (const std::string& topic : topics()) {
         const auto text = explain(topic);
         REQUIRE(text.has_value());

@@ -1,5 +1,4 @@
-// A pipeline in cycles: what each of them runs, when they end, and that their table is read as it was written; a mesh
-// adapted in memory.
+// Adaptation cycles: their pipelines, their end, their result and their table; adaptation in memory.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -62,10 +61,10 @@ CycleRow row(int cycle, double before, double after) {
 
 }  // namespace
 
-TEST_CASE("The solver's first mesh keeps the topology; without a solver it is the input's") {
-    const auto asked = adapting(solving);
-    const auto into = run::files_of_cycle(asked, "c/cycle-000");
-    const auto first = run::first_pipeline(asked, into);
+TEST_CASE("the first mesh is curved without remeshing for a solver and unchanged without one") {
+    const auto pipeline_of_cycles = adapting(solving);
+    const auto into = run::files_of_cycle(pipeline_of_cycles, "c/cycle-000");
+    const auto first = run::first_pipeline(pipeline_of_cycles, into);
     CHECK(has_stage<config::Elevate>(first));
     CHECK(has_stage<config::Curve>(first));
     CHECK_FALSE(has_stage<config::Remesh>(first));
@@ -75,11 +74,12 @@ TEST_CASE("The solver's first mesh keeps the topology; without a solver it is th
     CHECK(run::first_pipeline(without_solver, run::files_of_cycle(without_solver, "c")).stages.empty());
 }
 
-TEST_CASE("Cycles go from mesh to mesh, on the first one's boundary, with the solution before and their complexity") {
-    const auto asked = adapting(solving);
-    const auto files = [&](const char* folder) { return run::files_of_cycle(asked, folder); };
+TEST_CASE("a cycle uses the previous mesh and solution, the first boundary and its own complexity") {
+    const auto pipeline_of_cycles = adapting(solving);
+    const auto files = [&](const char* folder) { return run::files_of_cycle(pipeline_of_cycles, folder); };
     for (const int cycle : {1, 2, 3}) {
-        const auto made = run::cycle_pipeline(asked, cycle, files("first"), files("before"), files("into"));
+        const auto made =
+            run::cycle_pipeline(pipeline_of_cycles, cycle, files("first"), files("before"), files("into"));
         CHECK(std::get<config::FilePath>(made.input.source).path == "before/mesh.meshb");
         CHECK(made.solution.file == "before/solution.sol");
         CHECK(std::get<config::FilePath>(made.geometry).path == "first/mesh.meshb");
@@ -89,30 +89,31 @@ TEST_CASE("Cycles go from mesh to mesh, on the first one's boundary, with the so
         CHECK_FALSE(made.adapt.is_asked());
     }
     const auto without_solver = adapting(R"({"cycles": 3})", R"(, "solution": {"expression": "x*y"})");
-    const auto begun = run::cycle_pipeline(without_solver, 1, files("first"), files("before"), files("into"));
-    CHECK(begun.input == without_solver.input);
-    CHECK(has_stage<config::Elevate>(begun));
+    const auto first = run::cycle_pipeline(without_solver, 1, files("first"), files("before"), files("into"));
+    CHECK(first.input == without_solver.input);
+    CHECK(has_stage<config::Elevate>(first));
     const auto next = run::cycle_pipeline(without_solver, 2, files("first"), files("before"), files("into"));
     CHECK(std::get<config::FilePath>(next.input.source).path == "before/mesh.meshb");
     CHECK(next.solution.expression == "x*y");
 }
 
-TEST_CASE("The complexity by cycle is that of a metric that is not made of the solution, too") {
-    auto asked = adapting(R"({"cycles": 2, "complexity": [7]})");
-    asked.metric = config::ConstantMetric{.sizes = {0.1}, .tensor = {}};
-    const auto files = run::files_of_cycle(asked, "c");
-    const auto made = run::cycle_pipeline(asked, 2, files, files, files);
+TEST_CASE("the complexity by cycle also scales a metric that does not come from the solution") {
+    auto pipeline_of_cycles = adapting(R"({"cycles": 2, "complexity": [7]})");
+    pipeline_of_cycles.metric = config::ConstantMetric{.sizes = {0.1}, .tensor = {}};
+    const auto files = run::files_of_cycle(pipeline_of_cycles, "c");
+    const auto made = run::cycle_pipeline(pipeline_of_cycles, 2, files, files, files);
     REQUIRE(made.metric_operations.size() == 1);
     CHECK(std::get<config::Complexity>(made.metric_operations.front()).target == 7);
 }
 
-TEST_CASE("A command's braces are the cycle's files") {
-    const auto asked = adapting(solving);
-    const auto words = run::solver_command(asked.adapt, 2, run::files_of_cycle(asked, "c/cycle-002"));
+TEST_CASE("placeholders of the solver command are replaced by the files of the cycle") {
+    const auto pipeline_of_cycles = adapting(solving);
+    const auto words =
+        run::solver_command(pipeline_of_cycles.adapt, 2, run::files_of_cycle(pipeline_of_cycles, "c/cycle-002"));
     CHECK(words == std::vector<std::string>{"flow", "c/cycle-002/mesh.meshb", "-oc/cycle-002/solution.sol", "2"});
 }
 
-TEST_CASE("What is of the first mesh alone is refused where there are more") {
+TEST_CASE("a solution or metric file of the first mesh is rejected for several cycles") {
     const auto of_file = adapting(R"({"cycles": 2})", R"(, "solution": {"file": "u.sol"})");
     CHECK(run::check_cycles(of_file).error().where == "/solution/file");
     CHECK(run::check_cycles(adapting(R"({"cycles": 1})", R"(, "solution": {"file": "u.sol"})")));
@@ -122,7 +123,7 @@ TEST_CASE("What is of the first mesh alone is refused where there are more") {
     CHECK(run::check_cycles(adapting(solving)));
 }
 
-TEST_CASE("Without an error cycles end where meshes become no nearer to unit in their own solution's metric") {
+TEST_CASE("cycles without an error end when the unit edge ratio stops improving") {
     const config::Adaptation adapt{.cycles = 9, .complexity = {10, 20}};
     std::vector<CycleRow> rows{row(0, 0, 0), row(1, 0.1, 0.9), row(2, 0.1, 0.9)};
     const auto reason = [&](double before) {
@@ -130,30 +131,31 @@ TEST_CASE("Without an error cycles end where meshes become no nearer to unit in 
         all.push_back(row(3, before, 0.9));
         return run::reason_to_end(all, adapt);
     };
-    CHECK_MESSAGE(reason(0.1).empty(), "what cycle 2 was made of had another complexity");
+    CHECK_MESSAGE(reason(0.1).empty(), "cycle 2 has another complexity");
     rows.push_back(row(3, 0.5, 0.9));
     rows.push_back(row(4, 0.8, 0.9));
     CHECK(run::reason_to_end(rows, adapt).empty());
     rows.push_back(row(5, 0.81, 0.9));
     CHECK_FALSE(run::reason_to_end(rows, adapt).empty());
     CHECK_MESSAGE(run::reason_to_end(rows, {.cycles = 9, .convergence_tolerance = 0}).empty(),
-                  "never before their number");
+                  "tolerance 0 disables an early end");
     CHECK_MESSAGE(reason(0.1).empty(), "far from unit");
     std::vector<CycleRow> moving{row(2, 0.3, 0.9), row(3, 0.3, 0.9), row(4, 0.3, 0.9)};
-    CHECK_MESSAGE(run::reason_to_end(moving, {.cycles = 9}).empty(), "what moves on has not settled");
+    CHECK_MESSAGE(run::reason_to_end(moving, {.cycles = 9}).empty(), "meshes are far from unit in the next metric");
 }
 
-TEST_CASE("Cycles end where the least error falls no more, and the mesh that has it is the result") {
-    property("of random errors", [](std::uint64_t seed) {
+TEST_CASE("cycles end when the minimum error stops falling, and its mesh is the result") {
+    property("the result of random errors is the cycle of minimum error", [](std::uint64_t seed) {
         Dice dice(seed);
         const config::Adaptation adapt{
             .cycles = 30, .complexity = {10, 20}, .convergence_tolerance = dice.uniform(0.02, 0.5)};
         std::vector<CycleRow> rows;
-        std::vector<double> least;  // of the last complexity, by cycle
+        std::vector<double> least;  // running minimum over the cycles of the last complexity
         for (int cycle = 0; cycle <= 12; ++cycle) {
             CycleRow made = row(cycle, 0.5, 0.9);
             made.wanted = cycle == 0 ? 0 : cycle == 1 ? 10 : 20;
-            // Of few unknowns the first two may be the best by chance, and are no result.
+            // Cycles 0 and 1 have smaller complexities: they may have the minimum error by chance and are never the
+            // result.
             made.expected = std::exp(dice.uniform(-1, 1)) / (cycle + 1);
             rows.push_back(made);
             if (cycle < 2) continue;
@@ -173,15 +175,15 @@ TEST_CASE("Cycles end where the least error falls no more, and the mesh that has
     });
 }
 
-TEST_CASE("The result is a valid mesh, the last one of a solver that is told the cycle, and judged by what is known") {
+TEST_CASE("the result is the valid mesh of minimum error, or the last for a solver that gets {cycle}") {
     std::vector<CycleRow> rows{row(0, 0, 0), row(1, 0.5, 0.9), row(2, 0.5, 0.9), row(3, 0.5, 0.9)};
     for (std::size_t i = 1; i < rows.size(); ++i) {
         rows[i].expected = 4.0 - static_cast<double>(i);
         rows[i].interpolated = run::CycleError{static_cast<double>(i), 1};
     }
     const auto result = [&](const config::Adaptation& adapt) { return run::row_of_result(rows, adapt); };
-    CHECK_MESSAGE(result({.cycles = 3}) == 1, "the interpolant's error");
-    CHECK_MESSAGE(result({.cycles = 3, .solve = {"flow", "{mesh}", "{solution}"}}) == 3, "the expected one");
+    CHECK_MESSAGE(result({.cycles = 3}) == 1, "minimum interpolation error");
+    CHECK_MESSAGE(result({.cycles = 3, .solve = {"flow", "{mesh}", "{solution}"}}) == 3, "minimum expected error");
     rows[3].is_valid = false;
     CHECK(result({.cycles = 3, .solve = {"flow", "{mesh}", "{solution}"}}) == 2);
     rows[3].is_valid = true;
@@ -191,7 +193,7 @@ TEST_CASE("The result is a valid mesh, the last one of a solver that is told the
     CHECK(result({.cycles = 3, .solve = of_cycle}) == 3);
     CHECK(result({.cycles = 3, .solve = of_cycle, .result = config::ResultOfCycles::best}) == 1);
     rows[1].misses = {"off by 1"};
-    CHECK_MESSAGE(result({.cycles = 3}) == 2, "a mesh that misses something is the result only if all do");
+    CHECK_MESSAGE(result({.cycles = 3}) == 2, "a mesh with a miss is the result only if all meshes have one");
     for (CycleRow& each : rows) each.error_of = ErrorOf::gradients;
     rows[3].interpolated = run::CycleError{9, 0.5};
     CHECK_MESSAGE(result({.cycles = 3}) == 3, "the error in H1");
@@ -205,7 +207,7 @@ TEST_CASE("The result is a valid mesh, the last one of a solver that is told the
     CHECK((*read)[1].problem == "x");
 }
 
-TEST_CASE("What is worth knowing of the result") {
+TEST_CASE("notes report an earlier result and decreases of unit edges and minimum quality") {
     std::vector<CycleRow> rows{row(1, 0.5, 0.9), row(2, 0.5, 0.8), row(3, 0.5, 0.9)};
     for (std::size_t i = 0; i < rows.size(); ++i) rows[i].expected = i == 1 ? 1 : 2;
     rows[0].worst_quality = 0.5;
@@ -221,7 +223,7 @@ TEST_CASE("What is worth knowing of the result") {
     CHECK(run::notes_on_result(rows, {.cycles = 3}).empty());
 }
 
-TEST_CASE("names of references are read as they were written") {
+TEST_CASE("names of references are read back as written") {
     const run::Groups groups{{1, 6, "inlet"}, {2, -3, "say \"it\" / \xCE\xBB"}, {1, 6, ""}};
     const auto read = run::read_groups(run::groups_json(groups), "groups.json");
     REQUIRE(read);
@@ -230,7 +232,7 @@ TEST_CASE("names of references are read as they were written") {
         CHECK(run::read_groups(text, "groups.json").error().where == "groups.json");
 }
 
-TEST_CASE("The table is read as it was written") {
+TEST_CASE("the table of cycles is read back as written") {
     CycleRow full = row(1, 0.25, 0.75);
     full.interpolated = run::CycleError{1e-3, 1e-2};
     full.solved = run::CycleError{2e-3, 3e-2};
@@ -247,10 +249,10 @@ TEST_CASE("The table is read as it was written") {
     CHECK(run::series_of(rows, "view.vtu").find("cycle-001/view.vtu") != std::string::npos);
 }
 
-TEST_CASE("A cycle whose mesh has invalid elements is made again with smaller steps") {
-    const auto asked = adapting(solving);
-    const auto files = [&](const char* folder) { return run::files_of_cycle(asked, folder); };
-    const auto pipeline = run::cycle_pipeline(asked, 2, files("0"), files("1"), files("2"));
+TEST_CASE("a cycle with invalid elements is repeated with a smaller step at most three times") {
+    const auto pipeline_of_cycles = adapting(solving);
+    const auto files = [&](const char* folder) { return run::files_of_cycle(pipeline_of_cycles, folder); };
+    const auto pipeline = run::cycle_pipeline(pipeline_of_cycles, 2, files("0"), files("1"), files("2"));
     const std::vector<CycleRow> rows{{.cycle = 0, .elements = 3, .solved = {}},
                                      {.cycle = 1, .elements = 5, .solved = {}}};
     for (const std::size_t elements : {std::size_t{20}, std::size_t{5}, std::size_t{2}})
@@ -272,13 +274,14 @@ TEST_CASE("A cycle whose mesh has invalid elements is made again with smaller st
             CHECK(tried.front() == 20);
             CHECK(made->miss.empty() == (fails == 0 || fails > 3));
             for (std::size_t i = 1; i < tried.size(); ++i)
-                CHECK((tried[i] < tried[i - 1]) == (elements >= 5));  // nearer to the mesh before, which has 5
+                CHECK((tried[i] < tried[i - 1]) == (elements >= 5));  // closer to the previous mesh, which has 5
+                                                                      // elements
         }
 }
 
 namespace {
 
-/// A front across the unit square.
+/// Solution with a front across the unit square.
 double front(const Vec<2>& p) { return std::tanh((p.c[0] + p.c[1] - 1) / 0.1); }
 constexpr const char* front_expression = "tanh((x+y-1)/0.1)";
 
@@ -289,11 +292,11 @@ std::vector<run::NamedField> front_on(const Mesh<2>& mesh) {
     return {{"u", FieldKind::scalar, {.degree = mesh.degree, .values = std::move(values)}}};
 }
 
-Mesh<2> square() { return as_mesh(must(generate(BoxOptions<2>{.cells = {6, 6}}, alone))); }
+Mesh<2> square() { return as_mesh(must(generate(BoxOptions<2>{.cells = {6, 6}}, one_thread))); }
 
 }  // namespace
 
-TEST_CASE("adapt_mesh calls its solver on each mesh, with the solution of the cycle before on it") {
+TEST_CASE("adapt_mesh calls its solver on each mesh with the transferred previous solution") {
     for (const int degree : {1, 2}) {
         std::vector<std::size_t> guessed;
         const MeshSolver<2> solver = [&](const Mesh<2>& mesh, const std::vector<run::NamedField>& guess, int cycle) {
@@ -304,7 +307,7 @@ TEST_CASE("adapt_mesh calls its solver on each mesh, with the solution of the cy
         };
         const AdaptMeshOptions options{.degree = degree,
                                        .cycles = {.cycles = 2, .complexity = {60}, .exact = front_expression}};
-        const auto made = must(adapt_mesh<2>(square(), solver, options, plainly(alone)));
+        const auto made = must(adapt_mesh<2>(square(), solver, options, plainly(one_thread)));
         REQUIRE(made.cycles.rows.size() == 3);
         CHECK(guessed.size() == 3);
         CHECK(made.mesh.degree == degree);
@@ -316,9 +319,9 @@ TEST_CASE("adapt_mesh calls its solver on each mesh, with the solution of the cy
     }
 }
 
-TEST_CASE("adapt_mesh adapts to an expression, and refuses fields of other sizes and other degrees") {
+TEST_CASE("adapt_mesh adapts to an expression and rejects fields and meshes of a wrong degree") {
     AdaptMeshOptions options{.cycles = {.cycles = 2, .complexity = {60}, .exact = front_expression}};
-    const auto made = must(adapt_mesh<2>(square(), front_expression, options, plainly(alone)));
+    const auto made = must(adapt_mesh<2>(square(), front_expression, options, plainly(one_thread)));
     const std::vector<CycleRow>& rows = made.cycles.rows;
     CHECK(rows.back().interpolated->l2 < rows.front().interpolated->l2 / 10);
     CHECK(made.cycles.result > 0);
@@ -327,8 +330,8 @@ TEST_CASE("adapt_mesh adapts to an expression, and refuses fields of other sizes
         fields.front().field.degree = 2;
         return Outcome<std::vector<run::NamedField>>(std::move(fields));
     };
-    CHECK(adapt_mesh<2>(square(), wrong, {.degree = 1}, plainly(alone)).error().where == "field u");
-    CHECK(adapt_mesh<2>(made.mesh, front_expression, {.degree = 1}, plainly(alone)).error().kind == ErrorKind::input);
+    CHECK(adapt_mesh<2>(square(), wrong, {.degree = 1}, plainly(one_thread)).error().where == "field u");
+    CHECK(adapt_mesh<2>(made.mesh, front_expression, {.degree = 1}, plainly(one_thread)).error().kind == ErrorKind::input);
     options.cycles.convergence_tolerance = 2;
-    CHECK(adapt_mesh<2>(square(), front_expression, options, plainly(alone)).error().kind == ErrorKind::usage);
+    CHECK(adapt_mesh<2>(square(), front_expression, options, plainly(one_thread)).error().kind == ErrorKind::usage);
 }

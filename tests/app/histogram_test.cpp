@@ -28,7 +28,7 @@ namespace {
 
 std::size_t sum(const Series& s) { return std::accumulate(s.counts.begin(), s.counts.end(), std::size_t{0}); }
 
-/// Of both signs, and of all sizes from 1e-12 to 1000.
+/// Random values of both signs with magnitudes from 1e-12 to 1000.
 std::vector<double> some_values(camber::testing::Dice& dice) {
     std::vector<double> values(dice.below(200));
     for (double& x : values) x = std::copysign(std::pow(10, dice.uniform(-12, 3)), dice.uniform(-1, 3));
@@ -43,8 +43,8 @@ std::size_t bin_of(std::span<const double> limits, double x) {
 
 }  // namespace
 
-TEST_CASE("histograms") {
-    camber::testing::property("each value is counted once, in the bin that holds it", [](std::uint64_t seed) {
+TEST_CASE("a histogram counts each value once, in its bin") {
+    camber::testing::property("each value is counted once, in the bin that contains it", [](std::uint64_t seed) {
         camber::testing::Dice dice(seed);
         const auto values = some_values(dice);
         for (std::size_t q = 0; q < quantity_count; ++q) {
@@ -60,8 +60,11 @@ TEST_CASE("histograms") {
             }
         }
     });
+}
+
+TEST_CASE("the extremes of a histogram are values in the first and last used bin") {
     camber::testing::property(
-        "the extremes are values, in the first bin and the last that hold any", [](std::uint64_t seed) {
+        "the extremes are those of the values, in the first and last used bin", [](std::uint64_t seed) {
             camber::testing::Dice dice(seed);
             const auto values = some_values(dice);
             for (std::size_t q = 0; q < quantity_count; ++q) {
@@ -80,7 +83,10 @@ TEST_CASE("histograms") {
                 RC_ASSERT(static_cast<std::size_t>(s.counts.rend() - last) == bin_of(limits, greatest) + 1);
             }
         });
-    camber::testing::property("what is not finite counts as it is said to", [](std::uint64_t seed) {
+}
+
+TEST_CASE("infinite values count in the outer bins and NaN values separately") {
+    camber::testing::property("infinite values count in the outer bins, NaN values in no bin", [](std::uint64_t seed) {
         constexpr double inf = std::numeric_limits<double>::infinity();
         camber::testing::Dice dice(seed);
         auto values = some_values(dice);
@@ -98,7 +104,10 @@ TEST_CASE("histograms") {
         RC_ASSERT(s.extremes == finite.extremes);
         RC_ASSERT(s.mean == finite.mean);
     });
-    camber::testing::property("the order of the values does not matter for the counts", [](std::uint64_t seed) {
+}
+
+TEST_CASE("histogram counts do not depend on the order of the values") {
+    camber::testing::property("the counts do not depend on the order of the values", [](std::uint64_t seed) {
         camber::testing::Dice dice(seed);
         auto values = some_values(dice);
         const auto limits = limits_of(Quantity::length);
@@ -106,7 +115,10 @@ TEST_CASE("histograms") {
         std::shuffle(values.begin(), values.end(), dice.engine());
         RC_ASSERT(counted("count", limits, values).counts == before);
     });
-    camber::testing::property("bars and pictures show every series", [](std::uint64_t seed) {
+}
+
+TEST_CASE("bars and SVG pictures show the extremes of every series") {
+    camber::testing::property("bars and pictures show the extremes of each series", [](std::uint64_t seed) {
         camber::testing::Dice dice(seed);
         for (std::size_t q = 0; q < quantity_count; ++q) {
             Histogram h{static_cast<Quantity>(q), limits_of(static_cast<Quantity>(q)), {}};
@@ -123,7 +135,7 @@ TEST_CASE("histograms") {
                     return text.find(fmt::format("{:.4g}", extreme)) != std::string::npos;
                 };
                 RC_ASSERT(shown(picture, s.extremes->least) && shown(picture, s.extremes->greatest));
-                const bool is_bound = h.quantity == Quantity::scaled_jacobian;  // rounded down
+                const bool is_bound = h.quantity == Quantity::scaled_jacobian;  // printed rounded down
                 RC_ASSERT(is_bound || (shown(rows, s.extremes->least) && shown(rows, s.extremes->greatest)));
             }
         }
@@ -131,7 +143,7 @@ TEST_CASE("histograms") {
 }
 
 // Guards against histograms with nearly all values in one bin.
-TEST_CASE("the tails are told apart") {
+TEST_CASE("values in the tails fall into different bins") {
     const auto bins = [](Quantity quantity, const std::vector<double>& values) {
         std::set<std::size_t> used;
         for (const double x : values) used.insert(bin_of(limits_of(quantity), x));
@@ -141,7 +153,7 @@ TEST_CASE("the tails are told apart") {
                                         1e-9, 1e-8, 1e-5, 1e-3,  0.04,      0.5,    1};
     CHECK(bins(Quantity::scaled_jacobian, jacobians) == jacobians.size());
     CHECK(bins(Quantity::quality, jacobians) == jacobians.size());
-    // Both sides of the usual bound are one bin: there lie those that were relaxed down to it.
+    // Values on both sides of the default bound share a bin: relaxed elements lie at the bound.
     CHECK(bins(Quantity::scaled_jacobian, {0.00999, 0.01, 0.01001}) == 1);
     const std::vector<double> gains{-0.5, -0.05, -1e-5, 0, 1e-5, 0.001, 0.01, 0.1, 0.5, 1, 3, 10, 30, 1000};
     CHECK(bins(Quantity::length_reduction, gains) == gains.size());
@@ -151,7 +163,7 @@ TEST_CASE("the tails are told apart") {
     CHECK(bins(Quantity::length, lengths) == lengths.size());
 }
 
-TEST_CASE("a few of very many are seen in the picture, with their number") {
+TEST_CASE("a histogram shows a few of many values with their number") {
     std::vector<double> values(100000, 0.5);
     values.insert(values.end(), 7, 1e-7);
     Histogram h{Quantity::scaled_jacobian, limits_of(Quantity::scaled_jacobian), {}};
@@ -159,15 +171,15 @@ TEST_CASE("a few of very many are seen in the picture, with their number") {
     CHECK(svg(h).find(">7</text>") != std::string::npos);
     CHECK(svg(h).find("height=\"0.0") == std::string::npos);
     CHECK(bars(h).find("1e-07 to 1e-06          7 ▏") != std::string::npos);
-    CHECK(bars(h).find("1e-06 to 0.5          0\n") != std::string::npos);  // empty ones in one row
+    CHECK(bars(h).find("1e-06 to 0.5          0\n") != std::string::npos);  // empty bins share a row
 }
 
-TEST_CASE("limits rise, and have the numbers that the documentation says") {
+TEST_CASE("bin limits increase and equal the documented numbers") {
     for (std::size_t q = 0; q < quantity_count; ++q) {
         const auto limits = limits_of(static_cast<Quantity>(q));
         CHECK(std::adjacent_find(limits.begin(), limits.end(), std::greater_equal<>()) == limits.end());
     }
-    // The numbers that one reads are the limits, to the last bit.
+    // The printed limits equal the limits bit for bit.
     for (const auto quantity : {Quantity::length_reduction, Quantity::curvature, Quantity::scaled_jacobian})
         for (const double limit : limits_of(quantity)) CHECK(std::stod(fmt::format("{:.2g}", limit)) == limit);
     CHECK(limits_of(Quantity::length_reduction).front() == -0.1);
@@ -180,7 +192,7 @@ TEST_CASE("limits rise, and have the numbers that the documentation says") {
     CHECK(limits_of(Quantity::scaled_jacobian).back() == 1);
 }
 
-TEST_CASE("a report gives its histograms back") {
+TEST_CASE("histograms are read back from a report") {
     Report report;
     Histogram h{Quantity::length, limits_of(Quantity::length), {}};
     h.series = {counted("straight", h.limits, std::vector<double>{0.7, 1.3}),
@@ -190,7 +202,7 @@ TEST_CASE("a report gives its histograms back") {
     const auto back = histograms_of_report(to_json(report));
     REQUIRE(back.has_value());
     CHECK(*back == report.histograms);
-    // One that was written before there were extremes, and one that contradicts itself.
+    // A report without extremes, and one with contradictory extremes.
     const auto older = histograms_of_report(
         R"({"histograms": {"curvature": {"edges": [0, 1], "count": [1, 2, 0], "mean": {"count": 0}}}})");
     REQUIRE(older.has_value());

@@ -1,5 +1,4 @@
-// A run of a mesh in a bad order works in another, and nothing of that order comes out: the same run in the mesh's own
-// order is what it is held against.
+// Runs that reorder a mesh internally: the results equal those of the same run in the order of the mesh.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -28,7 +27,7 @@ import camber.recipes;
 import camber.reports;
 
 using namespace camber;
-using camber::testing::alone;
+using camber::testing::one_thread;
 using camber::testing::must;
 
 namespace {
@@ -41,17 +40,17 @@ Permutation<EntityId> any_order(std::size_t count) {
     Buffer<EntityId> ids(count);
     for (std::size_t i = 0; i < count; ++i) ids[i] = EntityId(i);
     std::shuffle(ids.begin(), ids.end(), std::mt19937_64(count));
-    return must(permutation(Column<EntityId>(std::move(ids)), alone));
+    return must(permutation(Column<EntityId>(std::move(ids)), one_thread));
 }
 
-/// A shape's mesh in random order.
+/// Generates the mesh of a shape in random order.
 template <int D>
 LinearMesh<D> shuffled(const std::string& shape) {
     const auto pipeline = must(config::read_pipeline(R"({"input": {"generate": )" + shape + "}}", "test"));
-    const auto made = must(run::generate_shape(std::get<config::Shape>(pipeline.input.source), alone));
+    const auto made = must(run::generate_shape(std::get<config::Shape>(pipeline.input.source), one_thread));
     auto mesh = testing::mesh_in<LinearMesh<D>>(made.mesh);
     const Renumbering order{any_order<VertexId>(mesh.points.size()), any_order<ElementId>(mesh.elements.size())};
-    return must(renumbered(std::move(mesh), order, alone));
+    return must(renumbered(std::move(mesh), order, one_thread));
 }
 LinearMesh<3> shell() {
     return shuffled<3>(camber::testing::less_if_sanitized(
@@ -67,7 +66,7 @@ Outcome<run::Run> run_of(const std::string& rest, run::Inputs inputs, int thread
     });
 }
 
-/// A size a vertex that grows with its distance from the origin.
+/// A size at each vertex, growing with the distance from the origin.
 template <int D>
 Solution sizes_of(const LinearMesh<D>& mesh) {
     Buffer<double> sizes;
@@ -75,7 +74,8 @@ Solution sizes_of(const LinearMesh<D>& mesh) {
     return {.dimension = D, .fields = {FieldKind::scalar}, .rows = mesh.points.size(), .values = std::move(sizes)};
 }
 
-/// Not to the last bit: sums over balls are in another order, and a sample on a face may be read on its other side.
+/// Compares up to 1e-7: sums over balls have another order, and a sample on a face may use the element on its other
+/// side.
 template <class T>
 bool close(const Column<T>& a, const Column<T>& b) {
     if (a.size() != b.size()) return false;
@@ -111,53 +111,53 @@ void check_same_elements(const run::Report& a, const run::Report& b) {
     if (a.validity) CHECK(a.validity->worst == b.validity->worst);
 }
 
-/// The mesh, its fields, its metric and the elements that the report names are those of the run in the mesh's order.
+/// Checks that mesh, fields, metric and reported elements of a reordered run equal those of a run in input order.
 template <int D>
-run::Run check_same_run(const std::string& rest, const run::Inputs& given) {
+run::Run check_same_run(const std::string& rest, const run::Inputs& inputs) {
     CAPTURE(rest);
-    run::Inputs here = given, there = given;
+    run::Inputs here = inputs, there = inputs;
     here.ordering = never;
     there.ordering = always;
-    const run::Run in_own = must(run_of(rest, here)), in_other = must(run_of(rest, there));
-    CHECK_FALSE(in_own.report.reordered.has_value());
-    CHECK(in_other.report.reordered.has_value());
-    const auto own = testing::mesh_in<QuadraticMesh<D>>(in_own.mesh);
-    const auto other = testing::mesh_in<QuadraticMesh<D>>(in_other.mesh);
+    const run::Run run_in_input_order = must(run_of(rest, here)), run_reordered = must(run_of(rest, there));
+    CHECK_FALSE(run_in_input_order.report.reordered.has_value());
+    CHECK(run_reordered.report.reordered.has_value());
+    const auto own = testing::mesh_in<QuadraticMesh<D>>(run_in_input_order.mesh);
+    const auto other = testing::mesh_in<QuadraticMesh<D>>(run_reordered.mesh);
     CHECK(other.linear.elements == own.linear.elements);
     CHECK(other.linear.facets == own.linear.facets);
     CHECK(other.linear.edges == own.linear.edges);
     CHECK(other.edges == own.edges);
     CHECK(close_nodes(own, other));
-    check_same_elements(in_other.report, in_own.report);
-    REQUIRE(in_own.fields.size() == in_other.fields.size());
-    for (const MeshField& field : in_own.fields) {
+    check_same_elements(run_reordered.report, run_in_input_order.report);
+    REQUIRE(run_in_input_order.fields.size() == run_reordered.fields.size());
+    for (const MeshField& field : run_in_input_order.fields) {
         CAPTURE(field.name);
-        const MeshField* const same = in_other.fields.find(field.name, field.centring);
+        const MeshField* const same = run_reordered.fields.find(field.name, field.centring);
         REQUIRE(same != nullptr);
         CHECK(close(*same, field));
     }
-    REQUIRE(in_own.metric.has_value() == in_other.metric.has_value());
-    if (in_own.metric) CHECK(close(in_own.metric->values, in_other.metric->values));
+    REQUIRE(run_in_input_order.metric.has_value() == run_reordered.metric.has_value());
+    if (run_in_input_order.metric) CHECK(close(run_in_input_order.metric->values, run_reordered.metric->values));
     const run::Run by_three = must(run_of(rest, there, 3));
-    CHECK(by_three.mesh == in_other.mesh);
-    for (const MeshField& field : in_other.fields)
+    CHECK(by_three.mesh == run_reordered.mesh);
+    for (const MeshField& field : run_reordered.fields)
         CHECK(close(*by_three.fields.find(field.name, field.centring), field));
-    return in_other;
+    return run_reordered;
 }
 
-const std::string judged = R"("validate": {"min_scaled_jacobian": 0.97})";
+const std::string validate_stage = R"("validate": {"min_scaled_jacobian": 0.97})";
 const std::string with_vtu = R"(, "output": {"vtu": "none.vtu"})";
 const std::string with_outputs = R"(, "output": {"vtu": "none.vtu", "metric": "none.sol"})";
 
 template <int D>
 void check_runs(const LinearMesh<D>& mesh) {
     run::Inputs inputs{DecodedMesh{AnyMesh(as_mesh(mesh)), {}}, {}};
-    const auto made =
-        check_same_run<D>(R"(, "stages": ["elevate", "curve", {)" + judged + R"(}, "commit"])" + with_outputs, inputs);
+    const auto made = check_same_run<D>(
+        R"(, "stages": ["elevate", "curve", {)" + validate_stage + R"(}, "commit"])" + with_outputs, inputs);
     CHECK_FALSE(made.report.elements_below_bound.empty());
     CHECK_FALSE(made.fields.empty());
     const auto curved =
-        check_same_run<D>(R"(, "stages": [{)" + judged + "}]" + with_outputs, {DecodedMesh{made.mesh, {}}, {}});
+        check_same_run<D>(R"(, "stages": [{)" + validate_stage + "}]" + with_outputs, {DecodedMesh{made.mesh, {}}, {}});
     CHECK(curved.report.elements_below_bound == made.report.elements_below_bound);
     inputs.metric = sizes_of(mesh);
     check_same_run<D>(R"(, "metric": {"file": "sizes.sol"}, "stages": ["elevate", "curve", "commit"])" + with_outputs,
@@ -166,12 +166,12 @@ void check_runs(const LinearMesh<D>& mesh) {
 
 }  // namespace
 
-TEST_CASE("a run in another order gives what a run in the mesh's own gives") {
+TEST_CASE("a run in another order gives the results of a run in the input order") {
     check_runs(annulus());
     check_runs(shell());
 }
 
-TEST_CASE("errors name what the user's files number so") {
+TEST_CASE("errors of reordered runs use the numbers of the input files") {
     const LinearMesh<3> mesh = shell();
     const auto error_of = [&](Solution sizes, const OrderingOptions& ordering) {
         run::Inputs inputs{DecodedMesh{AnyMesh(as_mesh(mesh)), {}}, std::move(sizes), {}, {}, ordering};
@@ -191,7 +191,7 @@ TEST_CASE("errors name what the user's files number so") {
     CHECK(error_of(short_one, always) == error_of(short_one, never));
 }
 
-TEST_CASE("what prepare says, and what it mends, is of the mesh's own order") {
+TEST_CASE("notices and corrections of prepare use the input order") {
     LinearMesh<3> mesh = shell();
     auto elements = take(std::move(mesh.elements.vertices));
     auto references = take(std::move(mesh.elements.references));
@@ -209,7 +209,7 @@ TEST_CASE("what prepare says, and what it mends, is of the mesh's own order") {
     CHECK(made.report.notices.size() >= 3);
 }
 
-TEST_CASE("corrections in another order are told by the mesh's own numbers") {
+TEST_CASE("remaining elements of reordered runs are reported by input numbers") {
     const auto curved =
         must(run_of(R"(, "stages": ["elevate", "curve", "commit"])", {DecodedMesh{AnyMesh(as_mesh(shell())), {}}, {}}));
     run::Inputs inputs{DecodedMesh{curved.mesh, {}}, {}, {}, {}, always};
@@ -228,7 +228,7 @@ TEST_CASE("corrections in another order are told by the mesh's own numbers") {
     CHECK(remaining == bad);
 }
 
-TEST_CASE("stages that change the straight mesh take it as it is") {
+TEST_CASE("a run with a stage that changes the straight mesh is not reordered") {
     run::Inputs inputs{DecodedMesh{AnyMesh(as_mesh(annulus())), {}}, {}, {}, {}, always};
     const auto made = must(run_of(R"(, "stages": ["smooth", "elevate"])", std::move(inputs)));
     CHECK_FALSE(made.report.reordered.has_value());

@@ -1,4 +1,4 @@
-// Which stage may come after which, and that the table tells what runs.
+// Allowed orders of stages: the table of `check_order` agrees with the runs.
 #include <doctest/doctest.h>
 
 #include <cstddef>
@@ -24,18 +24,18 @@ using Stages = std::vector<config::Stage>;
 
 namespace {
 
-/// Every alternative of config::Stage once.
+/// Returns one stage of each alternative of `config::Stage`.
 Stages every_stage() {
     return []<class... S>(std::type_identity<std::variant<S...>>) {
         return Stages{S{}...};
     }(std::type_identity<config::Stage>{});
 }
 
-void sequences(std::size_t length, const Stages& begun, const std::function<void(const Stages&)>& f) {
-    f(begun);
-    if (begun.size() == length) return;
+void sequences(std::size_t length, const Stages& prefix, const std::function<void(const Stages&)>& f) {
+    f(prefix);
+    if (prefix.size() == length) return;
     for (const config::Stage& stage : every_stage()) {
-        Stages longer = begun;
+        Stages longer = prefix;
         longer.push_back(stage);
         sequences(length, longer, f);
     }
@@ -48,12 +48,12 @@ config::Pipeline small_square() {
     return *pipeline;
 }
 
-/// A run of these stages, and the names of its steps.
-struct Ran {
+/// Result of a run and the names of its steps.
+struct StageRun {
     Outcome<run::Run> run;
     std::vector<std::string> steps;
 };
-Ran run_of(config::Pipeline pipeline, AnyMesh mesh, const Stages& stages) {
+StageRun run_of(config::Pipeline pipeline, AnyMesh mesh, const Stages& stages) {
     pipeline.stages = stages;
     std::vector<std::string> steps;
     auto run = run::run_pipeline(pipeline, {DecodedMesh{std::move(mesh), {}}, {}},
@@ -64,7 +64,7 @@ Ran run_of(config::Pipeline pipeline, AnyMesh mesh, const Stages& stages) {
     return {std::move(run), std::move(steps)};
 }
 
-/// With one node off the middle of its chord.
+/// Moves one mid node off the middle of its chord.
 AnyMesh bent(AnyMesh mesh, double by = 0.01) {
     auto& quadratic = std::get<Mesh<2>>(mesh);
     auto nodes = take(std::move(quadratic.edge_nodes));
@@ -80,25 +80,25 @@ std::string error_of(const Stages& stages, int degree) {
 
 }  // namespace
 
-TEST_CASE("what the order of stages allows runs, and what it does not is refused before anything is done") {
+TEST_CASE("allowed sequences of stages run and others are rejected before the first step") {
     const config::Pipeline pipeline = small_square();
     const auto square = run::generate_shape(std::get<config::Shape>(pipeline.input.source));
     REQUIRE(square);
     const auto curved = run_of(pipeline, square->mesh, {config::Elevate{}});
     REQUIRE(curved.run);
-    const auto law = [&](const AnyMesh& mesh, int degree) {
+    const auto check_sequences = [&](const AnyMesh& mesh, int degree) {
         sequences(camber::testing::less_if_sanitized<std::size_t>(3, 2), {}, [&](const Stages& stages) {
             const bool allowed = run::check_order(stages, degree).has_value();
-            const Ran ran = run_of(pipeline, mesh, stages);
-            CHECK(ran.run.has_value() == allowed);
-            CHECK(ran.steps.empty() == !allowed);
+            const StageRun stage_run = run_of(pipeline, mesh, stages);
+            CHECK(stage_run.run.has_value() == allowed);
+            CHECK(stage_run.steps.empty() == !allowed);
         });
     };
-    law(square->mesh, 1);
-    law(bent(curved.run->mesh), 2);
+    check_sequences(square->mesh, 1);
+    check_sequences(bent(curved.run->mesh), 2);
 }
 
-TEST_CASE("a mesh of degree 2 that nothing has bent is a straight one to stages that begin with elevate") {
+TEST_CASE("elevate accepts a quadratic mesh with straight edges and rejects a curved one") {
     const config::Pipeline pipeline = small_square();
     const auto square = run::generate_shape(std::get<config::Shape>(pipeline.input.source));
     REQUIRE(square);
@@ -108,11 +108,11 @@ TEST_CASE("a mesh of degree 2 that nothing has bent is a straight one to stages 
     REQUIRE(again.run);
     CHECK(again.run->mesh == elevated.run->mesh);
     CHECK_FALSE(run_of(pipeline, bent(elevated.run->mesh), {config::Elevate{}}).run);
-    CHECK(run_of(pipeline, bent(elevated.run->mesh, 1e-16), {config::Elevate{}}).run);  // digits of a text file
+    CHECK(run_of(pipeline, bent(elevated.run->mesh, 1e-16), {config::Elevate{}}).run);  // rounding of text files
 }
 
-TEST_CASE("what is bent far out by less than it is far is bent all the same") {
-    // Details of 1e-6 at 1e6: elements of 1e-6, a node off by a hundredth of that.
+TEST_CASE("elevate rejects small curvature far away from the origin") {
+    // Elements of size 1e-6 at (1e6, 1e6), with a node moved by 1e-8.
     const config::Pipeline pipeline = small_square();
     const auto square = run::generate_shape(std::get<config::Shape>(pipeline.input.source));
     REQUIRE(square);
@@ -126,7 +126,7 @@ TEST_CASE("what is bent far out by less than it is far is bent all the same") {
     CHECK_FALSE(run_of(pipeline, bent(elevated.run->mesh, 1e-8), {config::Elevate{}}).run);
 }
 
-TEST_CASE("a sequence of stages is allowed as far as its first fault, whatever comes after") {
+TEST_CASE("stages after the first error do not change the error") {
     for (const int degree : {1, 2})
         sequences(3, {}, [&](const Stages& stages) {
             const std::string error = error_of(stages, degree);
@@ -138,7 +138,7 @@ TEST_CASE("a sequence of stages is allowed as far as its first fault, whatever c
         });
 }
 
-TEST_CASE("the error of an order names the stage and what is missing before it") {
+TEST_CASE("the error of a sequence states the stage and the stage that must precede it") {
     CHECK(error_of({config::Elevate{}, config::Relax{}}, 1) == "/stages/1: stage \"relax\" needs \"curve\" before it");
     CHECK(error_of({config::Curve{}}, 1) == "/stages/0: stage \"curve\" needs \"elevate\" before it");
     CHECK(error_of({config::Validate{}}, 1).find("the mesh is of degree 1, and stage \"validate\"") == 0);

@@ -1,4 +1,4 @@
-// What the stages of a run tell of themselves: shares of the whole stage, though most are made of many loops.
+// Progress of the stages of a run: shares of the whole stage, although most stages consist of several loops.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -18,17 +18,18 @@ using namespace camber;
 
 namespace {
 
-/// A stage of a run, and the shares that it told.
-struct Told {
+/// A stage and the shares that it reported.
+struct StageShares {
     std::string stage;
     std::vector<double> shares = {};
 };
 
-Around listening(std::vector<Told>& told, int threads) {
-    return [&told, threads](std::string_view stage, const auto& body) {
-        told.push_back({std::string(stage)});
-        return body(Execution{.threads = threads, .progress = [&told](std::size_t done, std::size_t total) {
-                                  told.back().shares.push_back(static_cast<double>(done) / static_cast<double>(total));
+Around listening(std::vector<StageShares>& reported, int threads) {
+    return [&reported, threads](std::string_view stage, const auto& body) {
+        reported.push_back({std::string(stage)});
+        return body(Execution{.threads = threads, .progress = [&reported](std::size_t done, std::size_t total) {
+                                  reported.back().shares.push_back(static_cast<double>(done) /
+                                                                   static_cast<double>(total));
                               }});
     };
 }
@@ -45,13 +46,13 @@ config::Pipeline pipeline_of(const std::string& rest) {
     return *pipeline;
 }
 
-/// What the run of a config tells, with so many threads.
-std::vector<Told> told_by(const std::string& config, int threads) {
+/// Runs a config and returns the shares reported by each stage.
+std::vector<StageShares> reported_shares(const std::string& config, int threads) {
     const auto pipeline = pipeline_of(config);
-    std::vector<Told> told;
-    auto run = run::run_pipeline(pipeline, {generated(pipeline), {}}, listening(told, threads));
+    std::vector<StageShares> reported;
+    auto run = run::run_pipeline(pipeline, {generated(pipeline), {}}, listening(reported, threads));
     REQUIRE_MESSAGE(run.has_value(), (run ? std::string() : describe(run.error())));
-    return told;
+    return reported;
 }
 
 const std::string shell_in_space =
@@ -60,8 +61,8 @@ const std::string coarse_shell =
     R"("input": {"generate": {"shell": {"structure": "prisms", "inner_size": 0.5, "outer_size": 1.5}}})";
 const std::string bump = R"("input": {"generate": {"bump": {}}})";
 
-void check_shares(const std::vector<Told>& told) {
-    for (const auto& [stage, shares] : told) {
+void check_shares(const std::vector<StageShares>& reported) {
+    for (const auto& [stage, shares] : reported) {
         CAPTURE(stage);
         REQUIRE_FALSE(shares.empty());
         CHECK(shares.front() >= 0);
@@ -72,7 +73,7 @@ void check_shares(const std::vector<Told>& told) {
 
 }  // namespace
 
-TEST_CASE("each stage tells rising shares of itself, and in the end the whole") {
+TEST_CASE("each stage reports increasing shares that end at 1") {
     for (const std::string& input : {coarse_shell, bump})
         for (const std::string& rest :
              {std::string(), std::string(R"(, "stages": ["elevate", {"curve": {"objective": "energy"}}, "commit"])"),
@@ -82,13 +83,13 @@ TEST_CASE("each stage tells rising shares of itself, and in the end the whole") 
             for (const int threads : {1, 2}) {
                 CAPTURE(input);
                 CAPTURE(rest);
-                check_shares(told_by(input + rest, threads));
+                check_shares(reported_shares(input + rest, threads));
             }
 }
 
 // Guards against stages of several loops that report no share of their work.
-TEST_CASE("stages that take long on large meshes tell more than their end") {
-    for (const auto& [stage, shares] : told_by(shell_in_space, 2)) {
+TEST_CASE("stages that take long on large meshes report at least three shares before the end") {
+    for (const auto& [stage, shares] : reported_shares(shell_in_space, 2)) {
         CAPTURE(stage);
         for (const std::string_view name :
              {"prepare", "elevate", "surface", "extension", "metric", "curve", "validate", "measure"})
@@ -96,11 +97,11 @@ TEST_CASE("stages that take long on large meshes tell more than their end") {
     }
 }
 
-TEST_CASE("so do the stages of a check") {
+TEST_CASE("stages of a check report increasing shares of at most 1") {
     const auto pipeline = pipeline_of(shell_in_space);
-    std::vector<Told> told;
-    REQUIRE(run::check_mesh(generated(pipeline), {}, {}, listening(told, 2)));
-    for (const auto& [stage, shares] : told) {
+    std::vector<StageShares> reported;
+    REQUIRE(run::check_mesh(generated(pipeline), {}, {}, listening(reported, 2)));
+    for (const auto& [stage, shares] : reported) {
         CAPTURE(stage);
         CHECK(std::ranges::is_sorted(shares));
         CHECK((shares.empty() || shares.back() <= 1));

@@ -1,4 +1,4 @@
-// Files that several processes read and write at their places.
+// Files that several processes read and write at given positions.
 #include <doctest/doctest.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
@@ -50,7 +50,7 @@ std::string text_of(const std::string& path) {
 
 }  // namespace
 
-TEST_CASE("a shared file has its name when all have written, and nothing before") {
+TEST_CASE("a shared file appears under its name only after publish") {
     const Folder folder;
     const std::string path = folder / "mesh.meshb";
     auto first = SharedFile::make(path, 8);
@@ -69,7 +69,7 @@ TEST_CASE("a shared file has its name when all have written, and nothing before"
     CHECK(folder.files() == 1);
 }
 
-TEST_CASE("a shared file that is given up leaves nothing, and the old file as it was") {
+TEST_CASE("an abandoned shared file leaves no draft and does not change the old file") {
     const Folder folder;
     const std::string path = folder / "mesh.meshb";
     REQUIRE(write_file(path, std::array{as_bytes("old")}).has_value());
@@ -78,7 +78,7 @@ TEST_CASE("a shared file that is given up leaves nothing, and the old file as it
     CHECK(folder.files() == 1);
 }
 
-TEST_CASE("what a killed process left is taken away by the next file of the name; one that is at work is told") {
+TEST_CASE("a new shared file removes an older draft, whose publish then fails") {
     const Folder folder;
     const std::string path = folder / "mesh.meshb";
     auto killed = SharedFile::make(path, 8);
@@ -92,7 +92,7 @@ TEST_CASE("what a killed process left is taken away by the next file of the name
     CHECK(text_of(path) == "new");
 }
 
-TEST_CASE("a signal takes the draft away at once, whatever the process waits for") {
+TEST_CASE("a signal removes the draft of a shared file immediately") {
     const Folder folder;
     const std::string path = folder / "mesh.meshb";
     const pid_t child = ::fork();
@@ -100,7 +100,7 @@ TEST_CASE("a signal takes the draft away at once, whatever the process waits for
         [[maybe_unused]] const auto stop = stop_on_signals();
         const auto file = SharedFile::make(path, 8);
         std::raise(SIGTERM);
-        ::_exit(file && !fs::exists(file->draft()) ? 0 : 1);  // without its destructor
+        ::_exit(file && !fs::exists(file->draft()) ? 0 : 1);  // exits without calling its destructor
     }
     int status = 0;
     ::waitpid(child, &status, 0);
@@ -109,13 +109,13 @@ TEST_CASE("a signal takes the draft away at once, whatever the process waits for
     CHECK(folder.files() == 0);
 }
 
-TEST_CASE("shared files fail as others do") {
+TEST_CASE("shared files in a missing folder are a write error") {
     const Folder folder;
     CHECK(SharedFile::make(folder / "none/mesh.meshb", 8).error().kind == ErrorKind::write);
     CHECK(SharedFile::join(folder / "mesh.meshb", folder / "gone").error().kind == ErrorKind::write);
 }
 
-TEST_CASE("a mapped file is the file") {
+TEST_CASE("a mapped file has the content of the file after the file is removed") {
     const Folder folder;
     const std::string path = folder / "mesh.meshb";
     REQUIRE(write_file(path, std::array{as_bytes("some bytes")}).has_value());

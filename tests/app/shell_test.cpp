@@ -31,7 +31,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// A folder of its own for one case.
+/// Temporary folder of one test case.
 struct Folder {
     Folder() {
         std::string name = (fs::temp_directory_path() / "camber-test-XXXXXX").string();
@@ -63,7 +63,7 @@ std::string text_of(const std::string& path) {
 
 }  // namespace
 
-TEST_CASE("what is written is read, chunk after chunk, whatever its size") {
+TEST_CASE("files written in chunks are read back for all sizes") {
     const Folder folder;
     for (const std::size_t size : {0U, 1U, 65535U, 65536U, 65537U, 300000U}) {
         std::string text(size, 'x');
@@ -74,7 +74,7 @@ TEST_CASE("what is written is read, chunk after chunk, whatever its size") {
     CHECK(folder.files() == 1);
 }
 
-TEST_CASE("a bad path is one line with the system's reason") {
+TEST_CASE("a bad path is an error of one line with the reason of the system") {
     const Folder folder;
     const std::string missing = folder / "missing";
     CHECK(text_of(missing) == missing + ": cannot be read: No such file or directory (check the path)");
@@ -91,7 +91,7 @@ TEST_CASE("a bad path is one line with the system's reason") {
     CHECK(folder.files() == 0);
 }
 
-TEST_CASE("replacing keeps permissions and links") {
+TEST_CASE("replacing a file preserves permissions and symbolic links") {
     const Folder folder;
     REQUIRE(write(folder / "real", {"old"}).has_value());
     fs::permissions(folder / "real", fs::perms::owner_read | fs::perms::owner_write);
@@ -102,7 +102,7 @@ TEST_CASE("replacing keeps permissions and links") {
     CHECK(fs::status(folder / "real").permissions() == (fs::perms::owner_read | fs::perms::owner_write));
 }
 
-TEST_CASE("a write that fails half-way leaves the old file and nothing else") {
+TEST_CASE("a failed write preserves the old file and leaves no other file") {
     const Folder folder;
     REQUIRE(write(folder / "a", {"old"}).has_value());
     const pid_t child = ::fork();
@@ -120,13 +120,13 @@ TEST_CASE("a write that fails half-way leaves the old file and nothing else") {
     CHECK(folder.files() == 1);
 }
 
-TEST_CASE("devices are written to as they are") {
+TEST_CASE("devices are written directly") {
     CHECK(write("/dev/null", {"x"}).has_value());
     CHECK(describe(write("/dev/full", {"x"}).error()) ==
           "/dev/full: cannot be written: No space left on device (make room, or take another place)");
 }
 
-TEST_CASE("the first signal asks to stop, the second ends the process") {
+TEST_CASE("the first signal requests a stop and the second ends the process") {
     const pid_t child = ::fork();
     if (child == 0) {
         const std::stop_token stop = stop_on_signals();
@@ -142,7 +142,7 @@ TEST_CASE("the first signal asks to stop, the second ends the process") {
     CHECK(WTERMSIG(status) == SIGINT);
 }
 
-TEST_CASE("a silent or full pipe does not hold whoever wants to stop; nothing is written after the request") {
+TEST_CASE("a stop request ends reading and writing of a blocked pipe and prevents later writes") {
     const Folder folder;
     const std::string pipe = folder / "pipe";
     REQUIRE(::mkfifo(pipe.c_str(), 0600) == 0);
@@ -164,24 +164,24 @@ TEST_CASE("a silent or full pipe does not hold whoever wants to stop; nothing is
         other.join();
         CHECK(kind == ErrorKind::stopped);
     }
-    std::stop_source asked;
-    asked.request_stop();
+    std::stop_source stopped_before;
+    stopped_before.request_stop();
     const auto bytes = as_bytes("x");
-    const auto written = write_file(folder / "plain", {&bytes, 1}, {.stop = asked.get_token()});
+    const auto written = write_file(folder / "plain", {&bytes, 1}, {.stop = stopped_before.get_token()});
     REQUIRE_FALSE(written.has_value());
     CHECK(written.error().kind == ErrorKind::stopped);
     CHECK_FALSE(fs::exists(folder / "plain"));
 }
 
-TEST_CASE("a stream is read up to the bound that its first bytes give, and a plain file whatever its size") {
+TEST_CASE("a stream is read up to its bound and a plain file completely") {
     const Folder folder;
     const std::string pipe = folder / "pipe";
     REQUIRE(::mkfifo(pipe.c_str(), 0600) == 0);
     hold_standard_streams();
     constexpr std::size_t bound = 100000;
-    std::size_t seen = 0;
+    std::size_t size_of_beginning = 0;
     const StreamBound of_letters = [&](std::span<const std::byte> beginning) -> Outcome<std::size_t> {
-        seen = beginning.size();
+        size_of_beginning = beginning.size();
         if (as_text(beginning).starts_with("x")) return bound;
         return fail(ErrorKind::input, "is no file of letters", "pipe");
     };
@@ -194,7 +194,7 @@ TEST_CASE("a stream is read up to the bound that its first bytes give, and a pla
         const auto read = read_file(pipe, {}, of_letters);
         writer.join();
         CHECK(read.has_value() == (letter == 'x' && size > 0 && size <= bound));
-        CHECK(seen <= beginning_of_stream);
+        CHECK(size_of_beginning <= beginning_of_stream);
         if (read) CHECK(as_text(*read) == text);
         if (!read && letter == 'x' && size > 0)
             CHECK(describe(read.error()) ==
@@ -208,7 +208,7 @@ TEST_CASE("a stream is read up to the bound that its first bytes give, and a pla
           "/dev/zero: is a stream of more than 64.0 MiB, the most that is read of it (give a plain file)");
 }
 
-TEST_CASE("work has a usual stack where the process has a small one") {
+TEST_CASE("with_usual_stack runs work on a large stack in a process with a small one") {
     const pid_t child = ::fork();
     if (child == 0) {
         const rlimit small{64 << 10, 64 << 10};
@@ -237,7 +237,7 @@ TEST_CASE("work has a usual stack where the process has a small one") {
     CHECK(status == 0);
 }
 
-TEST_CASE("the least limit of a group and those that hold it") {
+TEST_CASE("the memory limit is the minimum over a control group and its parents") {
     const Folder folder;
     const std::size_t none = std::numeric_limits<std::size_t>::max();
     const std::string root = folder.path.string();
@@ -260,18 +260,18 @@ TEST_CASE("the least limit of a group and those that hold it") {
     CHECK(readable(std::size_t{1} << 19U) == "0.5 MiB");
 }
 
-TEST_CASE("a meter sees time and memory pass") {
+TEST_CASE("a meter measures elapsed time and peak memory") {
     const Meter meter;
     const auto before = meter.read();
-    std::vector<char> held(64U << 20U, 1);
-    for (volatile char& c : held) c = 2;  // so that the compiler does not save the memory
+    std::vector<char> memory(64U << 20U, 1);
+    for (volatile char& c : memory) c = 2;  // prevents the compiler from removing the allocation
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
     const auto after = meter.read();
     CHECK(after.seconds >= before.seconds + 0.02);
-    CHECK(after.peak_bytes >= held.size());
+    CHECK(after.peak_bytes >= memory.size());
 }
 
-TEST_CASE("a file may have the longest name that the system knows") {
+TEST_CASE("file names of up to 255 bytes are written") {
     const Folder folder;
     for (const std::size_t length : {251U, 255U}) {
         const std::string path = folder / std::string(length, 'n').c_str();
@@ -282,7 +282,7 @@ TEST_CASE("a file may have the longest name that the system knows") {
     CHECK(folder.files() == 2);
 }
 
-TEST_CASE("progress tells part and time left") {
+TEST_CASE("the progress line shows share, rate and remaining time") {
     const auto line = [](double part, double left) { return progress_line("curve", {part, left}); };
     CHECK(line(0.5, 10) == "curve      [###############               ]  50 %  10 s left");
     CHECK(progress_line("curve", {0.5, 10, 1.26e6}).ends_with("]  50 %  1.3 M elements/s  10 s left"));
@@ -291,8 +291,8 @@ TEST_CASE("progress tells part and time left") {
     CHECK(line(0.99, 0).ends_with("]  99 %"));
 }
 
-// Guards against progress of passes that falls back.
-TEST_CASE("steps in rounds tell one share, which rises and never becomes all") {
+// Guards against progress of repeated passes that decreases.
+TEST_CASE("the share of repeated steps increases and stays below 1") {
     RoundsShare share;
     double before = 0;
     for (const std::size_t steps : {5, 4, 7, 5, 5, 1, 5}) {
@@ -310,30 +310,30 @@ TEST_CASE("steps in rounds tell one share, which rises and never becomes all") {
     CHECK(before > 0.98);
 }
 
-TEST_CASE("the share of a stage at a steady pace tells when it ends") {
+TEST_CASE("the remaining time of a stage at a constant rate is exact") {
     StageShare share;
     for (std::size_t done = 5; done < 100; done += 5) {
-        const Share told = share.tick(done, 100, 0.1 * static_cast<double>(done));
-        CHECK(told.part == doctest::Approx(0.01 * static_cast<double>(done)));
-        CHECK(told.seconds_left == doctest::Approx(10 - 0.1 * static_cast<double>(done)));
+        const Share current = share.tick(done, 100, 0.1 * static_cast<double>(done));
+        CHECK(current.part == doctest::Approx(0.01 * static_cast<double>(done)));
+        CHECK(current.seconds_left == doctest::Approx(10 - 0.1 * static_cast<double>(done)));
     }
 }
 
-TEST_CASE("the share of a stage never falls and is never all; at its beginning nobody knows the time left") {
+TEST_CASE("the share of a stage never decreases, stays below 1 and gives no remaining time at first") {
     StageShare share;
     CHECK(share.tick(1, 1000, 1).seconds_left < 0);
     double before = 0;
     for (const std::size_t done : {100U, 300U, 200U, 1000U, 0U, 1000U}) {
-        const Share told = share.tick(done, 1000, 2);
-        CHECK(told.part >= before);
-        CHECK(told.part < 1);
-        CHECK(told.seconds_left > 0);
-        before = told.part;
+        const Share current = share.tick(done, 1000, 2);
+        CHECK(current.part >= before);
+        CHECK(current.part < 1);
+        CHECK(current.seconds_left > 0);
+        before = current.part;
     }
     CHECK(share.tick(0, 0, 3).part == before);
 }
 
-TEST_CASE("text is wrapped between words; examples are not") {
+TEST_CASE("text is wrapped between words and examples are not wrapped") {
     CHECK(wrapped("one two three four", 9) == "one two\nthree\nfour");
     CHECK(wrapped("one two three", 9, 4) == "one\n    two\n    three");
     CHECK(wrapped("one\n\n  an example that is long\ntwo", 9) == "one\n\n  an example that is long\ntwo");
@@ -343,7 +343,7 @@ TEST_CASE("text is wrapped between words; examples are not") {
     CHECK(text_width() <= 100);
 }
 
-TEST_CASE("A command's words reach it as they are, and what it says is kept") {
+TEST_CASE("a command gets its arguments unchanged and its output is stored") {
     const Folder folder;
     const auto done =
         run_command_line({"sh", "-c", "echo \"$0|$1\"; echo err >&2", "a b", "$HOME;*"}, 0, folder / "said", {});
@@ -352,7 +352,7 @@ TEST_CASE("A command's words reach it as they are, and what it says is kept") {
     CHECK(text_of(folder / "said") == "a b|$HOME;*\nerr\n");
 }
 
-TEST_CASE("How a command failed is told") {
+TEST_CASE("the exit code or signal of a failed command is reported") {
     const Folder folder;
     const auto code = run_command_line({"sh", "-c", "exit 3"}, 0, folder / "said", {});
     REQUIRE(code);
@@ -366,7 +366,7 @@ TEST_CASE("How a command failed is told") {
     CHECK(missing.error().kind == ErrorKind::usage);
 }
 
-TEST_CASE("Out of time or stopped, a command's whole group ends") {
+TEST_CASE("a timeout or a stop request ends the process group of a command") {
     const Folder folder;
     const std::string wait = "(sleep 60 & echo $! > " + (folder / "pid") + "; wait)";
     const auto is_gone = [&] {

@@ -19,25 +19,25 @@ using namespace camber::testing;
 namespace {
 
 template <int N, int K>
-void basis_laws() {
+void check_bases() {
     constexpr int n = node_count<N, K>;
     CAPTURE(N);
     CAPTURE(K);
-    std::set<MultiIndex<K>> seen;
+    std::set<MultiIndex<K>> indices;
     for (int i = 0; i < n; ++i) {
         const auto& alpha = multi_indices<N, K>[i];
         CHECK(std::accumulate(alpha.begin(), alpha.end(), 0) == N);
         for (const int a : alpha) CHECK(a >= 0);
         if (i > 0) CHECK(alpha < multi_indices<N, K>[i - 1]);
         CHECK(position<N, K>(alpha) == i);
-        seen.insert(alpha);
+        indices.insert(alpha);
     }
-    CHECK(seen.size() == n);
+    CHECK(indices.size() == n);
     MultiIndex<K> elsewhere{};
     elsewhere[0] = N + 1;
     CHECK(position<N, K>(elsewhere) == -1);
 
-    property("partition of unity, linear precision, Bernstein not negative",
+    property("the bases sum to 1; Bernstein functions are nonnegative and reproduce coordinates",
              [](std::uint64_t seed) {
                  Dice dice(seed);
                  const auto xi = dice.barycentric<K>();
@@ -55,7 +55,7 @@ void basis_laws() {
                  for (int i = 0; i <= K; ++i) RC_ASSERT(std::abs(moment[i] - xi[i]) < 1e-14);
              },
              {.count = 20});
-    property("Lagrange → Bézier → Lagrange; F interpolates its Lagrange nodes",
+    property("conversion to Bézier form and back restores the nodes",
              [](std::uint64_t seed) {
                  Dice dice(seed);
                  std::array<double, n> nodes{};
@@ -72,7 +72,7 @@ void basis_laws() {
                      for (int j = 0; j < n; ++j)
                          RC_ASSERT(std::abs(lagrange<K>(multi_indices<N, K>[j], at) - (i == j ? 1.0 : 0.0)) < 1e-13);
                  }
-                 // The two bases write the same polynomial.
+                 // Both bases represent the same polynomial.
                  const auto xi = dice.barycentric<K>();
                  double by_bernstein = 0, by_lagrange = 0;
                  for (int j = 0; j < n; ++j) {
@@ -86,16 +86,22 @@ void basis_laws() {
 
 template <int K, int... N>
 void all_degrees(std::integer_sequence<int, N...>) {
-    (basis_laws<N + 1, K>(), ...);
+    (check_bases<N + 1, K>(), ...);
 }
 
 }  // namespace
 
-TEST_CASE("bases on edges") { all_degrees<1>(std::make_integer_sequence<int, 5>{}); }
-TEST_CASE("bases on triangles") { all_degrees<2>(std::make_integer_sequence<int, 5>{}); }
-TEST_CASE("bases on tetrahedra") { all_degrees<3>(std::make_integer_sequence<int, 5>{}); }
+TEST_CASE("Bernstein and Lagrange bases on edges are consistent") {
+    all_degrees<1>(std::make_integer_sequence<int, 5>{});
+}
+TEST_CASE("Bernstein and Lagrange bases on triangles are consistent") {
+    all_degrees<2>(std::make_integer_sequence<int, 5>{});
+}
+TEST_CASE("Bernstein and Lagrange bases on tetrahedra are consistent") {
+    all_degrees<3>(std::make_integer_sequence<int, 5>{});
+}
 
-TEST_CASE("numbers of nodes") {
+TEST_CASE("node counts and multinomials match their formulas") {
     CHECK(node_count<2, 1> == 3);
     CHECK(node_count<2, 2> == 6);
     CHECK(node_count<2, 3> == 10);

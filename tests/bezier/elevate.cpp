@@ -1,4 +1,4 @@
-// The verb elevate: exact.
+// Degree elevation is exact.
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -18,8 +18,8 @@ using namespace camber::testing;
 namespace {
 
 template <int D>
-void elevate_laws() {
-    property("nodes are the middles bit for bit, planes stay planes, the straight mesh is shared",
+void check_elevation() {
+    property("elevation places nodes at midpoints to the last bit and shares the linear mesh",
              [](std::uint64_t seed) {
                  Dice dice(seed);
                  LatticeOptions<D> options;
@@ -33,10 +33,10 @@ void elevate_laws() {
                      return p;
                  };
                  const auto mesh = lattice_mesh(options);
-                 const auto p2 = *elevate(mesh, alone);
+                 const auto p2 = *elevate(mesh, one_thread);
                  RC_ASSERT(p2.linear == mesh);
                  RC_ASSERT(p2.linear.points.data() == mesh.points.data());
-                 RC_ASSERT(p2.edges == *unique_edges(mesh, alone));
+                 RC_ASSERT(p2.edges == *unique_edges(mesh, one_thread));
                  for (std::size_t e = 0; e < p2.edges.size(); ++e) {
                      const auto [a, b] = p2.edges.vertices[e];
                      RC_ASSERT(p2.mid_nodes[e].point == midpoint(mesh.points[a], mesh.points[b]));
@@ -58,14 +58,14 @@ void elevate_laws() {
 
 }  // namespace
 
-TEST_CASE("elevate triangles") { elevate_laws<2>(); }
-TEST_CASE("elevate tetrahedra") { elevate_laws<3>(); }
+TEST_CASE("elevated triangles have midpoint nodes to the last bit") { check_elevation<2>(); }
+TEST_CASE("elevated tetrahedra have midpoint nodes to the last bit") { check_elevation<3>(); }
 
-TEST_CASE("facets in Bézier form") {
+TEST_CASE("facets are converted to Bézier form") {
     auto mesh = lattice_mesh(LatticeOptions<3>{.cells = {1, 1, 1}});
     const auto& s = mesh.elements.vertices[0];
     mesh.facets.vertices = Buffer<SimplexVertices<2>>{{s[0], s[1], s[2]}};
-    const auto p2 = must(elevate(mesh, alone));
+    const auto p2 = must(elevate(mesh, one_thread));
     const auto facet = facet_of(p2, FacetId(std::size_t{0}));
     for (int i = 0; i < 3; ++i) CHECK(facet.control[i] == mesh.points[s[i]]);
     for (int e = 0; e < 3; ++e) {
@@ -74,8 +74,9 @@ TEST_CASE("facets in Bézier form") {
     }
 }
 
-TEST_CASE("elevate nothing, or stop") {
-    CHECK(must(elevate(LinearMesh<2>{}, alone)).mid_nodes.empty());
+TEST_CASE("an elevated empty mesh has no mid nodes") { CHECK(must(elevate(LinearMesh<2>{}, one_thread)).mid_nodes.empty()); }
+
+TEST_CASE("elevation stops on request") {
     std::stop_source source;
     source.request_stop();
     const auto mesh = lattice_mesh(LatticeOptions<2>{.cells = {2, 2}});

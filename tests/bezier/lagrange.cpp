@@ -37,7 +37,7 @@ void each_degree(const F& f) {
     f.template operator()<shape, 5>();
 }
 
-/// A random point of the unit cube; functions are polynomials, so that it need not be in the element.
+/// A random point of the unit cube. It need not be in the element, because the functions are polynomials.
 template <Shape shape>
 ReferencePoint random_point(Dice& dice) {
     ReferencePoint x{};
@@ -45,7 +45,7 @@ ReferencePoint random_point(Dice& dice) {
     return x;
 }
 
-/// A polynomial of the space of the element and its gradient: products of powers of linear functions of each factor.
+/// A polynomial of the element's space and its gradient: a product of powers of linear functions.
 struct Value {
     double value = 0;
     ReferencePoint gradient{};
@@ -76,7 +76,7 @@ ReferencePoint reference_node(std::size_t n) {
 
 }  // namespace
 
-TEST_CASE("nodes are different points, first corners, then those of edges, of faces and of the inside") {
+TEST_CASE("Lagrange nodes are distinct and ordered by corners, edges, faces and interior") {
     each_shape([]<Shape shape>() {
         each_degree<shape>([]<Shape, int degree>() {
             constexpr ShapeTable table = shape_table<shape>;
@@ -124,7 +124,7 @@ TEST_CASE("each Lagrange function is 1 at its node and 0 at the others") {
 }
 
 TEST_CASE("Lagrange functions reproduce polynomials and their gradients") {
-    property("for all shapes and degrees",
+    property("Lagrange functions of all shapes and degrees reproduce polynomials",
              [](std::uint64_t seed) {
                  Dice dice(seed);
                  each_shape([&]<Shape shape>() {
@@ -151,7 +151,7 @@ TEST_CASE("Lagrange functions reproduce polynomials and their gradients") {
              {.count = 20});
 }
 
-TEST_CASE("functions of simplices are those of multi-indices") {
+TEST_CASE("Lagrange functions of simplices equal those by multi-indices") {
     Dice dice(3);
     const auto xi = dice.barycentric<3>();
     const auto functions = lagrange_functions<Shape::tetrahedron, 4>({xi[1], xi[2], xi[3]});

@@ -21,8 +21,8 @@ QuadraticEdge<D> random_edge(Dice& dice) {
 }
 
 template <int D>
-void edge_laws() {
-    property("an edge is its Bernstein form; its derivative that of the form", [](std::uint64_t seed) {
+void check_edge_maps() {
+    property("points and derivatives of an edge equal those of its Bernstein form", [](std::uint64_t seed) {
         Dice dice(seed);
         const auto edge = random_edge<D>(dice);
         const Vec<D> p11 = control_point(edge.p20, edge.mid, edge.p02).point;
@@ -38,7 +38,7 @@ void edge_laws() {
         const double h = 1e-4;  // central differences are exact for parabolas
         RC_ASSERT(norm((edge.point(t + h) - edge.point(t - h)) / (2 * h) - edge.derivative(t)) < 1e-10);
     });
-    property("an edge begins, passes its node and ends where it says", [](std::uint64_t seed) {
+    property("an edge starts and ends at its vertices and passes through its node", [](std::uint64_t seed) {
         Dice dice(seed);
         const auto edge = random_edge<D>(dice);
         RC_ASSERT(edge.point(0) == edge.p20);
@@ -46,7 +46,7 @@ void edge_laws() {
         RC_ASSERT(norm(edge.point(0.5) - edge.mid.point) < 1e-15);
         RC_ASSERT(edge.chord() == edge.p02 - edge.p20);
     });
-    property("control point and Lagrange node are inverse to one another", [](std::uint64_t seed) {
+    property("control point and Lagrange node are inverse to each other", [](std::uint64_t seed) {
         Dice dice(seed);
         const auto edge = random_edge<D>(dice);
         const auto p11 = control_point(edge.p20, edge.mid, edge.p02);
@@ -54,7 +54,7 @@ void edge_laws() {
         const auto mid = lagrange_node(edge.p20, ControlPoint<D>{edge.mid.point}, edge.p02);
         RC_ASSERT(norm(control_point(edge.p20, mid, edge.p02).point - edge.mid.point) < 1e-15);
     });
-    property("a straight edge is straight, at constant speed, to the last bit of its offset", [](std::uint64_t seed) {
+    property("a straight edge has no offset, no curvature and a constant derivative", [](std::uint64_t seed) {
         Dice dice(seed);
         const auto a = dice.vector<D>(-1e6, 1e6);
         const auto b = a + dice.vector<D>();
@@ -67,8 +67,8 @@ void edge_laws() {
 }
 
 template <int K, int D>
-void simplex_laws() {
-    property("F and its derivatives: Bernstein form, differences, edges", [](std::uint64_t seed) {
+void check_simplex_maps() {
+    property("F equals its Bernstein form, its derivatives the differences, its edges P2 edges", [](std::uint64_t seed) {
         Dice dice(seed);
         QuadraticSimplex<K, D> s;
         for (auto& p : s.control) p = dice.vector<D>();
@@ -92,7 +92,7 @@ void simplex_laws() {
             backward[0] += h;
             RC_ASSERT(norm((s.point(forward) - s.point(backward)) / (2 * h) - columns[a]) < 1e-10);
         }
-        // Its edges are the P2 edges of its control points.
+        // The edges are the P2 edges of the control points.
         for (int e = 0; e < edges_per_simplex<K>; ++e) {
             const auto [i, j] = local_edges<K>[e];
             const auto mid = lagrange_node(s.control[i], ControlPoint<D>{s.control[K + 1 + e]}, s.control[j]);
@@ -104,7 +104,7 @@ void simplex_laws() {
             RC_ASSERT(norm(s.point(at) - edge.point(t)) < 1e-14);
         }
     });
-    property("a simplex with nodes at the middles maps linearly", [](std::uint64_t seed) {
+    property("a simplex with nodes at the edge midpoints maps linearly", [](std::uint64_t seed) {
         Dice dice(seed);
         QuadraticSimplex<K, D> s;
         for (int i = 0; i <= K; ++i) s.control[i] = dice.vector<D>();
@@ -123,9 +123,11 @@ void simplex_laws() {
 
 }  // namespace
 
-TEST_CASE("P2 edges in the plane") { edge_laws<2>(); }
-TEST_CASE("P2 edges in space") { edge_laws<3>(); }
-TEST_CASE("P2 edges as simplices") { simplex_laws<1, 2>(); }
-TEST_CASE("P2 triangles in the plane") { simplex_laws<2, 2>(); }
-TEST_CASE("P2 triangles in space") { simplex_laws<2, 3>(); }
-TEST_CASE("P2 tetrahedra") { simplex_laws<3, 3>(); }
+TEST_CASE("P2 edges in the plane match their Bernstein and Lagrange forms") { check_edge_maps<2>(); }
+TEST_CASE("P2 edges in space match their Bernstein and Lagrange forms") { check_edge_maps<3>(); }
+TEST_CASE("P2 maps of edges match their Bernstein form and derivatives") { check_simplex_maps<1, 2>(); }
+TEST_CASE("P2 maps of triangles in the plane match their Bernstein form and derivatives") {
+    check_simplex_maps<2, 2>();
+}
+TEST_CASE("P2 maps of triangles in space match their Bernstein form and derivatives") { check_simplex_maps<2, 3>(); }
+TEST_CASE("P2 maps of tetrahedra match their Bernstein form and derivatives") { check_simplex_maps<3, 3>(); }

@@ -25,7 +25,7 @@ TEST_CASE("a rule of n points is exact for polynomials of degree 2n - 1") {
         }
 }
 
-TEST_CASE("nodes rise inside the interval, weights are positive") {
+TEST_CASE("Gauss–Jacobi nodes increase within the interval and weights are positive") {
     for (int power = 0; power <= 2; ++power) {
         const GaussJacobi rule = gauss_jacobi(20, power);
         double before = 0;
@@ -55,7 +55,7 @@ TEST_CASE("a conical rule of n points a direction is exact for polynomials of de
         }
 }
 
-TEST_CASE("a rule of a shape is exact for products of polynomials of its factors") {
+TEST_CASE("the rule of a shape is exact for products of polynomials of its factors") {
     const auto check = []<Shape shape>(auto exact) {
         for (int n = 1; n <= 5; ++n)
             for (int i = 0; i <= 2 * n - 1; ++i) {

@@ -1,4 +1,5 @@
-"""Wrong arguments of each function of camber.h: a defined value is returned, and the error names function and argument.
+"""Wrong arguments of each function of camber.h: the function returns a defined value, and the error names function and
+argument.
 
     python3 tests/c/test_arguments.py LIBRARY [unittest arguments]
 """
@@ -18,7 +19,7 @@ POINTS = [0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 1, 1, 1]
 NODES = [1, 2, 3, 4, 2, 3, 4, 5]
 NOT_FINITE = [math.nan, math.inf, -math.inf]
 
-# Pointers that may be NULL, and functions to which NULL means nothing to do.
+# Pointers that may be NULL, and functions that do nothing for NULL.
 OPTIONAL = {("camber_write", "format"), ("camber_get_cells", "nodes"), ("camber_get_cells", "references"),
             ("camber_field_size", "components"), ("camber_run", "options"), ("camber_run_config", "options"),
             ("camber_run_config", "mesh"), ("camber_result_metric_size", "width"),
@@ -79,12 +80,12 @@ def words(*texts):
 
 
 class Calls:
-    """Right arguments of each function, and calls with some of them replaced."""
+    """Valid arguments of each function, and calls with some of them replaced."""
 
     def __init__(self):
         self.lib = library()
         self.folder = tempfile.mkdtemp()
-        self.keep = []  # memory that structures point to
+        self.keep = []  # arrays referenced by structures
         self.cells = self.cells_of(b"tetra", 2, NODES)
         self.mesh = self.made("camber_make", 3, 5, doubles(POINTS), 1, ctypes.byref(self.cells), 1)
         self.with_field = self.made("camber_with_field", self.mesh, b"x", 1, 5, doubles([1] * 5))
@@ -153,7 +154,7 @@ def each_argument(kinds):
 
 class WrongArguments(unittest.TestCase):
     def in_a_process(self, check):
-        """Runs `check(calls)` in a process of its own, so that a crash is a failure of the test."""
+        """Runs `check(calls)` in a separate process, so that a crash fails the test."""
         sys.stdout.flush()
         child = os.fork()
         if child == 0:
@@ -161,7 +162,7 @@ class WrongArguments(unittest.TestCase):
             try:
                 check(Calls())
                 code = 0
-            except BaseException:  # told here: the parent knows the code alone
+            except BaseException:  # printed here: the parent only gets the exit code
                 traceback.print_exc()
             finally:
                 os._exit(code)
@@ -177,7 +178,7 @@ class WrongArguments(unittest.TestCase):
         for text in (function + ": ", *texts):
             self.assertIn(text, calls.error())
 
-    def test_right_arguments_of_each_function_are_taken(self):
+    def test_valid_arguments_of_each_function_are_accepted(self):
         def check(calls):
             for name, (value, _) in FUNCTIONS.items():
                 got = calls.call(name)
@@ -189,7 +190,7 @@ class WrongArguments(unittest.TestCase):
         self.assertEqual(len(FUNCTIONS), 24)
         self.in_a_process(check)
 
-    def test_a_null_pointer_is_refused(self):
+    def test_a_null_pointer_is_rejected(self):
         for name, argument in each_argument(lambda kind: kind.endswith("*")):
             with self.subTest(function=name, argument=argument):
                 if (name, argument) in OPTIONAL:
@@ -202,14 +203,14 @@ class WrongArguments(unittest.TestCase):
                 else:
                     self.in_a_process(lambda calls: self.refused(calls, name, [argument + ": is NULL"], **{argument: None}))
 
-    def test_a_negative_number_is_refused(self):
+    def test_a_negative_number_is_rejected(self):
         for name, argument in each_argument(lambda kind: kind in ("int", "int64_t")):
             with self.subTest(function=name, argument=argument):
                 for value in (-1, -2**31):
                     self.in_a_process(lambda calls: self.refused(calls, name, [f"{argument}: is {value}"], (USAGE, INPUT),
                                                                  **{argument: value}))
 
-    def test_a_number_that_is_not_finite_is_refused(self):
+    def test_a_number_that_is_not_finite_is_rejected(self):
         def check(calls):
             for bad in NOT_FINITE:
                 self.refused(calls, "camber_make", ["coordinates: row 1: ", "not finite"], (INPUT,),
@@ -224,7 +225,7 @@ class WrongArguments(unittest.TestCase):
                                      options=ctypes.byref(options), **extra)
         self.in_a_process(check)
 
-    def test_counts_beyond_any_memory_are_refused(self):
+    def test_counts_beyond_the_memory_are_rejected(self):
         def check(calls):
             self.assertEqual(calls.call("camber_make", points=2**62), INTERNAL)
             self.assertIn("not enough memory", calls.error())
@@ -234,7 +235,7 @@ class WrongArguments(unittest.TestCase):
             self.refused(calls, "camber_get_cells", ["first: is 2147483647"], first=2**31 - 1)
         self.in_a_process(check)
 
-    def test_wrong_cells_are_refused(self):
+    def test_wrong_cells_are_rejected(self):
         def check(calls):
             for kind, count, nodes, text, status in (
                     (None, 2, NODES, "cells[0].type: is NULL", USAGE), (b"tetra", -1, NODES, "cells[0].count: is -1", USAGE),
@@ -248,7 +249,7 @@ class WrongArguments(unittest.TestCase):
             self.refused(calls, "camber_make", ["cells[1].type: tetra comes twice"], types=2, cells=twice)
         self.in_a_process(check)
 
-    def test_wrong_words_are_refused(self):
+    def test_wrong_words_are_rejected(self):
         def check(calls):
             for texts, text in (
                     ((None,), "word[0]: is NULL"), ((b"curve", None), "word[1]: is NULL"), ((b"",), "word[0]: "),
@@ -262,7 +263,7 @@ class WrongArguments(unittest.TestCase):
                 self.assertIn(texts[1].split(b"=")[0].decode() + ": is given 2 times (give it once)", calls.error())
         self.in_a_process(check)
 
-    def test_two_metrics_are_refused(self):
+    def test_two_metrics_are_rejected(self):
         def check(calls):
             for texts in ((b"remesh", b"--metric=0.1"), (b"remesh", b"--metric", b"0.1"), (b"curve", b"--metric=natural"),
                           (b"adapt", b"--metric=0.1"), (b"check", b"--metric=x.sol")):
@@ -276,7 +277,7 @@ class WrongArguments(unittest.TestCase):
                          options=ctypes.byref(calls.options))
         self.in_a_process(check)
 
-    def test_a_metric_of_another_width_is_refused(self):
+    def test_a_metric_of_a_wrong_width_is_rejected(self):
         def check(calls):
             for width in (-1, 0, 3, 5, 2**31 - 1):
                 options = calls.options_of([1] * 5, width)
@@ -284,7 +285,7 @@ class WrongArguments(unittest.TestCase):
                     self.refused(calls, name, [f"options.metric_width: is {width}"], options=ctypes.byref(options))
         self.in_a_process(check)
 
-    def test_names_are_any_bytes(self):
+    def test_names_of_arbitrary_bytes_are_accepted_or_rejected_without_a_crash(self):
         def check(calls):
             for name in (b"", b"\xff", b"\xe2\x82", b"a\nb", b"x" * 100000):
                 mesh = ctypes.c_void_p()

@@ -1,4 +1,5 @@
-// Right models, cut askew so that boxes say little, are taken; wrong ones, and wrong units, are not.
+// Models with obliquely cut faces, whose bounding boxes are not tight, are accepted; wrong models and units are
+// rejected.
 #include <doctest/doctest.h>
 
 #include <array>
@@ -43,20 +44,20 @@ Outcome<CadAssociation> associated(const LinearMesh<3>& mesh, const CadModel& mo
     return associate(mesh, *edges, model, {});
 }
 
-struct Askew {
+struct ObliqueModel {
     Kind kind;
     std::array<double, 3> sizes;
 };
-constexpr std::array<Askew, 4> askew{{{Kind::tilted_hole, {0.2, 0.5236, 0}},
-                                      {Kind::cap, {1, 0.6, 0}},
-                                      {Kind::groove, {1.2, 0.3, 0}},
-                                      {Kind::skew_cone, {1, 0.4, 2}}}};
+constexpr std::array<ObliqueModel, 4> oblique_models{{{Kind::tilted_hole, {0.2, 0.5236, 0}},
+                                                      {Kind::cap, {1, 0.6, 0}},
+                                                      {Kind::groove, {1.2, 0.3, 0}},
+                                                      {Kind::skew_cone, {1, 0.4, 2}}}};
 
 }  // namespace
 
-// Guards against right models that are refused because of the boxes of trimmed faces.
-TEST_CASE("models that are cut askew are those of their meshes, in each format") {
-    for (const auto& [kind, sizes] : askew) {
+// Guards against correct models that are rejected because of the boxes of trimmed faces.
+TEST_CASE("models with oblique faces are associated with their meshes in each format") {
+    for (const auto& [kind, sizes] : oblique_models) {
         const LinearMesh<3> mesh = mesh_of(triangles_of(kind, sizes, 0.02), 1);
         REQUIRE(mesh.facets.size() > 20);
         for (const char* const ending : {".step", ".iges", ".brep"}) {
@@ -73,8 +74,8 @@ TEST_CASE("models that are cut askew are those of their meshes, in each format")
     }
 }
 
-TEST_CASE("other units and other models are refused, with figures and the unit") {
-    for (const auto& [kind, sizes] : askew) {
+TEST_CASE("wrong units and wrong models are rejected with distances and the unit") {
+    for (const auto& [kind, sizes] : oblique_models) {
         CAPTURE(static_cast<int>(kind));
         const CadModel model = model_of(kind, sizes);
         const Triangles triangles = triangles_of(kind, sizes, 0.02);
@@ -86,7 +87,7 @@ TEST_CASE("other units and other models are refused, with figures and the unit")
             CHECK(found.error().what.find("reaches from") != std::string::npos);
             CHECK(found.error().remedy.find(unit) != std::string::npos);
         }
-        for (const auto& other : askew) {
+        for (const auto& other : oblique_models) {
             if (other.kind == kind) continue;
             const auto found = associated(mesh_of(triangles, 1), model_of(other.kind, other.sizes));
             REQUIRE(!found);
@@ -95,8 +96,8 @@ TEST_CASE("other units and other models are refused, with figures and the unit")
     }
 }
 
-TEST_CASE("the unit of a mesh is found by its boundary where one alone fits") {
-    for (const auto& [kind, sizes] : askew) {
+TEST_CASE("the unit of a mesh is found from its boundary if exactly one fits") {
+    for (const auto& [kind, sizes] : oblique_models) {
         CAPTURE(static_cast<int>(kind));
         const CadModel model = model_of(kind, sizes);  // in millimetres
         const Triangles triangles = triangles_of(kind, sizes, 0.02);
@@ -118,9 +119,9 @@ TEST_CASE("the unit of a mesh is found by its boundary where one alone fits") {
     }
 }
 
-// Guards against a model without one of the faces of the mesh that is accepted.
-TEST_CASE("a model that has lost a face is refused by the reference that lay there") {
-    // All faces of a box of sizes 40, 1, 1 but the last, as the mesh of a longer one has them.
+// Guards against accepted models that lack a face of the mesh.
+TEST_CASE("a model that lacks a face is rejected with the reference of that face") {
+    // The mesh is that of a longer box, so all its faces but one lie on the model.
     BoxOptions<3> options;
     options.high = {{44, 1, 1}};
     options.cells = {88, 2, 2};
@@ -132,8 +133,8 @@ TEST_CASE("a model that has lost a face is refused by the reference that lay the
     CHECK(found.error().what.find("of reference") != std::string::npos);
 }
 
-TEST_CASE("a mesh of another radius is refused, by its face, the vertices that are off, and their distance") {
-    // Edges of the mesh are about 0.3 long; the model's radius is another by this share of that.
+TEST_CASE("a mesh of another radius is rejected with face, vertex and distance") {
+    // Edges of the mesh are about 0.3 long; the radius of the model differs by this share of it.
     for (const double share : {0.0, 0.03, -0.03, 0.15, -0.15, 0.4}) {
         CAPTURE(share);
         const Triangles triangles = triangles_of(Kind::cylinder, {1, 2, 0}, 0.01);
@@ -153,7 +154,7 @@ TEST_CASE("a mesh of another radius is refused, by its face, the vertices that a
     }
 }
 
-TEST_CASE("few vertices off a face, or fewer than a facet has, do not refuse a mesh") {
+TEST_CASE("a mesh with few vertices off a face is accepted") {
     const CadModel model = model_of(Kind::box, {1, 1, 1});
     BoxOptions<3> options;
     options.jitter = 0;
@@ -179,24 +180,24 @@ TEST_CASE("few vertices off a face, or fewer than a facet has, do not refuse a m
     CHECK(fits(1));  // of 9
 }
 
-TEST_CASE("a model is the same in another process, to the last bit") {
+TEST_CASE("a CAD model is identical to the last bit in another process") {
     const File file(".step");
     write_model(Kind::filleted_box, {2, 0.3, 0}, file, "INCH");
     for (const CadUnit unit : {CadUnit::file, CadUnit::m}) {
-        const auto here = read_cad(file.path(), {unit}), plain = read_cad(file.path(), {});
-        REQUIRE(here);
+        const auto original = read_cad(file.path(), {unit}), plain = read_cad(file.path(), {});
+        REQUIRE(original);
         REQUIRE(plain);
         const auto bytes = packed_cad(*plain);
         REQUIRE(bytes);
-        const auto there = unpacked_cad(*bytes, {unit});
-        REQUIRE(there);
-        CHECK(there->file_unit() == here->file_unit());
-        REQUIRE(there->faces() == here->faces());
-        REQUIRE(there->vertices() == here->vertices());
-        for (std::size_t v = 0; v < here->vertices(); ++v) CHECK(there->vertex(v) == here->vertex(v));
-        for (std::size_t f = 0; f < here->faces(); ++f) {
+        const auto unpacked = unpacked_cad(*bytes, {unit});
+        REQUIRE(unpacked);
+        CHECK(unpacked->file_unit() == original->file_unit());
+        REQUIRE(unpacked->faces() == original->faces());
+        REQUIRE(unpacked->vertices() == original->vertices());
+        for (std::size_t v = 0; v < original->vertices(); ++v) CHECK(unpacked->vertex(v) == original->vertex(v));
+        for (std::size_t f = 0; f < original->faces(); ++f) {
             const Vec<3> p{{0.31, 0.17, 0.05}};
-            CHECK(closest_on_face(*there, f, p).point == closest_on_face(*here, f, p).point);
+            CHECK(closest_on_face(*unpacked, f, p).point == closest_on_face(*original, f, p).point);
         }
     }
     const auto cut = unpacked_cad("camber-cad-1 1 0", {});

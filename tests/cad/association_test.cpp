@@ -1,4 +1,4 @@
-// Meshes and the models that they sample.
+// Association of meshes with CAD models.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -42,7 +42,7 @@ LinearMesh<3> box_mesh() {
 
 }  // namespace
 
-TEST_CASE("a box: each side is a face, and nothing is in doubt") {
+TEST_CASE("each side of a box is associated with one face without ambiguity") {
     const CadModel model = model_of(Kind::box, {1, 2, 3});
     const LinearMesh<3> mesh = box_mesh();
     const CadAssociation a = associated(mesh, model);
@@ -78,7 +78,7 @@ TEST_CASE("concentric CAD spheres are associated with the right faces") {
     for (const auto& [reference, faces] : a.of_references) CHECK(faces.size() == 1);
 }
 
-TEST_CASE("another size or place is refused, with the unit that would fit") {
+TEST_CASE("a model of another size or place is rejected with the unit that fits") {
     const CadModel model = model_of(Kind::box, {1000, 2000, 3000}, ".step");
     const LinearMesh<3> mesh = box_mesh();
     const auto edges = value(unique_edges(mesh, {}));
@@ -95,7 +95,7 @@ TEST_CASE("another size or place is refused, with the unit that would fit") {
     CHECK(moved.error().what.find("(10, 0, 0)") != std::string::npos);
 }
 
-TEST_CASE("edges between two faces and vertices of three are told, smooth or not") {
+TEST_CASE("ridges and corners are found without references") {
     const CadModel model = model_of(Kind::box, {1, 2, 3});
     LinearMesh<3> mesh = box_mesh();
     mesh.facets.references = Buffer<Reference>(mesh.facets.size(), 7);
@@ -143,8 +143,8 @@ LinearMesh<3> two_cubes() {
     return mesh;
 }
 
-/// With vertices moved by this share of their coordinates, turned by their number.
-LinearMesh<3> shaken(LinearMesh<3> mesh, double by) {
+/// Moves all vertices by up to this distance, in directions that depend on their numbers.
+LinearMesh<3> perturbed(LinearMesh<3> mesh, double by) {
     auto points = take(std::move(mesh.points));
     for (std::size_t v = 0; v < points.size(); ++v)
         for (int k = 0; k < 3; ++k) points[v][k] += by * std::sin(static_cast<double>(3 * v) + k);
@@ -154,7 +154,7 @@ LinearMesh<3> shaken(LinearMesh<3> mesh, double by) {
 
 }  // namespace
 
-TEST_CASE("solids that touch, each with its own face: the first is taken, without doubt") {
+TEST_CASE("coincident faces of touching solids are associated with the first face") {
     const CadModel model = model_of(Kind::two_boxes, {1, 1, 1});
     REQUIRE(model.faces() == 12);
     const LinearMesh<3> mesh = two_cubes();
@@ -164,10 +164,10 @@ TEST_CASE("solids that touch, each with its own face: the first is taken, withou
     CHECK(a.largest_vertex_distance <= 1e-14);
     const auto& last = a.of_references.back();
     CHECK(last.first == 9);
-    CHECK(last.second.size() == 1);  // all on one of the two
+    CHECK(last.second.size() == 1);  // all on one of the two faces
 }
 
-TEST_CASE("of a part of the boundary: what lies elsewhere is on no face, and makes no ridge") {
+TEST_CASE("excluded references are on no face and make no ridges") {
     const CadModel model = model_of(Kind::box, {1, 2, 3});
     const LinearMesh<3> mesh = box_mesh();
     const auto edges = value(unique_edges(mesh, {}));
@@ -187,7 +187,7 @@ TEST_CASE("of a part of the boundary: what lies elsewhere is on no face, and mak
     CHECK(a.doubtful_facets + a.doubtful_edges + a.doubtful_vertices == 0);
 }
 
-TEST_CASE("a part of another size or place is refused, with figures") {
+TEST_CASE("a partial association rejects a model of another size or place") {
     const LinearMesh<3> mesh = box_mesh();
     const auto edges = value(unique_edges(mesh, {}));
     const std::vector<Reference> elsewhere{2, 5};
@@ -197,7 +197,7 @@ TEST_CASE("a part of another size or place is refused, with figures") {
         CHECK(wrong.error().kind == ErrorKind::input);
         CHECK(wrong.error().what.find("(1, 2, 3)") != std::string::npos);
     }
-    // Within the model's box, and on none of its faces.
+    // Inside the model's box, but on none of its faces.
     LinearMesh<3> inside = mesh;
     auto points = take(std::move(inside.points));
     for (Vec<3>& p : points) p += Vec<3>{{5, 5, 5}};
@@ -207,9 +207,9 @@ TEST_CASE("a part of another size or place is refused, with figures") {
     CHECK(far.error().what.find("the farthest by") != std::string::npos);
 }
 
-TEST_CASE("vertices are brought onto faces, edges and vertices of the model; required ones stay") {
+TEST_CASE("vertices move onto the model unless they are required") {
     const CadModel model = model_of(Kind::box, {1, 2, 3});
-    LinearMesh<3> mesh = shaken(box_mesh(), 3e-3);
+    LinearMesh<3> mesh = perturbed(box_mesh(), 3e-3);
     mesh.required_vertices = Buffer<VertexId>{VertexId(0)};
     const auto edges = value(unique_edges(mesh, {}));
     const auto moved_by = [&](int threads) {
@@ -229,14 +229,14 @@ TEST_CASE("vertices are brought onto faces, edges and vertices of the model; req
     CHECK(after.farthest_vertex == VertexId(0));
     on.required_vertices = {};
     const auto again = value(vertices_onto(model, after, on, Geometry<3>(CadGeometry{model, after, on}), {}));
-    CHECK(again.moved == 1);  // the one that had to stay
+    CHECK(again.moved == 1);  // the vertex that was required
     on.points = again.points;
     CHECK(associated(on, model).largest_vertex_distance <= 1e-12);
 }
 
-TEST_CASE("a vertex whose way would flatten an element is held back") {
+TEST_CASE("a vertex moves only as far as no element becomes flat") {
     const CadModel model = model_of(Kind::box, {1, 1, 1});
-    // A vertex of a side 0.04 off it, above one that is 0.002 below the side.
+    // A vertex is 0.04 above the side; the vertex under it is 0.002 below the side.
     BoxOptions<3> options;
     options.cells = {2, 2, 2};
     options.jitter = 0;
@@ -254,14 +254,14 @@ TEST_CASE("a vertex whose way would flatten an element is held back") {
     CHECK(moved.largest < 0.04);
 }
 
-TEST_CASE("a facet that spans a ridge of the model is reported, with its place") {
+TEST_CASE("a facet that spans a ridge of the model is reported with its position") {
     const CadModel model = model_of(Kind::box, {1, 2, 3});
     BoxOptions<3> options;
     options.high = {{1, 2, 3}};
     options.jitter = 0;
     LinearMesh<3> mesh = value(generate(options));
     CHECK(associated(mesh, model).across.count == 0);
-    // A vertex of the ridge x = y = 0 goes along the side x = 0.
+    // Moves a vertex of the ridge x = y = 0 within the side x = 0.
     auto points = take(std::move(mesh.points));
     const auto moved = std::find_if(points.begin(), points.end(),
                                     [](const Vec<3>& p) { return p[0] == 0 && p[1] == 0 && p[2] > 0.5 && p[2] < 2.5; });

@@ -1,4 +1,4 @@
-"""The mesh of a capsule (capsule.brep: a cylinder of radius 1 up to z = 2, a ball on it) whose facets span the circle between both."""
+"""Mesh of a capsule (capsule.brep: a cylinder of radius 1 up to z = 2 with a ball on top) with facets across the circle between both."""
 import math
 import pathlib
 
@@ -6,7 +6,7 @@ MESH = pathlib.Path(__file__).parent / "capsule.mesh"
 
 
 def across_circle():
-    """Text of the mesh: every second vertex of the circle goes down the cylinder, as if the mesher had left out the circle."""
+    """Returns the mesh as text, with every second vertex of the circle moved down the cylinder."""
     words = MESH.read_text().split()
     at = words.index("Vertices") + 2
     x, y, z = ([float(words[at + 4 * v + k]) for v in range(int(words[at - 1]))] for k in range(3))

@@ -1,4 +1,4 @@
-// The geometry that a model makes, as the boundary of meshes asks for it.
+// CAD models as the geometry of meshes.
 #include <doctest/doctest.h>
 
 #include <array>
@@ -37,7 +37,7 @@ double largest_distance(const QuadraticMesh<3>& mesh, const Geometry<3>& geometr
     return around.largest;
 }
 
-/// The side and the bottom of a cylinder, as one fan of prisms cut to tetrahedra: n corners around.
+/// A cylinder of prisms cut to tetrahedra, with n corners around.
 LinearMesh<3> cylinder_mesh(std::size_t n, double radius, double height) {
     Buffer<Vec<3>> points{{{0, 0, 0}}, {{0, 0, height}}};
     for (std::size_t i = 0; i < n; ++i) {
@@ -69,7 +69,7 @@ LinearMesh<3> cylinder_mesh(std::size_t n, double radius, double height) {
 
 }  // namespace
 
-TEST_CASE("nodes of a shell's boundary are on its spheres") {
+TEST_CASE("nodes of a shell lie on its spheres") {
     for (const char* const ending : {".brep", ".step"}) {
         const CadModel model = model_of(Kind::shell, {1, 5, 0}, ending);
         const auto mesh = value(elevate(value(generate(ShellOptions<3>{})), {}));
@@ -84,7 +84,7 @@ TEST_CASE("nodes of a shell's boundary are on its spheres") {
     }
 }
 
-TEST_CASE("nodes of a cylinder's rims are on its circles, those of its mantle on the mantle, seam or not") {
+TEST_CASE("nodes of a cylinder lie on its circles and on its mantle") {
     const CadModel model = model_of(Kind::cylinder, {0.5, 2, 0});
     for (const std::size_t n : {7, 12}) {
         const auto mesh = value(elevate(cylinder_mesh(n, 0.5, 2), {}));
@@ -105,12 +105,12 @@ TEST_CASE("nodes of a cylinder's rims are on its circles, those of its mantle on
                 rims += p[2] == 0 ? 1 : 0;
             }
         CHECK(rims == 2 * n);
-        // Between the nodes it is a parabola that is not the circle.
+        // The bound is for the distance between a circle and the parabola through three of its points.
         CHECK(largest_distance(mesh, geometry) <= 0.5 * std::pow(6.3 / static_cast<double>(n), 4) / 64);
     }
 }
 
-TEST_CASE("what stands at edges and vertices") {
+TEST_CASE("edges and facets are assigned to their curves and surfaces") {
     const CadModel model = model_of(Kind::cylinder, {0.5, 2, 0});
     const auto mesh = value(elevate(cylinder_mesh(8, 0.5, 2), {}));
     const Geometry<3> geometry = geometry_of(mesh, model);
@@ -132,7 +132,7 @@ TEST_CASE("what stands at edges and vertices") {
         REQUIRE(again);
         CHECK(distance(again->point, at.point) <= 1e-14);
     }
-    // New facets, which have no number: by their reference, and by where they are.
+    // Facets without an id are found by their reference and position.
     FacetSite<3> bottom = facet_site(mesh.linear, FacetId(0)), mantle = facet_site(mesh.linear, FacetId(2));
     const GeometryEntity of_bottom = geometry->surface_at(bottom), of_mantle = geometry->surface_at(mantle);
     CHECK(of_bottom != of_mantle);
@@ -182,7 +182,7 @@ TEST_CASE("the largest distance from a model needs few projections") {
         const Geometry<3> geometry = geometry_of(mesh, model);
         const auto features = value(find_features(mesh.linear, mesh.edges, FeatureOptions<3>{}, {}));
         const auto nodes = value(boundary_nodes(mesh, features, geometry, {}));
-        std::size_t projected = mesh.edges.size();  // each node once to its place
+        std::size_t projected = mesh.edges.size();  // one projection for each node
         for (const std::span<const LagrangeNode<3>> places :
              {mesh.mid_nodes.view(), std::span(nodes).first(nodes.size())}) {
             const auto all = value(boundary_distance<3>(mesh, places, features, geometry, {}));
@@ -204,7 +204,7 @@ TEST_CASE("the largest distance from a model needs few projections") {
     }
 }
 
-TEST_CASE("facets that span a sliver and split faces have their nodes on the virtual face") {
+TEST_CASE("nodes of facets across sliver and split faces lie on the virtual face") {
     for (const double sliver : {0.5, 0.03, 0.002}) {
         const CadModel model = model_of(Kind::split_cylinder, {0.5, 2, sliver}, ".step");
         REQUIRE(model.faces() == 9);
@@ -243,7 +243,7 @@ TEST_CASE("a mesh that respects the model's edges joins no faces") {
     for (const auto& [kind, sizes] : {std::pair(Kind::cylinder, std::array{0.5, 2.0, 0.0}),
                                       std::pair(Kind::split_cylinder, std::array{0.5, 2.0, 0.5})}) {
         LinearMesh<3> straight = cylinder_mesh(12, 0.5, 2);
-        if (kind == Kind::split_cylinder) {  // vertices at the ends of its three parts, as a mesher puts them there
+        if (kind == Kind::split_cylinder) {  // vertices at the ends of its three parts, as a mesher places them
             auto points = take(std::move(straight.points));
             const std::array<double, 4> parts{0.2, 0.7, 0.2 + 0.5 * (2 * 3.141592653589793 + 0.5),
                                               0.2 + 2 * 3.141592653589793};

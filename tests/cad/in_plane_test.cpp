@@ -1,4 +1,4 @@
-// Plane models as the geometry of 2D meshes: feet, what lies on which curve, nodes, and models that do not fit.
+// Plane models as the geometry of 2D meshes.
 #include <doctest/doctest.h>
 
 #include <array>
@@ -29,7 +29,7 @@ T value(Outcome<T> outcome) {
     return std::move(*outcome);
 }
 
-/// A fan of triangles about the origin; its rim through these points.
+/// A fan of triangles around a point near the origin, with its rim through these points.
 LinearMesh<2> fan(const std::vector<Vec<2>>& rim) {
     const auto v = [&](std::size_t i) { return VertexId(1 + i % rim.size()); };
     Buffer<Vec<2>> points{Vec<2>{{0, 0.1}}};
@@ -48,7 +48,7 @@ LinearMesh<2> fan(const std::vector<Vec<2>>& rim) {
     return mesh;
 }
 
-/// n places along the one edge of a model.
+/// n points along the only edge of a model.
 std::vector<Vec<2>> along_edge(const CadModel& model, std::size_t n) {
     const auto samples = value(samples_of<2>(model, n, {}));
     std::vector<Vec<2>> rim;
@@ -80,7 +80,7 @@ double largest_distance(const LinearMesh<2>& straight, const CadModel& model) {
 
 }  // namespace
 
-TEST_CASE("feet on plane curves: on the curve, perpendicular, with its place, and idempotent") {
+TEST_CASE("closest points on plane curves are perpendicular and idempotent") {
     for (const Kind kind : {Kind::annulus, Kind::ellipse, Kind::spline, Kind::half_disc})
         for (const char* const ending : {".brep", ".step"}) {
             const bool is_ellipse = kind == Kind::ellipse;
@@ -105,7 +105,7 @@ TEST_CASE("feet on plane curves: on the curve, perpendicular, with its place, an
     }
 }
 
-TEST_CASE("curves are found from faces and from curves alone, for any number of threads") {
+TEST_CASE("curves are associated from faces and from curves alone") {
     const LinearMesh<2> mesh = value(generate(ShellOptions<2>{}));
     for (const Kind kind : {Kind::annulus, Kind::circles})
         for (const char* const ending : {".brep", ".step", ".iges"}) {
@@ -137,18 +137,18 @@ TEST_CASE("vertices of the model where two curves meet are corners") {
     CHECK(largest_distance(mesh, model) <= std::pow(pi / 12, 3) / 8);
 }
 
-TEST_CASE("curved edges come near the curve by the third order at least") {
+TEST_CASE("curved edges converge to the model curve with order 3") {
     for (const Kind kind : {Kind::ellipse, Kind::spline}) {
         const CadModel model = model_of(kind, {1, 0.7, 0});
         const double coarse = largest_distance(fan(along_edge(model, 32)), model);
         const double fine = largest_distance(fan(along_edge(model, 64)), model);
         CHECK(coarse > 0);
-        // Edges across a spline's knots, where its third derivative jumps, are worse or better as they fall.
+        // At the knots of a spline the third derivative jumps, so errors of edges across knots vary.
         CHECK(fine < coarse / (kind == Kind::ellipse ? 6.5 : 4));
     }
 }
 
-TEST_CASE("models in space, of another size or place are refused") {
+TEST_CASE("models in space, of another size or place are rejected") {
     const LinearMesh<2> mesh = value(generate(ShellOptions<2>{}));
     const auto edges = value(unique_edges(mesh, {}));
     const auto error = [&](Kind kind, const std::array<double, 3>& sizes) {
@@ -160,16 +160,16 @@ TEST_CASE("models in space, of another size or place are refused") {
     CHECK(error(Kind::cylinder, {1, 3, 0}).find("from z = 0 to 3") != std::string::npos);
     CHECK(error(Kind::annulus, {1000, 5000, 7}).find("in m:") != std::string::npos);
     CHECK(error(Kind::annulus, {1, 3, 0}).find("(-3, -3)") != std::string::npos);
-    // And curves alone are no boundary of a volume.
+    // Curves without faces cannot bound a volume.
     const auto solid = value(generate(ShellOptions<3>{}));
     const auto no_faces = associate(solid, value(unique_edges(solid, {})), model_of(Kind::circles, {1, 5, 0}), {});
     REQUIRE(!no_faces);
     CHECK(no_faces.error().what == "the model has no faces");
 }
 
-TEST_CASE("a 2D mesh of another radius is refused, by the edge of the model") {
+TEST_CASE("a 2D mesh of another radius is rejected and can be moved onto the model") {
     for (const std::size_t n : {6, 16, 40})
-        for (const double share : {0.0, 0.03, -0.03, 0.12, -0.12, 0.3}) {  // of the edges' length
+        for (const double share : {0.0, 0.03, -0.03, 0.12, -0.12, 0.3}) {  // of the edge length
             CAPTURE(n);
             CAPTURE(share);
             const double length = 2 * std::sin(pi / static_cast<double>(n)), radius = 1 - share * length;
@@ -184,7 +184,7 @@ TEST_CASE("a 2D mesh of another radius is refused, by the edge of the model") {
             const auto fits = check_vertices<2>(a, CadVertices::keep);
             REQUIRE(fits.has_value() == (std::abs(share) < 0.05));
             if (!fits) CHECK(fits.error().what.find("away from CAD edge 1, ") != std::string::npos);
-            // Moved onto the model they fit.
+            // The mesh fits after its vertices are moved onto the model.
             const Geometry<2> geometry(CadGeometry<2>{model, a, mesh});
             const auto moved = value(vertices_onto(model, a, mesh, geometry, {}));
             LinearMesh<2> on = mesh;
@@ -194,7 +194,7 @@ TEST_CASE("a 2D mesh of another radius is refused, by the edge of the model") {
         }
 }
 
-TEST_CASE("2D facets that span smooth vertices of the model have their nodes on the joined curves") {
+TEST_CASE("nodes of 2D facets across smooth model vertices lie on the joined curves") {
     for (const double sliver : {0.5, 0.03, 0.002}) {
         const CadModel model = model_of(Kind::split_disc, {1, sliver, 0});
         REQUIRE(model.edges() == 3);

@@ -146,7 +146,7 @@ TopoDS_Shape tilted_hole(double radius, double angle) {
         .Shape();
 }
 
-/// What of a shape is on the far side of a plane through a point.
+/// Returns the part of a shape on the far side of a plane through a point.
 TopoDS_Shape beyond(const TopoDS_Shape& shape, const gp_Pnt& at, double angle, double size) {
     const gp_Ax2 plane = axes(at, angle);
     const gp_Pnt corner = at.Translated(-size * (gp_Vec(plane.XDirection()) + gp_Vec(plane.YDirection())));
@@ -162,7 +162,7 @@ TopoDS_Shape groove(double major, double minor) {
         .Shape();
 }
 
-/// Where the parts of a circle begin and end: a sliver of this angle, and two halves of the rest.
+/// Angles at which the parts of a circle begin and end: a sliver of this angle, and two halves of the rest.
 std::array<double, 4> split_angles(double sliver) {
     constexpr double begin = 0.2, turn = 2 * 3.141592653589793;
     return {begin, begin + sliver, begin + 0.5 * (turn + sliver), begin + turn};

@@ -1,11 +1,14 @@
-"""A plate [-1, 1]² × [0, 0.5] with a hole of radius 0.5 in its middle, in tetrahedra: n quarter segments, rings."""
+"""Tetrahedral mesh of a plate [-1, 1]² × [0, 0.5] with a hole of radius 0.5 along z."""
 import math
 
 HOLE = {"references": [7], "cylinder": {"point": [0, 0, 0], "axis": [0, 0, 1], "radius": 0.5}}
 
 
 def plate(n=4, rings=2, layers=2, radius=0.5, height=0.5, growth=1):
-    """Rings grow outwards. Points, tetrahedra and triangles by reference: 1 to 4 the sides at low x, high x, low y, high y, 5 bottom, 6 top, 7 the hole."""
+    """Returns points, tetrahedra and triangles with references.
+
+    Rings grow outwards by `growth`. References: 1 to 4 the sides at low x, high x, low y, high y, 5 bottom, 6 top, 7 the hole.
+    """
     around = 8 * (n // 2)
     points, number = [], {}
     for k in range(layers + 1):
@@ -30,7 +33,7 @@ def plate(n=4, rings=2, layers=2, radius=0.5, height=0.5, growth=1):
     for i in range(around):
         for j in range(rings):
             for k in range(layers):
-                # Kuhn's cut: faces of neighbours agree.
+                # Kuhn's subdivision, so that faces of neighbours agree.
                 for order in ((0, 1, 2), (0, 2, 1), (1, 0, 2), (1, 2, 0), (2, 0, 1), (2, 1, 0)):
                     corner, path = [i, j, k], [at(i, j, k)]
                     for axis in order:

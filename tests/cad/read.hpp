@@ -1,4 +1,4 @@
-// Models as values.
+// Reads models from temporary files.
 #pragma once
 
 #include <doctest/doctest.h>

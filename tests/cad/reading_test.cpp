@@ -1,4 +1,4 @@
-// Files of all kinds, units, and files that are none.
+// CAD file formats, units and invalid files.
 #include <doctest/doctest.h>
 
 #include <array>
@@ -15,7 +15,7 @@ import camber.cad;
 using namespace camber;
 using namespace cad_tests;
 
-TEST_CASE("the same model from files of each kind") {
+TEST_CASE("STEP, IGES and BREP files give the same model") {
     for (const char* const ending : {".step", ".iges", ".brep"}) {
         CAPTURE(ending);
         const CadModel box = model_of(Kind::box, {1, 2, 3}, ending);
@@ -30,7 +30,7 @@ TEST_CASE("the same model from files of each kind") {
     }
 }
 
-TEST_CASE("numbers do not depend on who reads") {
+TEST_CASE("reading a model twice gives the same numbers") {
     const File file(".step");
     write_model(Kind::filleted_box, {2, 0.3, 0}, file);
     const auto a = read_cad(file.path(), {}), b = read_cad(file.path(), {});
@@ -40,7 +40,7 @@ TEST_CASE("numbers do not depend on who reads") {
     for (std::size_t v = 0; v < a->vertices(); ++v) CHECK(a->vertex(v) == b->vertex(v));
 }
 
-TEST_CASE("coordinates are as the file has them, or in the unit of the mesh") {
+TEST_CASE("coordinates are in the unit of the file or of the mesh") {
     const File file(".step");
     write_model(Kind::box, {1000, 2000, 3000}, file, "M");
     const auto size = [&](CadUnit unit) {
@@ -59,7 +59,7 @@ TEST_CASE("coordinates are as the file has them, or in the unit of the mesh") {
     CHECK(model->bounds().high[2] == doctest::Approx(3).epsilon(1e-9));
 }
 
-TEST_CASE("what is no model is told") {
+TEST_CASE("files without a valid model are rejected") {
     const auto error_of = [](const std::string& path) {
         const auto model = read_cad(path, {});
         REQUIRE(!model);

@@ -1,4 +1,4 @@
-// Points of a model's own faces and edges: on them, of their area, and seen where no facet is.
+// Samples of the faces and edges of a model: position, weight and use where the mesh has no facet.
 #include <doctest/doctest.h>
 
 #include <cmath>
@@ -36,7 +36,7 @@ constexpr double pi = 3.141592653589793;
 
 }  // namespace
 
-TEST_CASE("samples are on their entity, and stand for its area or length") {
+TEST_CASE("samples lie on their entity and represent its area or length") {
     struct Known {
         Kind kind;
         std::array<double, 3> sizes;
@@ -69,7 +69,7 @@ TEST_CASE("samples are on their entity, and stand for its area or length") {
     }
 }
 
-TEST_CASE("faces that are small or trimmed have samples too, the same for any number of threads") {
+TEST_CASE("small and trimmed faces have samples for any number of threads") {
     const CadModel model = model_of(Kind::filleted_box, {10, 0.05, 0});
     const auto samples = value(samples_of<3>(model, 500, {.threads = 1}));
     std::size_t faces = 0;
@@ -83,8 +83,8 @@ TEST_CASE("faces that are small or trimmed have samples too, the same for any nu
     }
 }
 
-TEST_CASE("fillets that a mesh has left out are seen from the model alone") {
-    // A lattice of the box without its fillets: each facet lies on a face but for what the fillets take away.
+TEST_CASE("fillets that the mesh lacks appear in the distance from the model") {
+    // A lattice of the box without its fillets: each facet lies on a face, except for the parts cut off by fillets.
     const double r = 0.2;
     const CadModel model = model_of(Kind::filleted_box, {1, r, 0});
     BoxOptions<3> box;
@@ -95,7 +95,7 @@ TEST_CASE("fillets that a mesh has left out are seen from the model alone") {
     const Geometry<3> geometry(CadGeometry{model, *association, mesh.linear});
     const auto samples = value(samples_of<3>(model, 4096, {}));
     const auto found = value(distances_both_ways<3>(mesh, mesh.mid_nodes.view(), features, geometry, samples, {}));
-    // The middle of a rounded corner is r (1 − 1/√3) from the box's planes.
+    // The centre of a rounded corner is r (1 − 1/√3) from the planes of the box.
     CHECK(found.to_boundary.largest == doctest::Approx(r * (1 - 1 / std::sqrt(3.0))).epsilon(0.1));
     std::size_t measured = 0;
     for (const auto& entity : found.entities)

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The program on a CAD model: a shell between spheres of radii 1 and 5, and what it says of files that do not fit."""
+"""Tests of the program with CAD models: a shell, an annulus, a capsule and a plate with a hole."""
 import json
 import math
 import pathlib
@@ -15,11 +15,11 @@ import plate
 
 PROGRAM = sys.argv.pop(1)
 HERE = pathlib.Path(__file__).parent
-MODEL = HERE / "shell.brep"  # as OpenCASCADE writes it
+MODEL = HERE / "shell.brep"  # between spheres of radii 1 and 5, written by OpenCASCADE
 PLATE = HERE / "plate.brep"  # [-1, 1]² × [0, 0.5] with a hole of radius 0.5 along z: see plate.py
 HOLE = plate.HOLE
 ANNULUS = HERE / "annulus.brep"  # a plane face between circles of radii 1 and 2
-CAPSULE = HERE / "capsule.brep"  # a cylinder of radius 1 up to z = 2, a ball on it; its mesh has one reference
+CAPSULE = HERE / "capsule.brep"  # a cylinder of radius 1 up to z = 2 with a ball on top; its mesh has one reference
 
 
 def camber(*arguments):
@@ -44,7 +44,7 @@ class Program(unittest.TestCase):
                       "--threads", "1", *arguments)
         return done, json.loads(report.read_text()) if done.returncode == 0 else None
 
-    def test_boundary_is_on_the_model(self):
+    def test_curve_puts_boundary_nodes_on_the_model(self):
         done, report = self.curve("--cad", MODEL)
         self.assertEqual(done.returncode, 0, done.stderr)
         cad = report["boundary"]["cad"]
@@ -66,7 +66,7 @@ class Program(unittest.TestCase):
         self.assertEqual(written["validity"]["invalid"], 0)
         return written
 
-    def test_a_plane_model_is_the_geometry_of_a_2d_mesh(self):
+    def test_2d_mesh_takes_its_geometry_from_a_plane_model(self):
         report = self.plane({"cad": {"file": str(ANNULUS)}})
         cad = report["boundary"]["cad"]
         self.assertEqual([cad[key] for key in ("faces", "matched_faces", "edges", "matched_edges")], [1, 1, 2, 2])
@@ -77,16 +77,16 @@ class Program(unittest.TestCase):
         patches = json.loads(done.stdout)["patches"]
         self.assertEqual(sorted({edge for patch in patches for edge in patch["cad_edges"]}), [1, 2])
 
-    def test_a_plane_model_of_a_part(self):
+    def test_plane_model_is_combined_with_an_analytic_circle(self):
         outer = {"references": [1], "sphere": {"centre": [0, 0], "radius": 2}}
         whole = self.plane({"cad": {"file": str(ANNULUS)}})
         mixed = self.plane({"cad": {"file": str(ANNULUS), "analytic": [outer]}})
         self.assertGreater(mixed["boundary"]["cad"]["analytic_facets"], 0)
         self.assertEqual(mixed["boundary"]["cad"]["matched_edges"], 1)
-        for way in ("largest_distance_straight", "largest_distance"):
-            self.assertAlmostEqual(mixed["boundary"][way], whole["boundary"][way], delta=1e-12)
+        for key in ("largest_distance_straight", "largest_distance"):
+            self.assertAlmostEqual(mixed["boundary"][key], whole["boundary"][key], delta=1e-12)
 
-    def test_config_names_the_same(self):
+    def test_config_gives_the_same_mesh_as_the_options(self):
         _, report = self.curve("--cad", MODEL)
         config = self.path / "pipeline.json"
         (self.path / "model.brep").write_bytes(MODEL.read_bytes())
@@ -97,37 +97,39 @@ class Program(unittest.TestCase):
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertEqual((self.path / "again.meshb").read_bytes(), (self.path / "curved.meshb").read_bytes())
 
-    def test_blocks_move_no_vertices_and_measure_the_boundary(self):
+    def test_curving_by_blocks_rejects_vertex_moves(self):
         done, _ = self.curve("--cad", MODEL, "--cad-vertices", "move", "--blocks", "500")
         self.assertNotEqual(done.returncode, 0)
         self.assertIn("moving vertices onto the CAD model is not supported when curving by blocks", done.stderr)
+
+    def test_blocks_measure_the_boundary_like_the_whole_mesh(self):
         whole, blocks = (self.curve("--cad", MODEL, *by)[1]["boundary"] for by in ((), ("--blocks", "500")))
         for key in ("node_deviation", "vertex_deviation"):
             self.assertEqual((whole[key]["measured"], whole[key]["beyond_tolerance"]), (blocks[key]["measured"], blocks[key]["beyond_tolerance"]))
 
     def test_remeshing_meets_the_geometry_error_on_a_dome(self):
-        """A cylinder with a ball on it: `camber geometry` finds afterwards what the report says; nothing is off."""
+        """A cylinder with a ball on top; `camber geometry` confirms the reported error."""
         out, report = self.path / "dome.mesh", self.path / "dome.json"
         for error in (0.02, 0.004):
             done = camber("remesh", HERE / "capsule.mesh", "--cad", CAPSULE, "--geometry-error", error, "-o", out,
                           "--report", report)
             self.assertEqual(done.returncode, 0, done.stderr)
-            told = json.loads(report.read_text())["boundary"]
-            self.assertLessEqual(told["geometry_error"]["reached"], error)
-            self.assertLess(told["cad"]["largest_vertex_distance"], 1e-9)
-            self.assertEqual(told["vertex_deviation"]["beyond_tolerance"], 0)
+            boundary = json.loads(report.read_text())["boundary"]
+            self.assertLessEqual(boundary["geometry_error"]["reached"], error)
+            self.assertLess(boundary["cad"]["largest_vertex_distance"], 1e-9)
+            self.assertEqual(boundary["vertex_deviation"]["beyond_tolerance"], 0)
             distances = json.loads(camber("geometry", out, "--cad", CAPSULE, "--json").stdout)["distances"]
-            for way in ("to_geometry", "to_boundary"):
-                self.assertLessEqual(distances[way]["largest"], error)
+            for direction in ("to_geometry", "to_boundary"):
+                self.assertLessEqual(distances[direction]["largest"], error)
 
-    def test_the_same_bytes_for_any_number_of_threads(self):
+    def test_output_does_not_depend_on_the_number_of_threads(self):
         for threads in (1, 3):
             done = camber("curve", self.path / "shell.mesh", "-o", self.path / f"{threads}.meshb", "--cad", MODEL,
                           "--threads", threads)
             self.assertEqual(done.returncode, 0, done.stderr)
         self.assertEqual((self.path / "1.meshb").read_bytes(), (self.path / "3.meshb").read_bytes())
 
-    def test_new_vertices_are_on_the_model(self):
+    def test_remesh_puts_new_vertices_on_the_model(self):
         out = self.path / "remeshed.mesh"
         done = camber("remesh", self.path / "shell.mesh", "-o", out, "--cad", MODEL, "--rounds", "2", "--metric",
                       '{"constant": {"sizes": [0.9]}}')
@@ -143,8 +145,8 @@ class Program(unittest.TestCase):
             r = math.hypot(*points[v - 1])
             self.assertLess(min(abs(r - 1), abs(r - 5)), 1e-12)
 
-    def pushed_off(self):
-        """The curved shell with every third node of its spheres pushed off them, as a file of degree 2."""
+    def displaced_nodes(self):
+        """Writes the curved shell with every third node of its spheres displaced; returns the file and the nodes."""
         curved = self.path / "curved.mesh"
         done = camber("curve", self.path / "shell.mesh", "-o", curved, "--cad", MODEL)
         self.assertEqual(done.returncode, 0, done.stderr)
@@ -155,19 +157,19 @@ class Program(unittest.TestCase):
         for v in sorted(nodes)[::3]:
             for k in range(3):
                 words[at + 4 * (v - 1) + k] = repr(float(words[at + 4 * (v - 1) + k]) * 1.02)
-        pushed = self.path / "pushed.mesh"
-        pushed.write_text(" ".join(words) + "\n")
-        return pushed, nodes
+        displaced = self.path / "displaced.mesh"
+        displaced.write_text(" ".join(words) + "\n")
+        return displaced, nodes
 
     def test_repair_puts_nodes_onto_the_model(self):
-        pushed, nodes = self.pushed_off()
+        displaced, nodes = self.displaced_nodes()
         out, report = self.path / "repaired.mesh", self.path / "repair.json"
-        done = camber("repair", pushed, "-o", out, "--cad", MODEL, "--report", report)
+        done = camber("repair", displaced, "-o", out, "--cad", MODEL, "--report", report)
         self.assertEqual(done.returncode, 0, done.stderr)
-        told = json.loads(report.read_text())
-        self.assertLess(told["boundary"]["cad"]["largest_node_distance"], 1e-12)
-        self.assertEqual(told["validity"]["invalid"], 0)
-        self.assertEqual(told["relax"]["relaxed_surface_edges"], 0)
+        result = json.loads(report.read_text())
+        self.assertLess(result["boundary"]["cad"]["largest_node_distance"], 1e-12)
+        self.assertEqual(result["validity"]["invalid"], 0)
+        self.assertEqual(result["relax"]["relaxed_surface_edges"], 0)
         words = out.read_text().split()
         at = words.index("Vertices") + 2
         for v in nodes:
@@ -177,7 +179,7 @@ class Program(unittest.TestCase):
         self.assertEqual(camber("repair", out, "-o", again, "--cad", MODEL).returncode, 0)
         self.assertEqual(out.read_bytes(), again.read_bytes())
 
-    def test_smooth_edges_of_the_model_stay_edges_of_the_mesh(self):
+    def test_remesh_keeps_smooth_edges_of_the_model(self):
         out = self.path / "capsule.mesh"
         done = camber("remesh", HERE / "capsule.mesh", "-o", out, "--cad", CAPSULE, "--rounds", "2", "--metric",
                       '{"constant": {"sizes": [0.4]}}')
@@ -190,8 +192,8 @@ class Program(unittest.TestCase):
         facets = [tuple(map(int, row[:3])) for row in rows("Triangles", 4)]
         edges = {frozenset(pair) for a, b, c in facets for pair in ((a, b), (b, c), (c, a)) if on.issuperset(pair)}
         self.assertGreater(len(on), 12)
-        self.assertEqual(len(edges), len(on))  # closed
-        for facet in facets:  # each is on one side
+        self.assertEqual(len(edges), len(on))  # the edges form a closed circle
+        for facet in facets:  # each facet is on one side of the circle
             heights = [points[v - 1][2] - 2 for v in facet if v not in on]
             self.assertTrue(all(z > 0 for z in heights) or all(z < 0 for z in heights))
 
@@ -215,7 +217,7 @@ class Program(unittest.TestCase):
         self.assertEqual(json.loads(done.stdout)["cad"]["virtual_faces"], cad["virtual_faces"])
 
     def plate(self, off=0.0):
-        """The plate's mesh; vertices of the boundary off it by this in each coordinate, at most."""
+        """Writes the plate's mesh with boundary vertices displaced by up to `off` in each coordinate."""
         points, tetrahedra, triangles = plate.plate()
         numbers, boundary = random.Random(1), {v for t in triangles for v in t[:3]}
         points = [tuple(c + (numbers.uniform(-off, off) if v in boundary else 0) for c in p) for v, p in enumerate(points)]
@@ -230,7 +232,7 @@ class Program(unittest.TestCase):
         return done, json.loads(report.read_text()) if done.returncode == 0 else None
 
     def nodes_of(self, path, reference):
-        """The nodes of facets of a reference."""
+        """Returns the nodes of the facets of a reference."""
         words = path.read_text().split()
         at = words.index("Vertices") + 2
         point = lambda v: tuple(map(float, words[at + 4 * (v - 1):at + 4 * v - 1]))
@@ -245,7 +247,7 @@ class Program(unittest.TestCase):
             for p in self.nodes_of(path, reference):
                 self.assertLess(abs(p[axis] - value), 1e-14)
 
-    def test_a_hole_that_is_analytic_in_a_model(self):
+    def test_analytic_hole_is_combined_with_the_model(self):
         done, report = self.curve_plate("--cad", PLATE, "--geometry", json.dumps({"analytic": [HOLE]}), "--set",
                                         "output/distances=both")
         self.assertEqual(done.returncode, 0, done.stderr)
@@ -262,14 +264,14 @@ class Program(unittest.TestCase):
         for surface, face in rims:
             self.assertEqual((surface, face[:5]), ("surface 1", "face "))
         self.assertIn(f"CAD model {PLATE}, analytic surfaces", done.stdout)
-        # The model of the whole makes the same mesh, but for rounding.
+        # The CAD model alone gives the same mesh up to rounding.
         self.curve_plate("--cad", PLATE, out="whole.mesh")
         for reference in range(1, 8):
             for p, q in zip(self.nodes_of(self.path / "plate-p2.mesh", reference),
                             self.nodes_of(self.path / "whole.mesh", reference)):
                 self.assertLess(math.dist(p, q), 1e-14)
 
-    def test_references_on_the_model_and_the_surrogate_beside(self):
+    def test_references_select_model_analytic_surface_or_surrogate(self):
         geometry = {"cad": {"file": str(PLATE), "references": [7, 5], "analytic": [
             {"references": [6], "plane": {"point": [0, 0, 0.5], "normal": [0, 0, 1]}}]}}
         done, report = self.curve_plate("--geometry", json.dumps(geometry), "--set", "output/distances=both")
@@ -282,9 +284,9 @@ class Program(unittest.TestCase):
         self.assertEqual({e["kind"] for e in report["boundary"]["distances"]["entities"]} - {"curve", "edge", "ridge"},
                          {"face", "surface", "patch"})
 
-    # Guards against a CAD model without one of the faces of the mesh that is accepted.
-    def test_a_hole_that_the_model_has_in_part(self):
-        """The surrogate of the rest takes the model's normals where both meet: the hole is smooth there."""
+    # Guards against accepted CAD models that lack a face of the mesh.
+    def test_surrogate_continues_the_model_within_a_hole(self):
+        """Where both meet, the surrogate has the normals of the model."""
         points, tetrahedra, triangles = plate.plate(n=6, layers=3)
         split = [(*t[:3], 8 if t[3] == 7 and sum(points[v][0] - points[v][1] for v in t[:3]) > 0 else t[3]) for t in triangles]
         mesh = self.path / "parts.mesh"
@@ -298,7 +300,7 @@ class Program(unittest.TestCase):
         self.assertLess(beside, 0.4 * alone)
 
     def sheet(self, across, name, is_required=True):
-        """The plate's mesh with facets of reference 50, those of which `across(places)`."""
+        """Writes the plate's mesh with facets of reference 50 at the inner faces selected by `across(points)`."""
         points, tetrahedra, triangles = plate.plate(rings=4)
         faces = {}
         for t in tetrahedra:
@@ -314,11 +316,11 @@ class Program(unittest.TestCase):
         return path, inner, points
 
     def test_sheets_within_one_material_have_no_cad_geometry(self):
-        """One that ends inside, one that meets the model's faces: curve, remesh and adapt; the walls stay on the model."""
+        """A sheet that ends inside and one that meets the model's faces, curved, remeshed and adapted."""
         sheets = {"inside": lambda p: all(abs(z - 0.25) < 1e-9 and 0.51 < max(abs(x), abs(y)) < 0.88 for x, y, z in p),
                   "across": lambda p: all(abs(z - 0.25) < 1e-9 for x, y, z in p)}
         for name, across in sheets.items():
-            # Required facets keep their edges' nodes, at the hole too.
+            # Required facets keep the nodes of their edges, also at the hole.
             mesh, inner, points = self.sheet(across, f"{name}.mesh", is_required=name == "inside")
             done, report = self.curve_plate("--cad", PLATE, mesh=mesh)
             self.assertEqual(done.returncode, 0, done.stderr)
@@ -342,8 +344,8 @@ class Program(unittest.TestCase):
                 if name == "inside":
                     self.assertLessEqual(places, written)
 
-    def test_boundaries_and_interfaces_off_the_model_are_refused(self):
-        """A wall that the model does not have, and one between two materials."""
+    def test_boundaries_and_interfaces_off_the_model_are_rejected(self):
+        """A wall that the model lacks, and an interface between two materials."""
         points, tetrahedra, triangles = plate.plate(rings=4)
         mesh = self.path / "wall.mesh"
         mesh.write_text(plate.text([(x, y, z * (1.4 if z > 0.4 else 1)) for x, y, z in points], tetrahedra, triangles))
@@ -359,10 +361,10 @@ class Program(unittest.TestCase):
         mesh.write_text(text[0] + "Tetrahedra\n" + "\n".join(rows))
         done, _ = self.curve_plate("--cad", PLATE, mesh=mesh)
         self.assertEqual(done.returncode, 3, done.stderr)
-        self.assertIn("triangles looked at do not lie on it", done.stderr)
+        self.assertIn("triangles in the sample do not lie on it", done.stderr)
 
-    def test_lines_within_one_material_of_a_plane_model(self):
-        """An arc of edges in an annulus: not on the circles of the model, and kept."""
+    def test_lines_within_one_material_have_no_cad_geometry(self):
+        """An arc of edges within an annulus, away from the circles of the model."""
         mesh, lines = self.path / "lines.mesh", self.path / "lines-p2.mesh"
         finer = ("--set", "inner_size=0.25", "--set", "outer_size=0.25")
         self.assertEqual(camber("generate", "annulus", "--set", "outer_radius=2", *finer, "-o", mesh).returncode, 0)
@@ -392,8 +394,8 @@ class Program(unittest.TestCase):
         done = camber("geometry", mesh, "--cad", ANNULUS, "--json")
         self.assertEqual(json.loads(done.stdout)["cad"]["references_within_materials"], [50])
 
-    def test_layers_that_end_at_plane_walls(self):
-        """The first is a seventh of the wall's sagitta: nodes go along on the planes as they do inside."""
+    def test_layers_that_end_at_plane_walls_are_valid(self):
+        """The first layer is a seventh of the wall's sagitta, so nodes in the planes must move with the inner ones."""
         mesh = self.path / "layers.mesh"
         mesh.write_text(plate.text(*plate.plate(rings=12, growth=1.5)))
         for objective in ("accuracy", "shape"):
@@ -418,14 +420,14 @@ class Program(unittest.TestCase):
         done, report = self.curve_plate("--cad", PLATE, mesh=mesh)
         self.assertNotIn("moved_vertices", report["boundary"]["cad"])
         self.assertGreater(report["boundary"]["cad"]["largest_vertex_distance"], 1e-3)
-        # Of a mesh of degree 2, too.
+        # The same for a mesh of degree 2.
         out = self.path / "repaired-plate.mesh"
         done = camber("repair", self.path / "plate-p2.mesh", "-o", out, "--geometry",
                       json.dumps({"cad": {"file": str(PLATE), "vertices": "move"}}))
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assert_on_plate(out)
 
-    def test_a_mesh_of_a_hole_with_another_radius_is_refused_or_moved(self):
+    def test_mesh_with_another_hole_radius_is_rejected_or_moved(self):
         for radius, fits in ((0.5, True), (0.495, True), (0.48, False), (0.55, False), (0.6, False)):
             with self.subTest(radius=radius):
                 mesh = self.path / f"hole-{radius}.mesh"
@@ -447,7 +449,7 @@ class Program(unittest.TestCase):
                 self.assertLess(report["boundary"]["cad"]["largest_vertex_distance"], 1e-12)
                 self.assert_on_plate(self.path / "plate-p2.mesh")
 
-    def test_a_2d_mesh_of_another_radius_is_refused_or_moved(self):
+    def test_2d_mesh_of_another_radius_is_rejected_or_moved(self):
         mesh, out = self.path / "wide.mesh", self.path / "wide-p2.mesh"
         self.assertEqual(camber("generate", "annulus", "--set", "outer_radius=2.4", "-o", mesh).returncode, 0)
         done = camber("curve", mesh, "-o", out, "--cad", ANNULUS)
@@ -461,37 +463,37 @@ class Program(unittest.TestCase):
         self.assertLess(report["boundary"]["cad"]["largest_vertex_distance"], 1e-12)
         self.assertEqual(report["validity"]["invalid"], 0)
 
-    def test_references_that_are_none(self):
-        def refused(cad, says, code=2):
+    def test_invalid_references_are_rejected(self):
+        def check_rejected(cad, message, code=2):
             done, _ = self.curve_plate("--geometry", json.dumps({"cad": {"file": str(PLATE)} | cad}))
             self.assertEqual(done.returncode, code, done.stderr)
-            self.assertIn(says, done.stderr)
-        refused({"references": [7, 7]}, "/geometry/cad/references/1: reference 7 is named twice")
-        refused({"references": [7, 9]}, "no boundary triangle of the mesh has reference 9")
-        refused({"references": [7], "analytic": [HOLE]}, "reference 7 has an analytic surface, too")
-        refused({"analytic": [HOLE, HOLE]}, "/geometry/cad/analytic/1")
-        refused({"analytic": [HOLE | {"references": list(range(1, 8))}]}, "/geometry/cad/analytic/0", 3)
-        refused({"references": [5, 7], "unit": "m"}, "give that as the unit", 3)
-        refused({"references": [5, 7], "unit": "um"}, "give that as the unit", 3)
+            self.assertIn(message, done.stderr)
+        check_rejected({"references": [7, 7]}, "/geometry/cad/references/1: reference 7 is named twice")
+        check_rejected({"references": [7, 9]}, "no boundary triangle of the mesh has reference 9")
+        check_rejected({"references": [7], "analytic": [HOLE]}, "reference 7 has an analytic surface, too")
+        check_rejected({"analytic": [HOLE, HOLE]}, "/geometry/cad/analytic/1")
+        check_rejected({"analytic": [HOLE | {"references": list(range(1, 8))}]}, "/geometry/cad/analytic/0", 3)
+        check_rejected({"references": [5, 7], "unit": "m"}, "give that as the unit", 3)
+        check_rejected({"references": [5, 7], "unit": "um"}, "give that as the unit", 3)
 
-    def refused(self, code, *arguments):
+    def error_of(self, code, *arguments):
         done, _ = self.curve(*arguments)
         self.assertEqual(done.returncode, code, done.stderr)
         return done.stderr
 
-    def test_what_does_not_fit_is_told(self):
-        self.assertIn("give that as the unit", self.refused(3, "--cad", MODEL, "--cad-unit", "m"))
-        self.assertIn("cannot be opened", self.refused(3, "--cad", self.path / "none.step"))
-        self.assertIn("no CAD format", self.refused(2, "--cad", self.path / "shell.mesh"))
-        self.assertIn("give it or --cad", self.refused(2, "--cad", MODEL, "--geometry", "straight"))
-        self.assertIn("give --cad too", self.refused(2, "--cad-unit", "mm"))
-        self.assertIn("give --cad too", self.refused(2, "--cad-vertices", "move"))
+    def test_invalid_cad_files_and_options_are_rejected(self):
+        self.assertIn("give that as the unit", self.error_of(3, "--cad", MODEL, "--cad-unit", "m"))
+        self.assertIn("cannot be opened", self.error_of(3, "--cad", self.path / "none.step"))
+        self.assertIn("no CAD format", self.error_of(2, "--cad", self.path / "shell.mesh"))
+        self.assertIn("give it or --cad", self.error_of(2, "--cad", MODEL, "--geometry", "straight"))
+        self.assertIn("give --cad too", self.error_of(2, "--cad-unit", "mm"))
+        self.assertIn("give --cad too", self.error_of(2, "--cad-vertices", "move"))
         broken = self.path / "broken.brep"
         broken.write_bytes(MODEL.read_bytes()[:700])
-        self.assertIn("broken", self.refused(3, "--cad", broken))
+        self.assertIn("broken", self.error_of(3, "--cad", broken))
 
-    def test_the_unit_is_found_by_the_boundary(self):
-        """The model is in millimetres; shells of 1 and of 1e-3 of its size are those of mm and of m."""
+    def test_unit_of_the_mesh_is_found_from_its_boundary(self):
+        """The model is in millimetres; meshes scaled by 1 and 1e-3 are in mm and m."""
         lines = (self.path / "shell.mesh").read_text().split("\n")
         first = lines.index("Vertices") + 2
         for scale, unit in ((1, "mm"), (1e-3, "m"), (0.5, None)):
@@ -502,24 +504,24 @@ class Program(unittest.TestCase):
             mesh, report = self.path / "scaled.mesh", self.path / "scaled.json"
             mesh.write_text("\n".join(scaled))
             done = camber("curve", mesh, "-o", self.path / "scaled.meshb", "--report", report, "--cad", MODEL)
-            looked = camber("geometry", mesh, "--cad", MODEL, "--json")
+            inspected = camber("geometry", mesh, "--cad", MODEL, "--json")
             if unit is None:
-                self.assertEqual((done.returncode, looked.returncode), (3, 3))
-                self.assertIn("if the file's unit is not the mesh's, say the mesh's", done.stderr)
+                self.assertEqual((done.returncode, inspected.returncode), (3, 3))
+                self.assertIn("If the file's unit is not the mesh's, give the mesh's unit", done.stderr)
                 continue
-            self.assertEqual((done.returncode, looked.returncode), (0, 0), done.stderr + looked.stderr)
-            for cad in (json.loads(report.read_text())["boundary"]["cad"], json.loads(looked.stdout)["cad"]):
+            self.assertEqual((done.returncode, inspected.returncode), (0, 0), done.stderr + inspected.stderr)
+            for cad in (json.loads(report.read_text())["boundary"]["cad"], json.loads(inspected.stdout)["cad"]):
                 self.assertEqual((cad["unit"], cad["unit_found"]), (unit, scale != 1))
                 self.assertLess(cad["largest_vertex_distance"], 1e-12)
             row = "m, found by the boundary; the CAD file is in mm"
             self.assertEqual(row in done.stdout, scale != 1)
-            # What is said of the unit holds, whatever fits.
+            # The requested unit is used even if another one fits.
             self.assertIn("give that as the unit" if scale != 1 else "",
                           camber("curve", mesh, "-o", self.path / "x.meshb", "--cad", MODEL, "--cad-unit", "file").stderr)
 
-    # Guards against a CAD model with a damaged edge that moves vertices by several times the size of the part.
-    def test_an_edge_of_the_model_that_is_elsewhere_is_refused(self):
-        """Each face fits, and the edge between two of them is eleven away along its line: nodes would go there."""
+    # Guards against damaged model edges that move vertices by several times the size of the part.
+    def test_model_with_a_displaced_edge_is_rejected(self):
+        """All faces fit, but the edge between two of them is displaced by 11 along its line."""
         self.path.joinpath("plate.mesh").write_text(plate.text(*plate.plate()))
         moved = self.path / "moved.brep"
         text = PLATE.read_text()
@@ -527,9 +529,9 @@ class Program(unittest.TestCase):
         moved.write_text(text.replace("1 -1 -1 0 -0 1 0 ", "1 -1 -12 0 -0 1 0 ", 1))
         done = camber("curve", self.path / "plate.mesh", "-o", self.path / "plate-p2.mesh", "--cad", moved)
         self.assertEqual(done.returncode, 3, done.stderr)
-        self.assertIn("from the edges of the CAD model between the faces on which they lie", done.stderr)
+        self.assertIn("from the CAD edges between their CAD faces", done.stderr)
 
-    def test_a_mesh_in_2d_wants_a_plane_model(self):
+    def test_2d_mesh_requires_a_plane_model(self):
         flat = self.path / "flat.mesh"
         self.assertEqual(camber("generate", "annulus", "-o", flat).returncode, 0)
         done = camber("curve", flat, "-o", self.path / "flat-p2.mesh", "--cad", MODEL)

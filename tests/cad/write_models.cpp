@@ -1,4 +1,4 @@
-// Writes the plate of plate.py as a CAD file: write_models FILE, whose ending is its format.
+// Writes the plate of plate.py as a CAD file. Usage: write_models FILE; the ending selects the format.
 #include <array>
 #include <cstdio>
 #include <exception>

@@ -1,4 +1,4 @@
-// Patches that are committed: together, in any order, and what is refused.
+// Committing several patches: together, in any order, and errors.
 #include <algorithm>
 #include <array>
 #include <cstddef>
@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "domains.hpp"
-#include "mesh_laws.hpp"
+#include "mesh_invariants.hpp"
 #include "property.hpp"
 #include "random_operations.hpp"
 
@@ -20,7 +20,7 @@ using namespace camber::testing;
 
 namespace {
 
-/// Patches that claim no element and make no edge twice.
+/// Patches that share no vertex of a removed element.
 template <int D>
 std::vector<Patch<D>> disjoint_patches(const DynamicMesh<D>& mesh, Dice& dice, std::size_t tries) {
     StarWorkspace<D> workspace;
@@ -41,41 +41,44 @@ std::vector<Patch<D>> disjoint_patches(const DynamicMesh<D>& mesh, Dice& dice, s
 }
 
 template <int D>
-void commuting(std::uint64_t seed) {
+void check_commuting(std::uint64_t seed) {
     Dice dice(seed);
     const DynamicMesh<D> mesh = dynamic_of(random_domain<D>(seed));
     auto patches = disjoint_patches(mesh, dice, 60);
     const auto once = must(replace_cavities<D>(mesh, patches)).mesh;
-    RC_ASSERT(unless_sound(once) == std::string());
+    RC_ASSERT(consistency_violation(once) == std::string());
     std::reverse(patches.begin(), patches.end());
     RC_ASSERT(by_places(must(replace_cavities<D>(mesh, patches)).mesh) == by_places(once));
 }
 
 }  // namespace
 
-TEST_CASE("patches") {
-    property("that are disjoint commute, 2D", [](std::uint64_t seed) { commuting<2>(seed); });
-    property("that are disjoint commute, 3D", [](std::uint64_t seed) { commuting<3>(seed); }, {.count = 40});
+TEST_CASE("disjoint patches commute") {
+    property("disjoint patches commute, 2D", [](std::uint64_t seed) { check_commuting<2>(seed); });
+    property("disjoint patches commute, 3D", [](std::uint64_t seed) { check_commuting<3>(seed); }, {.count = 40});
 }
 
-// Guards against a commit that trusts any verdicts of the right length.
-TEST_CASE("a commit of nothing is nothing; what does not fit is refused, and nothing is changed") {
+TEST_CASE("replace_cavities without patches changes nothing") {
     const DynamicMesh<3> mesh = dynamic_of(random_domain<3>(7));
     const auto same = must(replace_cavities<3>(mesh, {}));
     CHECK(same.mesh.elements == mesh.elements);
     CHECK(same.mesh.stamp == mesh.stamp);
     CHECK(same.changes == TopologyChanges{});
+}
 
+// Guards against a commit that accepts any verdicts of the right length.
+TEST_CASE("replace_cavities rejects overlapping patches and patches of another mesh") {
+    const DynamicMesh<3> mesh = dynamic_of(random_domain<3>(7));
     StarWorkspace<3> workspace;
     Dice dice(1);
     const auto patch = Trying<3>(mesh, dice, workspace).planned({Operation::insert, VertexPlace::inside}).patch.value();
     const std::array twice{patch, patch};
     const auto overlap = replace_cavities<3>(mesh, twice);
     REQUIRE(!overlap.has_value());
-    CHECK(overlap.error().what == "two patches remove one element");
+    CHECK(overlap.error().what == "two patches remove the same element");
     const auto changed = must(replace_cavities<3>(mesh, {&patch, 1})).mesh;
     const auto late = replace_cavities<3>(changed, {&patch, 1});
     REQUIRE(!late.has_value());
     CHECK(late.error().what == "a patch was planned for another mesh");
-    CHECK(check_consistency(mesh, alone).has_value());
+    CHECK(check_consistency(mesh, one_thread).has_value());
 }

@@ -1,4 +1,4 @@
-// The cavity of a point's insertion, and its removal.
+// The cavity of a point insertion, and its removal.
 #include <cstddef>
 #include <cstdint>
 #include <string>
@@ -7,7 +7,7 @@
 #include "domains.hpp"
 #include "filling.hpp"
 #include "insertion.hpp"
-#include "mesh_laws.hpp"
+#include "mesh_invariants.hpp"
 #include "property.hpp"
 #include "random_operations.hpp"
 
@@ -52,12 +52,12 @@ void expect_insertion(const DynamicMesh<D>& mesh, const Vec<D>& point, const Exp
     REQUIRE(star(mesh, in.cavity, {}, workspace, patch.star) == StarFailure::none);
     CHECK(patch.star.place == in.place);
     CHECK(fills(mesh, patch));
-    CHECK(unless_all_holds(must(replace_cavities<D>(mesh, {&patch, 1})).mesh, kept_by(mesh)) == std::string());
+    CHECK(invariant_violation(must(replace_cavities<D>(mesh, {&patch, 1})).mesh, invariants_of(mesh)) == std::string());
 }
 
 }  // namespace
 
-TEST_CASE("a point in a triangle, on an edge, on a curve, at a vertex") {
+TEST_CASE("insertion finds the cavity and place of a point in 2D") {
     const auto mesh = two_materials<2>();
     expect_insertion<2>(mesh, {{0.5, 0.25}}, {1, 0, 0, VertexPlace::inside, 2});
     expect_insertion<2>(mesh, {{0.25, 0.25}}, {2, 0, 0, VertexPlace::inside, 1});
@@ -67,7 +67,7 @@ TEST_CASE("a point in a triangle, on an edge, on a curve, at a vertex") {
     expect_insertion<2>(mesh, {{1, 0}}, {3, 3, 0, VertexPlace::corner, 0});
 }
 
-TEST_CASE("a point in a tetrahedron, on a face, an edge, a facet, a line, at a vertex") {
+TEST_CASE("insertion finds the cavity and place of a point in 3D") {
     const auto mesh = two_materials<3>();
     expect_insertion<3>(mesh, {{0.75, 0.5, 0.25}}, {1, 0, 0, VertexPlace::inside, 3});
     expect_insertion<3>(mesh, {{0.75, 0.25, 0.25}}, {2, 0, 0, VertexPlace::inside, 2});
@@ -85,18 +85,18 @@ TEST_CASE("a point in a tetrahedron, on a face, an edge, a facet, a line, at a v
 
 namespace {
 
-/// Back into each vertex around it that allows it: one of them gives the same elements again.
+/// Collapses the new vertex into each neighbour that allows it. One of them restores the elements.
 template <int D>
-void put_in_and_taken_out(std::uint64_t seed) {
+void check_insert_and_remove(std::uint64_t seed) {
     const DynamicMesh<D> mesh = dynamic_of(random_domain<D>(seed));
-    const Kept<D> kept = kept_by(mesh);
+    const Invariants<D> invariants = invariants_of(mesh);
     Dice dice(seed);
     StarWorkspace<D> workspace;
     const auto place = static_cast<VertexPlace>(dice.below(D));
     const auto in = Trying<D>(mesh, dice, workspace).planned({Operation::insert, place}).patch;
     RC_PRE(in.has_value());
     auto [with, changes] = must(replace_cavities<D>(mesh, {&*in, 1}));
-    RC_ASSERT(unless_all_holds(with, kept) == std::string());
+    RC_ASSERT(invariant_violation(with, invariants) == std::string());
     const VertexId point = changes.points.front();
     RC_ASSERT(with.states[point].place == place);
     Patch<D> out{with.stamp, {}, {}, {}};
@@ -107,7 +107,7 @@ void put_in_and_taken_out(std::uint64_t seed) {
         if (!may_collapse(with, out.removed, point, v)) continue;
         if (star(with, out.removed, v, workspace, out.star) != StarFailure::none || !fills(with, out)) continue;
         const auto back = must(replace_cavities<D>(with, {&out, 1})).mesh;
-        RC_ASSERT(unless_all_holds(back, kept) == std::string());
+        RC_ASSERT(invariant_violation(back, invariants) == std::string());
         RC_ASSERT(back.vertex_count() == mesh.vertex_count());
         found = found || by_places(back) == by_places(mesh);
     }
@@ -116,7 +116,7 @@ void put_in_and_taken_out(std::uint64_t seed) {
 
 }  // namespace
 
-TEST_CASE("a point that is put in and taken out again leaves the mesh as it was") {
-    property("put in and taken out, 2D", [](std::uint64_t seed) { put_in_and_taken_out<2>(seed); });
-    property("put in and taken out, 3D", [](std::uint64_t seed) { put_in_and_taken_out<3>(seed); }, {.count = 60});
+TEST_CASE("insertion and removal of a point restore the mesh") {
+    property("removal of an inserted point restores the mesh, 2D", [](std::uint64_t seed) { check_insert_and_remove<2>(seed); });
+    property("removal of an inserted point restores the mesh, 3D", [](std::uint64_t seed) { check_insert_and_remove<3>(seed); }, {.count = 60});
 }

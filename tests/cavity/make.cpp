@@ -1,4 +1,4 @@
-// A mesh that changes, as it is made and given back.
+// Creation of a dynamic mesh, and conversion back.
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
@@ -18,19 +18,19 @@ using namespace camber::testing;
 namespace {
 
 template <int D>
-void made_and_given_back(std::uint64_t seed) {
+void check_round_trip(std::uint64_t seed) {
     LinearMesh<D> mesh = random_domain<D>(seed);
     mesh.required_vertices = Buffer<VertexId>{VertexId(1)};
     mesh.corners = Buffer<VertexId>{VertexId(0)};
     const DynamicMesh<D> dynamic = dynamic_of(mesh);
-    const auto consistent = check_consistency(dynamic, alone);
+    const auto consistent = check_consistency(dynamic, one_thread);
     RC_ASSERT(consistent.has_value());
-    const auto [back, edges, nodes, maps] = must(compacted(dynamic, alone));
+    const auto [back, edges, nodes, maps] = must(compacted(dynamic, one_thread));
     RC_ASSERT(back == mesh);
-    RC_ASSERT(edges == must(unique_edges(mesh, alone)));
+    RC_ASSERT(edges == must(unique_edges(mesh, one_thread)));
     for (std::size_t e = 0; e < edges.size(); ++e) RC_ASSERT(maps.edges[EdgeId(e)] == EdgeId(e));
-    // What walks find is what tables have.
-    const auto around = must(balls(mesh, alone));
+    // Walks find the same elements as tables.
+    const auto around = must(balls(mesh, one_thread));
     std::vector<ElementId> found;
     for (std::size_t v = 0; v < mesh.points.size(); ++v) {
         if (dynamic.states[v].marks.has(Mark::frozen)) continue;
@@ -38,7 +38,7 @@ void made_and_given_back(std::uint64_t seed) {
         std::sort(found.begin(), found.end());
         RC_ASSERT(std::ranges::equal(found, around[v]));
     }
-    const auto shell_of = must(shells(edges, alone));
+    const auto shell_of = must(shells(edges, one_thread));
     for (std::size_t e = 0; e < mesh.elements.size(); ++e)
         for (int k = 0; k < edges_per_simplex<D>; ++k) {
             const EdgeId edge = dynamic.edges_of[e][k];
@@ -51,13 +51,13 @@ void made_and_given_back(std::uint64_t seed) {
 
 }  // namespace
 
-TEST_CASE("a mesh that changes") {
-    property("gives back what it was made of, 2D", [](std::uint64_t seed) { made_and_given_back<2>(seed); });
-    property("gives back what it was made of, 3D", [](std::uint64_t seed) { made_and_given_back<3>(seed); },
+TEST_CASE("a dynamic mesh returns the mesh that it was made from") {
+    property("a dynamic mesh returns its input mesh, 2D", [](std::uint64_t seed) { check_round_trip<2>(seed); });
+    property("a dynamic mesh returns its input mesh, 3D", [](std::uint64_t seed) { check_round_trip<3>(seed); },
              {.count = 40});
 }
 
-TEST_CASE("where vertices lie follows from facets and lines") {
+TEST_CASE("the place of a vertex follows from facets and lines") {
     LatticeOptions<3> options;
     options.cells = {2, 2, 2};
     const auto mesh = with_references<3>(lattice_mesh(options), options.cells, true);
@@ -72,23 +72,24 @@ TEST_CASE("where vertices lie follows from facets and lines") {
     CHECK(place({{0, 1, 1}}) == VertexPlace::surface);
     CHECK(place({{1, 1, 1}}) == VertexPlace::line);    // the baffle meets the interface
     CHECK(place({{1, 0, 1}}) == VertexPlace::line);    // the interface meets the boundary
-    CHECK(place({{1, 1, 0}}) == VertexPlace::corner);  // and the baffle both
+    CHECK(place({{1, 1, 0}}) == VertexPlace::corner);  // the baffle meets both
     CHECK(place({{2, 1, 1}}) == VertexPlace::line);
     CHECK(dynamic.line_count() > 0);
 }
 
-TEST_CASE("a mesh that is not prepared is refused") {
+TEST_CASE("make_dynamic rejects a mesh without boundary facets") {
     LatticeOptions<3> options;
     options.cells = {1, 1, 1};
     const auto bare = lattice_mesh(options);
-    const auto made = make_dynamic(bare, must(unique_edges(bare, alone)), {}, alone);
-    REQUIRE(!made.has_value());
-    CHECK(describe(made.error()) ==
-          "tetrahedron 1: a face of the boundary, or between two references, is no facet (prepare the mesh first)");
+    const auto result = make_dynamic(bare, must(unique_edges(bare, one_thread)), {}, one_thread);
+    REQUIRE(!result.has_value());
+    CHECK(describe(result.error()) ==
+          "tetrahedron 1: a face of the boundary or between two references is not in the list of facets (prepare the "
+          "mesh first)");
 }
 
-TEST_CASE("a place where the mesh touches itself is held") {
-    // Two triangles that share a vertex only.
+TEST_CASE("a vertex where the mesh touches itself is frozen") {
+    // Two triangles that share only a vertex.
     LinearMesh<2> mesh = mesh_of<2>({Vec<2>{{0, 0}}, Vec<2>{{1, 0}}, Vec<2>{{0, 1}}, Vec<2>{{-1, 0}}, Vec<2>{{0, -1}}},
                                     {{VertexId(0), VertexId(1), VertexId(2)}, {VertexId(0), VertexId(3), VertexId(4)}});
     Buffer<SimplexVertices<1>> rim;
@@ -98,5 +99,5 @@ TEST_CASE("a place where the mesh touches itself is held") {
     const auto dynamic = dynamic_of(mesh);
     CHECK(dynamic.states[0].marks.has(Mark::frozen));
     CHECK(!dynamic.states[1].marks.has(Mark::frozen));
-    CHECK(check_consistency(dynamic, alone).has_value());
+    CHECK(check_consistency(dynamic, one_thread).has_value());
 }

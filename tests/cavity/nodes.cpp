@@ -1,4 +1,4 @@
-// Nodes of degree 2 follow their edges: what a patch says of those at its point, and nothing else, changes.
+// Nodes of degree 2 follow their edges: a patch changes only the nodes of the edges at its point.
 #include <algorithm>
 #include <array>
 #include <cstddef>
@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "domains.hpp"
-#include "mesh_laws.hpp"
+#include "mesh_invariants.hpp"
 #include "property.hpp"
 #include "random_operations.hpp"
 
@@ -35,14 +35,14 @@ template <int D>
 DynamicMesh<D> curved_domain(std::uint64_t seed, Dice& dice) {
     QuadraticMesh<D> mesh;
     mesh.linear = random_domain<D>(seed);
-    mesh.edges = must(unique_edges(mesh.linear, alone));
+    mesh.edges = must(unique_edges(mesh.linear, one_thread));
     Buffer<LagrangeNode<D>> nodes(mesh.edges.size());
     for (auto& node : nodes) node.point = anywhere<D>(dice);
     mesh.mid_nodes = std::move(nodes);
-    return must(make_dynamic(mesh, {}, alone));
+    return must(make_dynamic(mesh, {}, one_thread));
 }
 
-/// Each edge's node, by its ends.
+/// The node of each edge, keyed by its ends.
 template <int D>
 std::map<Ends, Vec<D>> nodes_by_ends(const DynamicMesh<D>& mesh) {
     std::map<Ends, Vec<D>> nodes;
@@ -51,7 +51,7 @@ std::map<Ends, Vec<D>> nodes_by_ends(const DynamicMesh<D>& mesh) {
     return nodes;
 }
 
-/// The edges of elements and facets outside of a cavity.
+/// The edges of elements and facets outside a cavity.
 template <int D>
 std::map<Ends, Vec<D>> outer_nodes(const DynamicMesh<D>& mesh, const Patch<D>& patch) {
     std::map<Ends, Vec<D>> nodes;
@@ -73,7 +73,7 @@ std::map<Ends, Vec<D>> outer_nodes(const DynamicMesh<D>& mesh, const Patch<D>& p
 }
 
 template <int D>
-void following(std::uint64_t seed) {
+void check_followed_nodes(std::uint64_t seed) {
     Dice dice(seed);
     DynamicMesh<D> mesh = curved_domain<D>(seed, dice);
     std::map<Ends, Vec<D>> known = nodes_by_ends(mesh);
@@ -83,8 +83,9 @@ void following(std::uint64_t seed) {
         if (!patch) continue;
         const auto outer = outer_nodes(mesh, *patch);
         for (const VertexId v : patch->star.boundary) {
-            const auto kept = patch->point.vertex.valid() ? outer.find(ends_of(patch->point.vertex, v)) : outer.end();
-            patch->nodes.push_back({kept == outer.end() ? anywhere<D>(dice) : kept->second});
+            const auto existing =
+                patch->point.vertex.valid() ? outer.find(ends_of(patch->point.vertex, v)) : outer.end();
+            patch->nodes.push_back({existing == outer.end() ? anywhere<D>(dice) : existing->second});
         }
         const auto nodes = patch->nodes;
         const auto boundary = patch->star.boundary;
@@ -92,10 +93,10 @@ void following(std::uint64_t seed) {
         mesh = std::move(changed.mesh);
         for (std::size_t i = 0; i < nodes.size(); ++i)
             known[ends_of(changed.changes.points[0], boundary[i])] = nodes[i].point;
-        RC_ASSERT(check_consistency(mesh, alone).has_value());
+        RC_ASSERT(check_consistency(mesh, one_thread).has_value());
         for (const auto& [ends, node] : nodes_by_ends(mesh)) RC_ASSERT(known.at(ends) == node);
     }
-    const auto compact = must(compacted(mesh, alone));
+    const auto compact = must(compacted(mesh, one_thread));
     RC_ASSERT(compact.nodes.size() == compact.edges.size());
     for (std::size_t e = 0; e < mesh.edges.size(); ++e)
         if (const EdgeId to = compact.maps.edges[EdgeId(e)]; to.valid()) RC_ASSERT(compact.nodes[to] == mesh.nodes[e]);
@@ -103,19 +104,19 @@ void following(std::uint64_t seed) {
 
 }  // namespace
 
-TEST_CASE("nodes follow their edges") {
-    property("2D", [](std::uint64_t seed) { following<2>(seed); });
-    property("3D", [](std::uint64_t seed) { following<3>(seed); }, {.count = 40});
+TEST_CASE("mid nodes follow their edges through random operations") {
+    property("2D", [](std::uint64_t seed) { check_followed_nodes<2>(seed); });
+    property("3D", [](std::uint64_t seed) { check_followed_nodes<3>(seed); }, {.count = 40});
 }
 
-TEST_CASE("nodes that do not fit are refused") {
+TEST_CASE("replace_cavities rejects nodes that do not fit the mesh") {
     Dice dice(3);
     const DynamicMesh<3> mesh = curved_domain<3>(7, dice);
     StarWorkspace<3> workspace;
     auto patch = Trying<3>(mesh, dice, workspace).planned({Operation::insert, VertexPlace::inside}).patch.value();
     const auto without = replace_cavities<3>(mesh, {&patch, 1});
     REQUIRE(!without.has_value());
-    CHECK(without.error().what == "a patch has not one node for each edge at its point");
+    CHECK(without.error().what == "a patch must have one node for each edge at its point");
 
     for (int tries = 0; tries < 5000; ++tries) {
         auto swapped = Trying<3>(mesh, dice, workspace).planned({Operation::swap_edge, VertexPlace::inside}).patch;
@@ -123,7 +124,7 @@ TEST_CASE("nodes that do not fit are refused") {
         swapped->nodes.assign(swapped->star.boundary.size(), {Vec<3>{{9, 9, 9}}});
         const auto moved = replace_cavities<3>(mesh, {&*swapped, 1});
         REQUIRE(!moved.has_value());
-        CHECK(moved.error().what == "a patch moves a node that elements or facets outside of its cavity have");
+        CHECK(moved.error().what == "a patch moves a node of elements or facets outside its cavity");
         return;
     }
     FAIL("no swap was found");

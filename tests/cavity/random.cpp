@@ -1,5 +1,5 @@
-// Random operations, two and three dimensions: whatever is done, the mesh is one, and the domain's. Ten thousand of
-// each kind, a table of what became of them: build/bin/laws.
+// Random operations in 2D and 3D preserve the mesh and its domain. build/bin/laws runs ten thousand of each kind and
+// prints a table of outcomes.
 #include <cstddef>
 #include <cstdint>
 #include <string>
@@ -17,7 +17,7 @@ using namespace camber::testing;
 namespace {
 
 template <int D, class Run>
-void holds(const char* name, int count, const RunOptions& options, Run&& run) {
+void check_runs(const char* name, int count, const RunOptions& options, Run&& run) {
     Tally<D> tally;
     property(name, [&](std::uint64_t seed) { RC_ASSERT(run(seed, options, tally) == std::string()); },
              {.count = count});
@@ -30,15 +30,15 @@ void holds(const char* name, int count, const RunOptions& options, Run&& run) {
 }  // namespace
 
 TEST_CASE("random operations leave a sound mesh of the same domain") {
-    holds<2>("operations, 2D", 200, {.steps = 300, .max_elements = 200}, run_operations<2>);
-    holds<3>("operations, 3D", 150, {.steps = 400, .max_elements = 600}, run_operations<3>);
+    check_runs<2>("random operations preserve all invariants, 2D", 200, {.steps = 300, .max_elements = 200}, run_operations<2>);
+    check_runs<3>("random operations preserve all invariants, 3D", 150, {.steps = 400, .max_elements = 600}, run_operations<3>);
 }
 
-TEST_CASE("a star is sound by its topology alone") {
+TEST_CASE("random operations checked by topology alone leave a sound mesh") {
     const RunOptions options{.steps = 200, .max_elements = 300, .steps_a_check = 4};
-    holds<2>("topology, 2D", 150, options, run_topology<2>);
-    holds<3>("topology, 3D", 150, options, run_topology<3>);
-    // Surfaces that came to be another one: pinched by a new point on two pieces of it, folded onto a line.
+    check_runs<2>("operations checked by topology alone leave a sound mesh, 2D", 150, options, run_topology<2>);
+    check_runs<3>("operations checked by topology alone leave a sound mesh, 3D", 150, options, run_topology<3>);
+    // Guards against surfaces that are pinched by a new point on two pieces, or folded onto a line.
     Tally<3> tally;
     for (const std::uint64_t seed : {10430U, 1765U}) CHECK(run_topology<3>(seed, options, tally) == std::string());
 }

@@ -1,4 +1,4 @@
-// What `star` refuses, and what it lets through, case by case.
+// Cavities that `star` rejects or accepts.
 #include <algorithm>
 #include <array>
 #include <cstddef>
@@ -17,18 +17,18 @@ import camber.cavity;
 using namespace camber;
 using namespace camber::testing;
 
-TEST_CASE("what must stay stays") {
+TEST_CASE("star rejects required entities and cavities that are no ball") {
     LinearMesh<3> mesh = random_domain<3>(3);
     mesh.required_vertices = Buffer<VertexId>{VertexId(0)};
     mesh.elements.required = Buffer<std::uint32_t>{2};
     const DynamicMesh<3> dynamic = dynamic_of(mesh);
     StarWorkspace<3> workspace;
-    Star<3> made;
+    Star<3> result;
     Cavity<3> cavity;
     cavity_of_vertex(dynamic, VertexId(0), cavity);
-    CHECK(star(dynamic, cavity, mesh.elements.vertices[cavity.elements[0]][1], workspace, made) != StarFailure::none);
+    CHECK(star(dynamic, cavity, mesh.elements.vertices[cavity.elements[0]][1], workspace, result) != StarFailure::none);
     cavity = {{ElementId(2)}, {}, {}};
-    CHECK(star(dynamic, cavity, VertexId{}, workspace, made) == StarFailure::required);
+    CHECK(star(dynamic, cavity, VertexId{}, workspace, result) == StarFailure::required);
     // A cavity that is no ball: two elements that share at most an edge.
     cavity = {{ElementId(0)}, {}, {}};
     for (std::size_t e = 3; e < mesh.elements.size(); ++e) {
@@ -37,17 +37,17 @@ TEST_CASE("what must stay stays") {
             dynamic.face_neighbours[0].end())
             break;
     }
-    CHECK(star(dynamic, cavity, VertexId{}, workspace, made) == StarFailure::ball);
+    CHECK(star(dynamic, cavity, VertexId{}, workspace, result) == StarFailure::ball);
 }
 
-TEST_CASE("a line where the mesh touches itself stays") {
-    // Two cubes with an edge in common: a walk around it from one of them does not find the other.
+TEST_CASE("star rejects the cavity of a line where the mesh touches itself") {
+    // Two cubes with a common edge: a walk around the edge from one cube does not reach the other.
     LatticeOptions<3> options;
     options.cells = {2, 2, 1};
     options.keep = [](const Cell<3>& c) { return c[0] == c[1]; };
     const auto dynamic = dynamic_of(with_references<3>(lattice_mesh(options), options.cells, false));
     StarWorkspace<3> workspace;
-    Star<3> made;
+    Star<3> result;
     Cavity<3> cavity;
     std::size_t tried = 0;
     for (std::size_t e = 0; e < dynamic.elements.size(); ++e)
@@ -58,12 +58,12 @@ TEST_CASE("a line where the mesh touches itself stays") {
                 continue;
             ++tried;
             REQUIRE(cavity.lines.size() == 1);
-            CHECK(star(dynamic, cavity, VertexId{}, workspace, made) == StarFailure::required);
+            CHECK(star(dynamic, cavity, VertexId{}, workspace, result) == StarFailure::required);
         }
     CHECK(tried > 0);
 }
 
-TEST_CASE("a surface that would be gone is not gone: a hole stays a hole, an inclusion an inclusion") {
+TEST_CASE("star rejects cavities that would remove a surface") {
     for (const bool is_hole : {true, false}) {
         LatticeOptions<2> options;
         options.cells = {3, 3};
@@ -77,8 +77,8 @@ TEST_CASE("a surface that would be gone is not gone: a hole stays a hole, an inc
         mesh.elements.references = materials;
         Buffer<SimplexVertices<1>> facets;
         Buffer<Reference> references;
-        const auto edges = must(unique_edges(mesh, alone));
-        const auto around = must(shells(edges, alone));
+        const auto edges = must(unique_edges(mesh, one_thread));
+        const auto around = must(shells(edges, one_thread));
         for (std::size_t e = 0; e < edges.size(); ++e) {
             const bool between =
                 around[e].size() == 2 && materials[around[e][0].index()] != materials[around[e][1].index()];
@@ -94,12 +94,12 @@ TEST_CASE("a surface that would be gone is not gone: a hole stays a hole, an inc
         for (std::size_t f = 0; f < mesh.facets.size(); ++f)
             if (mesh.facets.references[f] == 7) cavity.facets.emplace_back(f);
         StarWorkspace<2> workspace;
-        Star<2> made;
-        CHECK(star(dynamic, cavity, VertexId{}, workspace, made) == StarFailure::surface);
+        Star<2> result;
+        CHECK(star(dynamic, cavity, VertexId{}, workspace, result) == StarFailure::surface);
     }
 }
 
-TEST_CASE("along a curve inside of the volume vertices go into one another, and others into them") {
+TEST_CASE("vertices collapse along a curve inside the volume") {
     LatticeOptions<3> options;
     options.cells = {4, 2, 2};
     LinearMesh<3> mesh = with_references<3>(lattice_mesh(options), options.cells, false);
@@ -129,9 +129,9 @@ TEST_CASE("along a curve inside of the volume vertices go into one another, and 
     CHECK(may_collapse(dynamic, patch.removed, at(2, 1, 1), at(1, 1, 1)));
     REQUIRE(star(dynamic, patch.removed, at(1, 1, 1), workspace, patch.star) == StarFailure::none);
     const auto along = must(replace_cavities<3>(dynamic, {&patch, 1})).mesh;
-    CHECK(check_consistency(along, alone).has_value());
+    CHECK(check_consistency(along, one_thread).has_value());
     CHECK(along.line_count() == dynamic.line_count() - 1);
-    // The vertex of the line reinserted.
+    // Reinserts the vertex of the line.
     patch.point.vertex = at(2, 1, 1);
     CHECK(star(dynamic, patch.removed, at(2, 1, 1), workspace, patch.star) == StarFailure::none);
 }

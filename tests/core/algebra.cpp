@@ -1,4 +1,4 @@
-// Laws of Vec, Box, Sym, CubicForm and Mat.
+// Identities of Vec, Box, Sym, CubicForm and Mat.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -23,8 +23,8 @@ double difference(const Mat<D>& a, const Mat<D>& b) {
 }
 
 template <int D>
-void matrix_laws() {
-    property("a⁻¹ a = 1, det ab = det a det b, cofactors a = det a", [](std::uint64_t seed) {
+void check_matrices() {
+    property("inverses, determinants, cofactors and transposes satisfy their identities", [](std::uint64_t seed) {
         Dice dice(seed);
         const auto a = dice.matrix<D>();
         const auto b = dice.matrix<D>();
@@ -39,7 +39,7 @@ void matrix_laws() {
         const auto v = dice.vector<D>();
         RC_ASSERT(norm(transposed_times(a, v) - transposed(a) * v) < 1e-15);
     });
-    property("congruence: wᵀ (R S Rᵀ) v = (Rᵀw)ᵀ S (Rᵀv)", [](std::uint64_t seed) {
+    property("congruence satisfies wᵀ (R S Rᵀ) v = (Rᵀw)ᵀ S (Rᵀv)", [](std::uint64_t seed) {
         Dice dice(seed);
         const auto r = dice.matrix<D>();
         const auto s = dice.symmetric<D>();
@@ -48,7 +48,7 @@ void matrix_laws() {
         const double direct = dot(w, congruence(r, s) * v);
         RC_ASSERT(std::abs(direct - dot(transposed_times(r, w), s * transposed_times(r, v))) < 1e-13);
     });
-    property("inner product: ⟨A, B⟩ = trace AB; ⟨A, v vᵀ⟩ = vᵀ A v", [](std::uint64_t seed) {
+    property("the inner product satisfies ⟨A, B⟩ = trace AB and ⟨A, v vᵀ⟩ = vᵀ A v", [](std::uint64_t seed) {
         Dice dice(seed);
         const auto a = dice.symmetric<D>();
         const auto b = dice.symmetric<D>();
@@ -64,13 +64,13 @@ void matrix_laws() {
         RC_ASSERT(std::abs(trace(a) - inner(a, Sym<D>::identity())) < 1e-15);
         RC_ASSERT(std::abs(norm(a) * norm(a) - inner(a, a)) < 1e-14);
     });
-    property("rotations keep determinant and norms", [](std::uint64_t seed) {
+    property("rotations are orthogonal and have determinant 1", [](std::uint64_t seed) {
         Dice dice(seed);
         const auto r = dice.rotation<D>();
         RC_ASSERT(std::abs(det(r) - 1) < 1e-13);
         RC_ASSERT(difference(transposed(r) * r, Mat<D>::identity()) < 1e-13);
     });
-    property("vectors: a space with a norm", [](std::uint64_t seed) {
+    property("vectors form a normed space", [](std::uint64_t seed) {
         Dice dice(seed);
         const auto a = dice.vector<D>();
         const auto b = dice.vector<D>();
@@ -89,8 +89,8 @@ void matrix_laws() {
 }  // namespace
 
 template <int D>
-void cubic_laws() {
-    property("cubic forms: T[a,b,c] by its entries, in any order, and in other coordinates", [](std::uint64_t seed) {
+void check_cubic_forms() {
+    property("cubic forms equal the sum over their entries, are symmetric and can be pulled back", [](std::uint64_t seed) {
         Dice dice(seed);
         CubicForm<D> t;
         for (double& x : t.c) x = dice.symmetric<D>().c[0];
@@ -110,11 +110,11 @@ void cubic_laws() {
     });
 }
 
-TEST_CASE("matrices and vectors of dimension 2") { matrix_laws<2>(); }
-TEST_CASE("matrices and vectors of dimension 3") { matrix_laws<3>(); }
+TEST_CASE("matrices and vectors of dimension 2 satisfy their identities") { check_matrices<2>(); }
+TEST_CASE("matrices and vectors of dimension 3 satisfy their identities") { check_matrices<3>(); }
 
-TEST_CASE("cubic forms in 2D") { cubic_laws<2>(); }
-TEST_CASE("cubic forms in 3D") { cubic_laws<3>(); }
+TEST_CASE("cubic forms are symmetric and can be pulled back in 2D") { check_cubic_forms<2>(); }
+TEST_CASE("cubic forms are symmetric and can be pulled back in 3D") { check_cubic_forms<3>(); }
 
 TEST_CASE("the storage order of Sym is that of GMF: xx xy yy xz yz zz") {
     CHECK(Sym<3>::index(0, 0) == 0);
@@ -126,7 +126,7 @@ TEST_CASE("the storage order of Sym is that of GMF: xx xy yy xz yz zz") {
 }
 
 TEST_CASE("midpoints stay on coordinate planes to the last bit") {
-    property("equal coordinates stay", [](std::uint64_t seed) {
+    property("the midpoint keeps a coordinate that both ends share", [](std::uint64_t seed) {
         const auto x = *rc::gen::arbitrary<double>();
         RC_PRE(std::abs(x) < 1e300);
         Dice dice(seed);
@@ -138,8 +138,8 @@ TEST_CASE("midpoints stay on coordinate planes to the last bit") {
     });
 }
 
-TEST_CASE("boxes") {
-    property("a box holds what it includes, and is 0 from there", [](std::uint64_t seed) {
+TEST_CASE("boxes contain their points and bound the distances to them") {
+    property("a box contains its points and bounds the distances to them", [](std::uint64_t seed) {
         Dice dice(seed);
         Box<3> box;
         std::array<Vec<3>, 5> points;

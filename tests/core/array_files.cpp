@@ -1,4 +1,4 @@
-// Arrays that lie in files: what is in them stays there, whoever has the memory.
+// Arrays in files keep their content when their memory is released.
 #include <doctest/doctest.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
@@ -18,7 +18,7 @@ import camber.core;
 
 using namespace camber;
 
-TEST_CASE("arrays in files keep what is written, and are made in memory again when asked") {
+TEST_CASE("arrays in files keep their values, and later arrays can be in memory again") {
     const std::string folder = std::filesystem::temp_directory_path().string();
     CHECK(keep_arrays_in_files(folder + "/nowhere/at-all") != 0);
     if (const int error = keep_arrays_in_files(folder); error != 0) {
@@ -48,7 +48,7 @@ TEST_CASE("arrays in files keep what is written, and are made in memory again wh
     CHECK(bytes_in_files() == 0);
 }
 
-TEST_CASE("an array without place in its file is an error with the system's reason, and no signal") {
+TEST_CASE("an array that exceeds the file size limit is an error, not a signal") {
     const std::string folder = std::filesystem::temp_directory_path().string();
     if (keep_arrays_in_files(folder) != 0) return;
     CHECK(keep_arrays_in_files("") == 0);

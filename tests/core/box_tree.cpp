@@ -1,4 +1,4 @@
-// BoxTree against a look at every item.
+// BoxTree compared with exhaustive search.
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -18,8 +18,8 @@ using namespace camber::testing;
 namespace {
 
 template <int D>
-void tree_laws() {
-    property("nearest: the least distance, ties to the lowest item", [](std::uint64_t seed) {
+void check_box_tree() {
+    property("nearest returns the minimum distance and resolves ties to the lowest item", [](std::uint64_t seed) {
         Dice dice(seed);
         // Points of a coarse grid: many ties, many equal boxes.
         std::vector<Vec<D>> points(1 + dice.below(200));
@@ -46,9 +46,9 @@ void tree_laws() {
                           std::numeric_limits<std::size_t>::max());
         }
     });
-    property("first_along: the least way along a ray, ties to the lowest item", [](std::uint64_t seed) {
+    property("first_along returns the first item along a ray, ties to the lowest item", [](std::uint64_t seed) {
         Dice dice(seed);
-        // Balls on a coarse grid, and rays along it and across.
+        // Balls on a coarse grid, and rays along and across it.
         std::vector<Vec<D>> centres(1 + dice.below(100));
         std::vector<Box<D>> boxes(centres.size());
         constexpr double radius = 0.3;
@@ -90,7 +90,7 @@ void tree_laws() {
                           std::numeric_limits<std::size_t>::max());
         }
     });
-    property("containing: exactly the boxes that hold the point", [](std::uint64_t seed) {
+    property("containing visits each box that contains the point once", [](std::uint64_t seed) {
         Dice dice(seed);
         std::vector<Box<D>> boxes(1 + dice.below(100));
         Box<D> all;
@@ -107,7 +107,7 @@ void tree_laws() {
             const Vec<D> q = dice.vector<D>();
             std::vector<std::size_t> found;
             tree.containing(q, [&](std::size_t i) { found.push_back(i); });
-            // The tree may look at items of a leaf whose own box does not hold the point.
+            // The tree may report items of a leaf whose own box does not contain the point.
             std::sort(found.begin(), found.end());
             RC_ASSERT(std::adjacent_find(found.begin(), found.end()) == found.end());
             for (std::size_t i = 0; i < boxes.size(); ++i)
@@ -118,10 +118,10 @@ void tree_laws() {
 
 }  // namespace
 
-TEST_CASE("box tree of dimension 2") { tree_laws<2>(); }
-TEST_CASE("box tree of dimension 3") { tree_laws<3>(); }
+TEST_CASE("box tree queries equal exhaustive search in 2D") { check_box_tree<2>(); }
+TEST_CASE("box tree queries equal exhaustive search in 3D") { check_box_tree<3>(); }
 
-TEST_CASE("an empty box tree") {
+TEST_CASE("an empty box tree finds nothing") {
     const BoxTree<2> tree;
     CHECK(tree.size() == 0);
     const auto none = tree.nearest(Vec<2>{}, [](std::size_t) { return 0.0; });

@@ -1,4 +1,4 @@
-// Columns: immutable, shared, taken without a copy when nobody else looks.
+// Columns are immutable and shared; `take` avoids a copy if there is one owner.
 #include <cstddef>
 #include <memory>
 #include <span>
@@ -18,8 +18,8 @@ Buffer<int> buffer_of(const std::vector<int>& values) { return Buffer<int>(value
 
 }  // namespace
 
-TEST_CASE("columns") {
-    property("hold their values, and equality is that of values", [] {
+TEST_CASE("columns compare by value and are copied only if they are shared") {
+    property("columns store their values and compare by value", [] {
         const auto values = *rc::gen::arbitrary<std::vector<int>>();
         const Column<int> a = buffer_of(values);
         const Column<int> b = buffer_of(values);
@@ -36,7 +36,7 @@ TEST_CASE("columns") {
             RC_ASSERT(!(a == Column<int>(buffer_of(other))));
         }
     });
-    property("take: moves what is unique, copies what is shared", [] {
+    property("take moves a unique column and copies a shared one", [] {
         auto values = *rc::gen::arbitrary<std::vector<int>>();
         values.push_back(7);
         Column<int> unique = buffer_of(values);
@@ -45,19 +45,19 @@ TEST_CASE("columns") {
         RC_ASSERT(moved.data() == place);
 
         Column<int> column = std::move(moved);
-        const Column<int> keeper = column;
+        const Column<int> copy = column;
         Buffer<int> copied = take(std::move(column));
-        RC_ASSERT(copied.data() != keeper.data());
+        RC_ASSERT(copied.data() != copy.data());
         copied[0] += 1;
-        RC_ASSERT(std::vector<int>(keeper.begin(), keeper.end()) == values);
+        RC_ASSERT(std::vector<int>(copy.begin(), copy.end()) == values);
 
         Column<int> again = std::move(copied);
-        RC_ASSERT(take(again).data() != again.data());  // an lvalue argument is a second holder
+        RC_ASSERT(take(again).data() != again.data());  // an lvalue argument is a second owner
     });
 }
 
-TEST_CASE("columns of arrays of somebody else") {
-    property("are seen where they lie, kept until the last holder is gone, and copied to write on", [] {
+TEST_CASE("columns share external arrays and keep their owner alive") {
+    property("external arrays are shared, owned until the last copy ends, and copied by take", [] {
         const auto values = *rc::gen::arbitrary<std::vector<int>>();
         const auto owner = std::make_shared<std::vector<int>>(values);
         {
@@ -75,7 +75,7 @@ TEST_CASE("columns of arrays of somebody else") {
     });
 }
 
-TEST_CASE("an empty column") {
+TEST_CASE("an empty column has no values") {
     const Column<double> none;
     CHECK(none.empty());
     CHECK(none.begin() == none.end());
@@ -83,7 +83,7 @@ TEST_CASE("an empty column") {
     CHECK(take(none).empty());
 }
 
-TEST_CASE("ids") {
+TEST_CASE("ids are invalid by default and ordered by index") {
     CHECK(!VertexId{}.valid());
     CHECK(VertexId(std::size_t{3}).index() == 3);
     CHECK(VertexId(std::size_t{3}) < VertexId(std::size_t{4}));

@@ -1,4 +1,4 @@
-// The parallel loops: the same bytes for any number of threads, progress, and the request to stop.
+// Parallel loops: the same bytes for any number of threads, progress, and stop requests.
 #include <algorithm>
 #include <atomic>
 #include <chrono>
@@ -28,14 +28,14 @@ constexpr int thread_counts[] = {1, 2, 7, 0};
 
 Execution with_threads(int threads) { return {.threads = threads}; }
 
-double wild(std::size_t i) {
+double varied_value(std::size_t i) {
     return std::sin(static_cast<double>(i) * 12.9898) * std::pow(10.0, static_cast<double>(i % 17));
 }
 
 }  // namespace
 
 TEST_CASE("loops do not depend on the number of threads") {
-    property("each visits every item once; map_each and reduce_each give the same bits",
+    property("each visits every item once; map_each and reduce_each do not depend on threads",
              [] {
                  const auto n = *rc::gen::arbitrary<std::uint16_t>();
                  const std::size_t grain = 1 + n % 97U;
@@ -45,16 +45,16 @@ TEST_CASE("loops do not depend on the number of threads") {
                      std::vector<std::atomic<int>> visits(n);
                      RC_ASSERT(each(with_threads(threads), n, [&](std::size_t i) { ++visits[i]; }, grain).has_value());
                      for (const auto& v : visits) RC_ASSERT(v.load() == 1);
-                     maps.push_back(*map_each(with_threads(threads), n, wild, grain));
+                     maps.push_back(*map_each(with_threads(threads), n, varied_value, grain));
                      sums.push_back(*reduce_each(
-                         with_threads(threads), n, 0.0, [](double& s, std::size_t i) { s += wild(i); },
+                         with_threads(threads), n, 0.0, [](double& s, std::size_t i) { s += varied_value(i); },
                          [](double a, double b) { return a + b; }, grain));
                  }
                  for (std::size_t k = 1; k < sums.size(); ++k) {
                      RC_ASSERT(sums[k] == sums[0]);
                      RC_ASSERT(maps[k] == maps[0]);
                  }
-                 for (std::size_t i = 0; i < n; ++i) RC_ASSERT(maps[0][i] == wild(i));
+                 for (std::size_t i = 0; i < n; ++i) RC_ASSERT(maps[0][i] == varied_value(i));
              },
              {.count = 30, .max_size = 2000});
 }
@@ -74,9 +74,9 @@ TEST_CASE("chunks are whole, in range and the same for any number of threads") {
     }
 }
 
-TEST_CASE("nothing to do") {
+TEST_CASE("loops over no items succeed") {
     CHECK(each(with_threads(3), 0, [](std::size_t) {}).has_value());
-    CHECK(map_each(with_threads(3), 0, wild)->empty());
+    CHECK(map_each(with_threads(3), 0, varied_value)->empty());
     const auto join = [](int a, int b) { return a + b; };
     CHECK(*reduce_each(with_threads(3), 0, 5, [](int&, std::size_t) {}, join) == 5);
 }
@@ -96,7 +96,7 @@ TEST_CASE("a reduction joins its chunks in order") {
     }
 }
 
-TEST_CASE("the request to stop ends a loop with ErrorKind::stopped") {
+TEST_CASE("a stop request ends a loop with ErrorKind::stopped") {
     for (const int threads : thread_counts) {
         std::stop_source source;
         Execution execution{.threads = threads, .stop = source.get_token()};
@@ -110,26 +110,26 @@ TEST_CASE("the request to stop ends a loop with ErrorKind::stopped") {
         REQUIRE(!outcome.has_value());
         CHECK(outcome.error().kind == ErrorKind::stopped);
         CHECK(visited.load() < 1000000);
-        CHECK(map_each(execution, 10, wild).error().kind == ErrorKind::stopped);
+        CHECK(map_each(execution, 10, varied_value).error().kind == ErrorKind::stopped);
         const auto sum = reduce_each(execution, 10, 0, [](int&, std::size_t) {}, [](int a, int b) { return a + b; });
         CHECK(sum.error().kind == ErrorKind::stopped);
     }
 }
 
-TEST_CASE("progress rises, comes from one thread at a time, and ends with everything done") {
+TEST_CASE("progress increases, comes from one thread at a time and ends with the total") {
     for (const int threads : {1, 2, 7, 7, 7, 7}) {
         std::vector<std::pair<std::size_t, std::size_t>> ticks;
         std::atomic<int> inside{0};
-        bool alone = true;
+        bool single = true;
         Execution execution{.threads = threads, .progress = [&](std::size_t done, std::size_t total) {
-                                alone = alone && ++inside == 1;
+                                single = single && ++inside == 1;
                                 ticks.emplace_back(done, total);
                                 std::this_thread::sleep_for(std::chrono::microseconds(20));
                                 --inside;
                             }};
         std::atomic<double> sink{0};
-        REQUIRE(each(execution, 20000, [&](std::size_t i) { sink = wild(i); }, 3).has_value());
-        CHECK(alone);
+        REQUIRE(each(execution, 20000, [&](std::size_t i) { sink = varied_value(i); }, 3).has_value());
+        CHECK(single);
         REQUIRE(!ticks.empty());
         for (std::size_t k = 1; k < ticks.size(); ++k) CHECK(ticks[k].first > ticks[k - 1].first);
         CHECK(ticks.back() == std::pair<std::size_t, std::size_t>{20000, 20000});
@@ -140,15 +140,15 @@ namespace {
 
 using Ticks = std::vector<double>;
 
-/// The shares that are told, one after the other.
-Execution listening(Ticks& ticks) {
+/// An execution that records the reported shares.
+Execution recording(Ticks& ticks) {
     return {.threads = 1, .progress = [&ticks](std::size_t done, std::size_t total) {
                 ticks.push_back(static_cast<double>(done) / static_cast<double>(total));
             }};
 }
 
-/// Parts of parts, to this depth, of one loop each: as many as the dice say, of shares as they say.
-void tell_parts(const Execution& execution, Dice& dice, int depth) {
+/// Reports progress of nested parts with random shares, to this depth.
+void report_parts(const Execution& execution, Dice& dice, int depth) {
     if (depth == 0) {
         const std::size_t items = 1 + dice.below(40);
         for (std::size_t done = 1; done <= items; ++done) report_progress(execution, done, items);
@@ -158,44 +158,44 @@ void tell_parts(const Execution& execution, Dice& dice, int depth) {
     for (std::uint64_t n = dice.below(4); n > 0; --n) cuts.push_back(dice.uniform(0, 1));
     std::ranges::sort(cuts);
     for (std::size_t k = 0; k + 1 < cuts.size(); ++k)
-        tell_parts(part_of(execution, cuts[k], cuts[k + 1]), dice, depth - 1);
+        report_parts(part_of(execution, cuts[k], cuts[k + 1]), dice, depth - 1);
 }
 
 }  // namespace
 
 // Guards against stages of several loops that report no share of their work.
-TEST_CASE("what is made of parts tells rising shares and ends with the whole, however deep") {
-    property("parts of parts", [](std::uint64_t seed) {
+TEST_CASE("progress of nested parts increases and ends with the total") {
+    property("the reported progress of nested parts increases from 0 to 1", [](std::uint64_t seed) {
         Dice dice(seed);
         Ticks ticks;
-        tell_parts(listening(ticks), dice, static_cast<int>(dice.below(5)));
+        report_parts(recording(ticks), dice, static_cast<int>(dice.below(5)));
         RC_ASSERT(std::ranges::is_sorted(ticks));
         RC_ASSERT(ticks.front() >= 0);
         RC_ASSERT(ticks.back() == 1);
     });
 }
 
-TEST_CASE("a part of a part is the part that it is of the whole") {
+TEST_CASE("nested parts of an execution are combined into one part") {
     property("part_of(part_of(e, a, b), c, d) is part_of(e, a + (b - a) c, a + (b - a) d)", [](std::uint64_t seed) {
         Dice dice(seed);
         const double a = dice.uniform(0, 1), b = dice.uniform(a, 1), c = dice.uniform(0, 1), d = dice.uniform(c, 1);
         Ticks nested, direct;
-        const Execution twice = part_of(part_of(listening(nested), a, b), c, d);
-        const Execution once = part_of(listening(direct), a + (b - a) * c, a + (b - a) * d);
+        const Execution twice = part_of(part_of(recording(nested), a, b), c, d);
+        const Execution once = part_of(recording(direct), a + (b - a) * c, a + (b - a) * d);
         for (const Execution& e : {twice, once}) REQUIRE(each(e, 1000, [](std::size_t) {}, 100));
         REQUIRE(nested.size() == direct.size());
         for (std::size_t k = 0; k < nested.size(); ++k) RC_ASSERT(std::abs(nested[k] - direct[k]) < 1e-8);
     });
 }
 
-TEST_CASE("a part of what nobody listens to tells nothing") {
-    const Execution deaf = part_of({.threads = 3}, 0.1, 0.2);
-    CHECK(deaf.threads == 3);
-    CHECK_FALSE(deaf.progress);
-    report_progress(deaf, 1, 2);
+TEST_CASE("a part of an execution without progress reports none") {
+    const Execution silent = part_of({.threads = 3}, 0.1, 0.2);
+    CHECK(silent.threads == 3);
+    CHECK_FALSE(silent.progress);
+    report_progress(silent, 1, 2);
 }
 
-TEST_CASE("memory that is not there is an error of the loop, in whichever thread") {
+TEST_CASE("allocation failures in any thread are errors of the loop") {
     for (const int threads : thread_counts) {
         const auto done = each(with_threads(threads), 10000, [](std::size_t i) {
             if (i == 7777) throw std::bad_alloc();
@@ -221,7 +221,7 @@ TEST_CASE("memory that is not there is an error of the loop, in whichever thread
     }
 }
 
-TEST_CASE("guarded: memory and threads that are not to be had are errors, other exceptions pass") {
+TEST_CASE("guarded returns memory and thread failures as errors and passes other exceptions") {
     const auto thrown = [](auto exception) { return guarded([&]() -> Outcome<Done> { throw exception; }); };
     CHECK(thrown(std::bad_alloc()).error().kind == ErrorKind::memory);
     CHECK(thrown(std::length_error("vector")).error().kind == ErrorKind::memory);

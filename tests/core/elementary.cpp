@@ -1,4 +1,4 @@
-// The elementary functions: their errors against wider types, special values, exact cases, and their bytes.
+// Elementary functions: errors relative to wider types, special values, exact cases, and hashes.
 #include <doctest/doctest.h>
 
 #include <array>
@@ -31,13 +31,13 @@ using Wide = boost::multiprecision::number<boost::multiprecision::cpp_bin_float<
 constexpr double infinity = Limits64::infinity(), nan = Limits64::quiet_NaN();
 constexpr double normal_bound = 0.6, subnormal_bound = 1;  // ulp
 
-/// A function, that of the C library for a wider type, and the interval in which its results are most varied.
+/// A function, that of the C library for a wider type, and the interval in which its results vary most.
 struct Function {
     const char* name;
     double (*of)(double);
     long double (*wide)(long double);
     double low, high;
-    std::uint64_t hash;  ///< of the bytes of its values at 20 000 fixed places
+    std::uint64_t hash;  ///< of the bytes of its values at 20 000 fixed arguments
 };
 
 const std::array functions{
@@ -98,7 +98,7 @@ const std::vector<double> special{0.0,
                                   infinity,
                                   nan};
 
-/// Any finite number, of all magnitudes alike.
+/// A random finite number of any magnitude.
 double any_number(Dice& dice) {
     for (;;) {
         const double x = std::bit_cast<double>(dice.engine()());
@@ -106,7 +106,7 @@ double any_number(Dice& dice) {
     }
 }
 
-/// An argument: within the interval, small, near 1, or of any magnitude.
+/// A random argument: in the interval, small, near 1, or of any magnitude.
 double argument(Dice& dice, double low, double high) {
     switch (dice.below(4)) {
         case 0: return dice.uniform(low, high);
@@ -116,7 +116,7 @@ double argument(Dice& dice, double low, double high) {
     }
 }
 
-/// |value − expected| in units of the last place of what is expected; 0 where both are not numbers, or overflow alike.
+/// |value − expected| in units in the last place of `expected`; 0 if both are NaN or overflow alike.
 template <class Reference>
 double ulps(double value, const Reference& expected) {
     const auto nearest = static_cast<double>(expected);
@@ -133,7 +133,7 @@ bool same_bits(double a, double b) {
     return (std::isnan(a) && std::isnan(b)) || std::bit_cast<std::uint64_t>(a) == std::bit_cast<std::uint64_t>(b);
 }
 
-/// What has no rounding has no excuse: infinities, zeros with their sign, and what is not a number.
+/// Values without rounding must agree exactly: infinities, signed zeros and NaN.
 bool is_special(double x) { return !std::isfinite(x) || x == 0; }
 
 }  // namespace
@@ -148,7 +148,7 @@ TEST_CASE("elementary functions are within 0.6 ulp") {
             }
         });
     for (const FunctionOfTwo& f : functions_of_two) {
-        if (std::string(f.name) == "pow") continue;  // no digits to spare in the C library's
+        if (std::string(f.name) == "pow") continue;  // the C library's long double has no spare digits
         property(f.name, [&f](std::uint64_t seed) {
             Dice dice(seed);
             for (int i = 0; i < 100; ++i) {
@@ -162,7 +162,7 @@ TEST_CASE("elementary functions are within 0.6 ulp") {
 }
 
 TEST_CASE("powers are within 0.6 ulp") {
-    property("x^y", [](std::uint64_t seed) {
+    property("x^y is within 0.6 ulp", [](std::uint64_t seed) {
         Dice dice(seed);
         for (int i = 0; i < 4; ++i) {
             const double x = i % 2 == 0 ? std::exp2(dice.uniform(-1000, 1000)) : argument(dice, 0, 10);
@@ -170,7 +170,7 @@ TEST_CASE("powers are within 0.6 ulp") {
             const double most = 744 / std::abs(std::log(x));
             const double y = i % 3 == 0 ? std::round(dice.uniform(-20, 20)) : dice.uniform(-most, most);
             const double value = camber::pow(x, y);
-            if (std::isinf(value) || value == 0) continue;  // as the special values are tested
+            if (std::isinf(value) || value == 0) continue;  // covered by the special values
             RC_ASSERT(ulps(value, Wide(boost::multiprecision::pow(Wide(x), Wide(y)))) <= bound(value));
             RC_ASSERT(same_bits(camber::pow(-x, std::round(y)),
                                 camber::pow(x, std::round(y)) * (std::fmod(std::round(y), 2) == 0 ? 1 : -1)));
@@ -178,11 +178,11 @@ TEST_CASE("powers are within 0.6 ulp") {
     });
 }
 
-TEST_CASE("special values are those of C") {
+TEST_CASE("special values of elementary functions equal those of C") {
     const auto check = [](const std::string& name, double value, long double wide) {
         const auto expected = static_cast<double>(wide);
-        const bool sound = is_special(expected) ? same_bits(value, expected) : ulps(value, wide) <= bound(value);
-        CHECK_MESSAGE(sound, name << " is " << value << ", expected " << expected);
+        const bool is_accurate = is_special(expected) ? same_bits(value, expected) : ulps(value, wide) <= bound(value);
+        CHECK_MESSAGE(is_accurate, name << " is " << value << ", expected " << expected);
     };
     for (const double magnitude : special)
         for (const double x : {magnitude, -magnitude}) {
@@ -195,7 +195,7 @@ TEST_CASE("special values are those of C") {
         }
 }
 
-TEST_CASE("what is exact is exact") {
+TEST_CASE("elementary functions are exact where the result is representable") {
     CHECK(camber::exp(0) == 1);
     CHECK(camber::cos(0) == 1);
     CHECK(camber::cosh(0) == 1);
@@ -228,8 +228,8 @@ TEST_CASE("what is exact is exact") {
     CHECK(camber::asin(1) == 2 * quarter);
 }
 
-TEST_CASE("symmetries hold to the last bit") {
-    property("odd and even functions, x^2", [](std::uint64_t seed) {
+TEST_CASE("symmetries of elementary functions hold to the last bit") {
+    property("odd and even functions are symmetric and x^2 is x x, to the last bit", [](std::uint64_t seed) {
         Dice dice(seed);
         for (int i = 0; i < 100; ++i) {
             const double x = argument(dice, -3, 3), y = argument(dice, -3, 3);
@@ -244,8 +244,8 @@ TEST_CASE("symmetries hold to the last bit") {
     });
 }
 
-// Of every processor, compiler and build: these are the bytes.
-TEST_CASE("elementary functions have these bytes") {
+// The hashes are the same for every processor, compiler and build.
+TEST_CASE("elementary functions have the recorded hashes") {
     const auto add = [](std::uint64_t& hash, double value) {
         hash = (hash ^ (std::isnan(value) ? 0 : std::bit_cast<std::uint64_t>(value))) * 0x100000001b3U;
     };

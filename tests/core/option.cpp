@@ -1,4 +1,4 @@
-// Options that structs describe, and words of enumerations.
+// Options described by structs, and words of enumerations.
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -37,9 +37,9 @@ struct Brush {
     }
 };
 
-struct Handed {
+struct Reused {
     double broad = Brush{}.width;
-    static constexpr auto options() { return std::tuple(option_of(&Brush::width).as(&Handed::broad)); }
+    static constexpr auto options() { return std::tuple(option_of(&Brush::width).as(&Reused::broad)); }
 };
 
 struct Longer : Brush {
@@ -53,21 +53,21 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 
 }  // namespace
 
-TEST_CASE("words: each value by name, wherever its enumerator stands") {
+TEST_CASE("each enumerator has its word in any order of declaration") {
     for (const auto& w : words(Colour{})) CHECK(word_of(w.value) == w.word);
     CHECK(word_of(Colour::red) == "rot");
     CHECK(word_of(static_cast<Colour>(7)).empty());
     CHECK(all_words<Colour>() == std::vector<std::string>{"blau", "rot", "gruen"});
 }
 
-TEST_CASE("options: described once, handed on to other structs") {
+TEST_CASE("options are described once and reused in other structs") {
     constexpr auto width = option_of(&Brush::width);
     CHECK(width.name == "width");
     CHECK(width.unit_name == "mm");
     CHECK(width.limits.text() == "above 0 and at most 0.5");
     CHECK(width.limits.interval() == "(0, 0.5]");
     CHECK(option_of(&Brush::hairs).is_required);
-    constexpr auto broad = option_of(&Handed::broad);
+    constexpr auto broad = option_of(&Reused::broad);
     CHECK(broad.name == width.name);
     CHECK(broad.sentence == width.sentence);
     CHECK(broad.limits.text() == width.limits.text());
@@ -76,7 +76,7 @@ TEST_CASE("options: described once, handed on to other structs") {
     CHECK(names == std::vector<std::string_view>{"width", "hairs", "colour", "length"});
 }
 
-TEST_CASE("options: limits as text") {
+TEST_CASE("limits are written as text and as intervals") {
     CHECK(Limits{}.text().empty());
     CHECK(Limits{}.interval() == "(-inf, inf)");
     CHECK(Limits{.low = 0, .high = 1, .high_open = true}.interval() == "[0, 1)");
@@ -84,21 +84,21 @@ TEST_CASE("options: limits as text") {
     CHECK(out_of_limits(Limits{.low = 3}, "2") == "must be at least 3, got 2");
 }
 
-TEST_CASE("options: numbers out of their limits are errors of use, by name") {
-    property("a number is refused exactly if it is not within", [] {
+TEST_CASE("numbers outside their limits are usage errors that name the option") {
+    property("a number is accepted exactly if it is within its limits", [] {
         const auto x = *rc::gen::arbitrary<double>();
         const Longer brush{{.width = x}};
         RC_ASSERT(check_limits(brush).has_value() == (x > 0 && x <= 0.5));
     });
-    const auto told = [](const Longer& brush) {
+    const auto error_message = [](const Longer& brush) {
         const auto checked = check_limits(brush);
         REQUIRE_FALSE(checked.has_value());
         CHECK(checked.error().kind == ErrorKind::usage);
         return checked.error().what;
     };
-    CHECK(told({{.width = 0}}) == "width must be above 0 and at most 0.5, got 0");
-    CHECK(told({{.width = 0.25, .hairs = 0}}) == "hairs must be at least 1, got 0");
-    CHECK(told({{.width = 0.25}, -1}) == "length must be at least 1, got -1");
+    CHECK(error_message({{.width = 0}}) == "width must be above 0 and at most 0.5, got 0");
+    CHECK(error_message({{.width = 0.25, .hairs = 0}}) == "hairs must be at least 1, got 0");
+    CHECK(error_message({{.width = 0.25}, -1}) == "length must be at least 1, got -1");
     for (const double x : {infinity, -infinity, std::nan("")})
-        CHECK(told({{.width = x}}) == "width must be a finite number");
+        CHECK(error_message({{.width = x}}) == "width must be a finite number");
 }

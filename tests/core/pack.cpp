@@ -1,4 +1,4 @@
-// Kernels over packs: the functions' digits, and the same bytes with every set of instructions.
+// Functions of packs: accuracy, and the same bytes with every instruction set.
 #include <doctest/doctest.h>
 
 #include <array>
@@ -22,7 +22,7 @@ namespace {
 constexpr std::array every_set{Instructions::baseline, Instructions::avx2, Instructions::avx512};
 constexpr double ulp = std::numeric_limits<double>::epsilon();
 
-/// f of each lane.
+/// Applies f to each lane.
 template <class F>
 std::vector<double> mapped(const std::vector<double>& in, Instructions set, const F& f) {
     std::vector<double> out(in.size());
@@ -48,7 +48,7 @@ void check_same_bytes(const std::vector<double>& in, const auto& f) {
 
 }  // namespace
 
-TEST_CASE("exp and log of packs") {
+TEST_CASE("exp and log of packs are within 2 ulp for any instruction set") {
     property("e^x within 1.5 ulp", [](std::uint64_t seed) {
         Dice dice(seed);
         std::vector<double> x(64);
@@ -74,7 +74,7 @@ TEST_CASE("exp and log of packs") {
     });
 }
 
-TEST_CASE("exp and log at the ends") {
+TEST_CASE("exp and log of packs accept zeros, infinities and NaN") {
     const double nan = std::numeric_limits<double>::quiet_NaN();
     const double infinity = std::numeric_limits<double>::infinity();
     const auto e = mapped({0, -0.0, 1e9, -1e9, infinity, -infinity, nan, 1}, widest_instructions(), exponential);
@@ -93,7 +93,7 @@ TEST_CASE("exp and log at the ends") {
     CHECK(l[4] == -l[5]);
 }
 
-TEST_CASE("a program runs with what its processor has") {
+TEST_CASE("the widest instruction set is one that the processor has") {
     CHECK(has(Instructions::baseline));
     CHECK(has(widest_instructions()));
 }

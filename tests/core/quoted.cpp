@@ -1,4 +1,4 @@
-// Texts of the input in messages.
+// Quoted input texts in messages.
 #include <cstddef>
 #include <cstdint>
 #include <iterator>
@@ -18,7 +18,7 @@ using namespace camber::testing;
 
 namespace {
 
-/// Letters of one to four bytes.
+/// Random characters of one to four bytes.
 std::string letters(Dice& dice, std::size_t count) {
     constexpr std::string_view all[] = {"a", " ", "\"", "ä", "€", "😀"};
     std::string text;
@@ -32,7 +32,7 @@ bool begins_within_a_letter(std::string_view text) {
 
 }  // namespace
 
-TEST_CASE("a short text is quoted as it is") {
+TEST_CASE("a short text is quoted with control characters replaced") {
     CHECK(in_quotes("") == "\"\"");
     CHECK(in_quotes("curve") == "\"curve\"");
     CHECK(in_quotes(std::string(longest_quote, 'x')) == "\"" + std::string(longest_quote, 'x') + "\"");
@@ -40,7 +40,7 @@ TEST_CASE("a short text is quoted as it is") {
 }
 
 TEST_CASE("a long text keeps its beginning and its end") {
-    property("within the bound, in whole letters", [](std::uint64_t seed) {
+    property("a shortened text keeps to its limit and cuts no character", [](std::uint64_t seed) {
         Dice dice(seed);
         const std::string text = letters(dice, dice.below(400));
         const std::size_t longest = 20 + dice.below(200);
@@ -62,7 +62,7 @@ TEST_CASE("a long text keeps its beginning and its end") {
     });
 }
 
-TEST_CASE("a message is bounded whatever its parts are") {
+TEST_CASE("the length of a message is bounded for any length of its parts") {
     const std::string megabyte(std::size_t{1} << 20U, 'x');
     CHECK(describe({ErrorKind::input, megabyte, megabyte, Entity{"vertex", 1}, megabyte}).size() < 13000);
 }

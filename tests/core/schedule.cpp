@@ -1,4 +1,4 @@
-// Rounds of work that does not overlap: as if done piece by piece in the given order, for any number of threads.
+// Rounds of non-overlapping work give the result of sequential processing for any number of threads.
 #include <cstddef>
 #include <cstdint>
 #include <set>
@@ -16,11 +16,11 @@ using camber::testing::property;
 
 namespace {
 
-/// A piece of work: what it reads and writes; some cannot tell.
+/// A piece of work and the elements it reads and writes; some pieces do not declare them.
 struct Piece {
     std::size_t number = 0;
     std::vector<ElementId> claims;
-    bool tells = true;
+    bool declares_elements = true;
 };
 
 std::vector<Piece> pieces(Dice& dice, std::size_t n, std::size_t elements) {
@@ -30,14 +30,14 @@ std::vector<Piece> pieces(Dice& dice, std::size_t n, std::size_t elements) {
         std::set<ElementId> claims;
         for (std::size_t k = dice.below(5); k > 0; --k) claims.insert(ElementId(dice.below(elements)));
         all[i].claims.assign(claims.begin(), claims.end());
-        all[i].tells = dice.below(20) > 0;
+        all[i].declares_elements = dice.below(20) > 0;
     }
     return all;
 }
 
-Claim claim_of(const Piece& piece) { return piece.tells ? Claim(std::span(piece.claims)) : Claim(); }
+Claim claim_of(const Piece& piece) { return piece.declares_elements ? Claim(std::span(piece.claims)) : Claim(); }
 
-/// Depends on the order in which pieces come, and on nothing but what they claim.
+/// The result depends on the order of pieces and on their claimed elements only.
 void do_piece(const Piece& piece, std::vector<std::uint64_t>& values) {
     std::uint64_t sum = piece.number + 1;
     for (const ElementId e : piece.claims) sum = sum * 0x9e3779b97f4a7c15ULL + values[e.index()];
@@ -46,8 +46,8 @@ void do_piece(const Piece& piece, std::vector<std::uint64_t>& values) {
 
 }  // namespace
 
-TEST_CASE("rounds come to what one piece after the other does") {
-    property("for any number of threads, needless pieces left out", [](std::uint64_t seed) {
+TEST_CASE("rounds give the result of sequential processing for any number of threads") {
+    property("rounds give the sequential result and omit needless pieces, for any threads", [](std::uint64_t seed) {
         Dice dice(seed);
         const std::size_t elements = 1 + dice.below(60);
         const auto all = pieces(dice, dice.below(80), elements);
@@ -61,16 +61,16 @@ TEST_CASE("rounds come to what one piece after the other does") {
             const auto ended = in_rounds(
                 schedule, all, Execution{.threads = threads}, [](const Piece& p) { return p.number % 7 == 3; },
                 claim_of,
-                [&](std::span<const Piece> now) -> Outcome<bool> {
-                    RC_ASSERT(!now.empty());
-                    std::set<ElementId> taken;
-                    for (const Piece& piece : now) {
-                        RC_ASSERT(piece.tells || now.size() == 1);
+                [&](std::span<const Piece> round) -> Outcome<bool> {
+                    RC_ASSERT(!round.empty());
+                    std::set<ElementId> claimed;
+                    for (const Piece& piece : round) {
+                        RC_ASSERT(piece.declares_elements || round.size() == 1);
                         RC_ASSERT(done.insert(piece.number).second);
-                        for (const ElementId e : piece.claims) RC_ASSERT(taken.insert(e).second);
+                        for (const ElementId e : piece.claims) RC_ASSERT(claimed.insert(e).second);
                     }
-                    // Backwards: within a round the order must not matter.
-                    for (std::size_t i = now.size(); i-- > 0;) do_piece(now[i], values);
+                    // Reverse order: the order within a round must not matter.
+                    for (std::size_t i = round.size(); i-- > 0;) do_piece(round[i], values);
                     return true;
                 });
             RC_ASSERT(ended.has_value());
@@ -79,7 +79,7 @@ TEST_CASE("rounds come to what one piece after the other does") {
     });
 }
 
-TEST_CASE("a round may end all of them") {
+TEST_CASE("a round can end the processing") {
     Schedule schedule(4);
     const std::vector<ElementId> same{ElementId(std::size_t{2})};
     int rounds = 0;

@@ -1,4 +1,4 @@
-// The tables of shapes: topology, orientation and numbers of nodes.
+// Tables of shapes: topology, orientation and numbers of nodes.
 #include <doctest/doctest.h>
 
 #include <array>

@@ -1,4 +1,4 @@
-// What is known of few rows: against std::map.
+// Sparse containers compared with std::map.
 #include <array>
 #include <atomic>
 #include <cstddef>
@@ -15,8 +15,8 @@ using namespace camber;
 using camber::testing::Dice;
 using camber::testing::property;
 
-TEST_CASE("an overlay is its column with the rows that were set") {
-    property("as std::map over an array; a copy goes its own way", [](std::uint64_t seed) {
+TEST_CASE("an overlay equals its column with the rows that were set") {
+    property("an overlay equals a std::map over an array, and its copies are independent", [](std::uint64_t seed) {
         Dice dice(seed);
         const std::size_t n = 1 + dice.below(300);
         Buffer<int> rows(n);
@@ -47,14 +47,14 @@ TEST_CASE("an overlay is its column with the rows that were set") {
     });
 }
 
-TEST_CASE("a sparse set holds what was put in") {
+TEST_CASE("a sparse set contains exactly the inserted ids") {
     SparseSet<VertexId> set;
     CHECK_FALSE(set.contains(VertexId(std::size_t{0})));
     for (std::size_t i = 0; i < 1000; i += 3) set.insert(VertexId(i));
     for (std::size_t i = 0; i < 1000; ++i) CHECK(set.contains(VertexId(i)) == (i % 3 == 0));
 }
 
-TEST_CASE("scratch tables hold what was put in until they are cleared") {
+TEST_CASE("scratch tables contain the inserted keys until they are cleared") {
     ScratchSet<VertexId> set;
     ScratchMap<VertexId, int> map(2);
     for (const std::size_t step : {3U, 7U, 2U}) {
@@ -77,7 +77,7 @@ TEST_CASE("scratch tables hold what was put in until they are cleared") {
 }
 
 TEST_CASE("a row table finds the first row of each key") {
-    property("as std::map", [](std::uint64_t seed) {
+    property("a row table equals a std::map", [](std::uint64_t seed) {
         Dice dice(seed);
         std::vector<std::array<std::uint64_t, 2>> keys(dice.below(200));
         for (auto& key : keys) key = {dice.below(10), dice.below(10)};
@@ -98,17 +98,17 @@ TEST_CASE("a row table finds the first row of each key") {
     });
 }
 
-TEST_CASE("a memo makes a value once, whoever asks") {
-    std::atomic<int> made = 0;
+TEST_CASE("a memo returns the value of each key and does not compute it again") {
+    std::atomic<int> computed = 0;
     const Memo<EdgeId, std::size_t> squares([&](EdgeId e) {
-        ++made;
+        ++computed;
         return e.index() * e.index();
     });
-    const auto asked = map_each(Execution{3}, 4000, [&](std::size_t i) { return squares[EdgeId(i % 100)]; }, 1);
-    REQUIRE(asked);
-    for (std::size_t i = 0; i < asked->size(); ++i) CHECK((*asked)[i] == (i % 100) * (i % 100));
-    CHECK(made >= 100);
-    const int before = made;
+    const auto values = map_each(Execution{3}, 4000, [&](std::size_t i) { return squares[EdgeId(i % 100)]; }, 1);
+    REQUIRE(values);
+    for (std::size_t i = 0; i < values->size(); ++i) CHECK((*values)[i] == (i % 100) * (i % 100));
+    CHECK(computed >= 100);
+    const int before = computed;
     CHECK(squares[EdgeId(std::size_t{7})] == 49);
-    CHECK(made == before);
+    CHECK(computed == before);
 }

@@ -1,4 +1,4 @@
-// Topology against brute force, on lattices with any cells left out, numbered at random.
+// Topology compared with brute force, on randomly numbered lattices with missing cells.
 #include <algorithm>
 #include <array>
 #include <cstddef>
@@ -36,20 +36,20 @@ std::array<VertexId, N> sorted(std::array<VertexId, N> v) {
     return v;
 }
 
-/// The mesh with its boundary faces as facets.
+/// Returns the mesh with its boundary faces as facets.
 template <int D>
 LinearMesh<D> with_facets(LinearMesh<D> mesh) {
-    const auto around = must(balls(mesh, alone));
+    const auto around = must(balls(mesh, one_thread));
     Buffer<SimplexVertices<D - 1>> facets;
-    for (const ElementFace& face : boundary_faces<D>(must(neighbours(mesh, around, alone))))
+    for (const ElementFace& face : boundary_faces<D>(must(neighbours(mesh, around, one_thread))))
         facets.push_back(face_of(mesh, face));
     mesh.facets.vertices = std::move(facets);
     return mesh;
 }
 
 template <int D>
-void topology_laws() {
-    property("balls: exactly the elements that name the vertex, in rising order",
+void check_topology() {
+    property("balls list exactly the elements of the vertex in increasing order",
              [](std::uint64_t seed) {
                  const auto mesh = random_mesh<D>(seed);
                  std::vector<std::vector<ElementId>> expected(mesh.points.size());
@@ -65,10 +65,10 @@ void topology_laws() {
              {.count = 30});
 
     property(
-        "neighbours: symmetric, across the named face, and the boundary is closed",
+        "neighbours are symmetric across their common face, and the boundary is closed",
         [](std::uint64_t seed) {
             const auto mesh = random_mesh<D>(seed);
-            const auto links = *neighbours(mesh, *balls(mesh, alone), alone);
+            const auto links = *neighbours(mesh, *balls(mesh, one_thread), one_thread);
             std::map<std::array<VertexId, D>, int> faces;
             for (std::size_t e = 0; e < mesh.elements.size(); ++e)
                 for (int i = 0; i <= D; ++i)
@@ -88,7 +88,7 @@ void topology_laws() {
             const auto boundary = boundary_faces<D>(links);
             RC_ASSERT(boundary.size() == static_cast<std::size_t>(std::count_if(
                                              faces.begin(), faces.end(), [](const auto& f) { return f.second == 1; })));
-            // Closed: the outward normals sum to zero, and each face of a face is shared by an even number of them.
+            // Closed: each face of a boundary face is shared by an even number of them.
             std::map<std::vector<VertexId>, int> sides;
             for (const ElementFace& face : boundary) {
                 const auto v = face_of(mesh, face);
@@ -104,13 +104,13 @@ void topology_laws() {
         },
         {.count = 30});
 
-    property("unique edges: sorted, as in a std::set, and each simplex finds its own",
+    property("unique edges are sorted and equal a std::set, and each simplex refers to its own",
              [](std::uint64_t seed) {
                  auto mesh = with_facets(random_mesh<D>(seed));
                  if constexpr (D == 3)
                      mesh.edges.vertices =
                          Buffer<SimplexVertices<1>>{{mesh.facets.vertices[0][1], mesh.facets.vertices[0][0]}};
-                 const auto edges = *unique_edges(mesh, alone);
+                 const auto edges = *unique_edges(mesh, one_thread);
                  std::set<std::array<VertexId, 2>> expected;
                  for (const auto& s : mesh.elements.vertices)
                      for (int i = 0; i <= D; ++i)
@@ -138,12 +138,12 @@ void topology_laws() {
              },
              {.count = 30});
 
-    property("shells: the elements that name both ends; facets likewise",
+    property("shells list the elements and the facets that contain both ends of the edge",
              [](std::uint64_t seed) {
                  const auto mesh = with_facets(random_mesh<D>(seed));
-                 const auto edges = *unique_edges(mesh, alone);
-                 const auto of_elements = *shells(edges, alone);
-                 const auto of_facets = *facet_shells(edges, alone);
+                 const auto edges = *unique_edges(mesh, one_thread);
+                 const auto of_elements = *shells(edges, one_thread);
+                 const auto of_facets = *facet_shells(edges, one_thread);
                  const auto names = [](const auto& s, VertexId v) {
                      return std::find(s.begin(), s.end(), v) != s.end();
                  };
@@ -163,15 +163,15 @@ void topology_laws() {
              },
              {.count = 10});
 
-    property("Euler: V − E + F − T = 1 for a ball",
+    property("the Euler characteristic V − E + F − T of a ball is 1",
              [](std::uint64_t seed) {
                  Dice dice(seed);
                  LatticeOptions<D> options;
                  for (int& n : options.cells) n = 1 + static_cast<int>(dice.below(4));
                  options.seed = seed + 1;
                  const auto mesh = lattice_mesh(options);
-                 const auto boundary = boundary_faces<D>(*neighbours(mesh, *balls(mesh, alone), alone));
-                 const auto edges = static_cast<long>(unique_edges(mesh, alone)->size());
+                 const auto boundary = boundary_faces<D>(*neighbours(mesh, *balls(mesh, one_thread), one_thread));
+                 const auto edges = static_cast<long>(unique_edges(mesh, one_thread)->size());
                  const auto vertices = static_cast<long>(mesh.points.size());
                  const auto elements = static_cast<long>(mesh.elements.size());
                  const long faces = ((D + 1) * elements + static_cast<long>(boundary.size())) / 2;
@@ -187,10 +187,10 @@ void topology_laws() {
 
 }  // namespace
 
-TEST_CASE("topology of triangles") { topology_laws<2>(); }
-TEST_CASE("topology of tetrahedra") { topology_laws<3>(); }
+TEST_CASE("balls, neighbours, edges and shells equal brute force in 2D") { check_topology<2>(); }
+TEST_CASE("balls, neighbours, edges and shells equal brute force in 3D") { check_topology<3>(); }
 
-TEST_CASE("the faces of a positive simplex look outwards") {
+TEST_CASE("the faces of a positive simplex are oriented outwards") {
     const std::array<Vec<3>, 4> p{Vec<3>{{0, 0, 0}}, Vec<3>{{1, 0, 0}}, Vec<3>{{0, 1, 0}}, Vec<3>{{0, 0, 1}}};
     for (int i = 0; i < 4; ++i) {
         const auto [a, b, c] = face_opposite<3>(i);
@@ -205,35 +205,35 @@ TEST_CASE("the faces of a positive simplex look outwards") {
 
 TEST_CASE("an empty mesh has empty topology") {
     const LinearMesh<3> mesh;
-    const auto around = must(balls(mesh, alone));
+    const auto around = must(balls(mesh, one_thread));
     CHECK(around.size() == 0);
-    CHECK(must(neighbours(mesh, around, alone)).empty());
-    const auto edges = must(unique_edges(mesh, alone));
+    CHECK(must(neighbours(mesh, around, one_thread)).empty());
+    const auto edges = must(unique_edges(mesh, one_thread));
     CHECK(edges.size() == 0);
-    CHECK(must(shells(edges, alone)).size() == 0);
+    CHECK(must(shells(edges, one_thread)).size() == 0);
     CHECK(!find_edge(edges, VertexId(std::size_t{0}), VertexId(std::size_t{1})).valid());
 }
 
-TEST_CASE("one element") {
+TEST_CASE("one tetrahedron has four boundary faces and six edges") {
     LatticeOptions<3> options{.cells = {1, 1, 1}};
     auto mesh = lattice_mesh(options);
     mesh.elements.vertices = Buffer<SimplexVertices<3>>{mesh.elements.vertices[0]};
-    CHECK(boundary_faces<3>(must(neighbours(mesh, must(balls(mesh, alone)), alone))).size() == 4);
-    CHECK(must(unique_edges(mesh, alone)).size() == 6);
+    CHECK(boundary_faces<3>(must(neighbours(mesh, must(balls(mesh, one_thread)), one_thread))).size() == 4);
+    CHECK(must(unique_edges(mesh, one_thread)).size() == 6);
 }
 
-TEST_CASE("a mesh of facets alone has edges") {
+TEST_CASE("a surface mesh without elements has edges and facet shells") {
     LinearMesh<3> mesh;
     mesh.points = Buffer<Vec<3>>(4);
     mesh.facets.vertices =
         Buffer<SimplexVertices<2>>{{VertexId(std::size_t{0}), VertexId(std::size_t{1}), VertexId(std::size_t{2})},
                                    {VertexId(std::size_t{2}), VertexId(std::size_t{1}), VertexId(std::size_t{3})}};
-    const auto edges = must(unique_edges(mesh, alone));
+    const auto edges = must(unique_edges(mesh, one_thread));
     CHECK(edges.size() == 5);
     CHECK(edges.of_elements.empty());
     CHECK(edges.of_facets.size() == 2);
-    CHECK(must(shells(edges, alone)).size() == 5);
-    CHECK(must(facet_shells(edges, alone))[edges.of_facets[0][1]].size() == 2);
+    CHECK(must(shells(edges, one_thread)).size() == 5);
+    CHECK(must(facet_shells(edges, one_thread))[edges.of_facets[0][1]].size() == 2);
 }
 
 TEST_CASE("three elements on a face are an error that names one of them") {
@@ -242,7 +242,7 @@ TEST_CASE("three elements on a face are an error that names one of them") {
     elements.push_back({elements[2][0], elements[2][1], elements[0][0]});
     elements.push_back(elements[2]);
     mesh.elements.vertices = elements;
-    const auto links = neighbours(mesh, must(balls(mesh, alone)), alone);
+    const auto links = neighbours(mesh, must(balls(mesh, one_thread)), one_thread);
     REQUIRE(!links.has_value());
     CHECK(links.error().kind == ErrorKind::input);
     REQUIRE(links.error().entity.has_value());
@@ -251,12 +251,12 @@ TEST_CASE("three elements on a face are an error that names one of them") {
     CHECK(links.error().entity->number <= elements.size());
 }
 
-TEST_CASE("a simplex that names a vertex twice is an error that names it") {
+TEST_CASE("a simplex with a repeated vertex is an error that names it") {
     auto mesh = lattice_mesh(LatticeOptions<3>{.cells = {1, 1, 1}});
     auto elements = take(mesh.elements.vertices);
     elements[3][1] = elements[3][0];
     mesh.elements.vertices = elements;
-    const auto edges = unique_edges(mesh, alone);
+    const auto edges = unique_edges(mesh, one_thread);
     REQUIRE(!edges.has_value());
     CHECK(edges.error().kind == ErrorKind::input);
     REQUIRE(edges.error().entity.has_value());

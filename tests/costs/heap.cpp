@@ -21,23 +21,23 @@ void* counted(void* memory) {
     return memory;
 }
 
-void give_back(void* memory) noexcept {
+void release(void* memory) noexcept {
     if (memory != nullptr) bytes -= malloc_usable_size(memory);
     std::free(memory);
 }
 
 }  // namespace
 
-// All other forms of the standard library's go through these.
+// All other forms of `operator new` and `operator delete` call these.
 void* operator new(std::size_t size) { return counted(std::malloc(std::max<std::size_t>(size, 1))); }
 void* operator new(std::size_t size, std::align_val_t alignment) {
     const auto a = static_cast<std::size_t>(alignment);
     return counted(std::aligned_alloc(a, (size + a - 1) / a * a));
 }
-void operator delete(void* memory) noexcept { give_back(memory); }
-void operator delete(void* memory, std::size_t) noexcept { give_back(memory); }
-void operator delete(void* memory, std::align_val_t) noexcept { give_back(memory); }
-void operator delete(void* memory, std::size_t, std::align_val_t) noexcept { give_back(memory); }
+void operator delete(void* memory) noexcept { release(memory); }
+void operator delete(void* memory, std::size_t) noexcept { release(memory); }
+void operator delete(void* memory, std::align_val_t) noexcept { release(memory); }
+void operator delete(void* memory, std::size_t, std::align_val_t) noexcept { release(memory); }
 
 namespace camber::testing {
 

@@ -1,6 +1,5 @@
-// What a piece of work asks of the heap, counted: the executable's operator new and delete are those of heap.cpp, which
-// Buffer and Column go through too. Count with one thread: then the counts are the same on any machine but for how the
-// system's malloc rounds sizes.
+// Counts heap allocations. heap.cpp replaces operator new and delete of the executable; `Buffer` and `Column` use them
+// too. With one thread the counts are the same on every machine, except for the rounding of sizes by malloc.
 #pragma once
 
 #include <cstddef>
@@ -8,17 +7,17 @@
 
 namespace camber::testing {
 
-/// The heap since the process began.
+/// Heap statistics since the start of the process.
 struct Heap {
     std::size_t allocations = 0;
-    std::size_t bytes = 0;  ///< not yet given back
-    std::size_t peak = 0;   ///< most of them at a time since `begin_peak`
+    std::size_t bytes = 0;  ///< currently allocated
+    std::size_t peak = 0;   ///< maximum of `bytes` since `begin_peak`
 };
 [[nodiscard]] Heap heap();
-/// From now on the peak is that of what follows.
+/// Restarts the measurement of the peak.
 void begin_peak();
 
-/// What f() took: its allocations, and the bytes that it had at most beyond those that were there before.
+/// Allocations of a call f(), and its peak memory in bytes above the memory allocated before.
 struct Cost {
     std::size_t allocations = 0, peak = 0;
 };

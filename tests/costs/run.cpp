@@ -1,6 +1,6 @@
-// The memory of a whole run as the program makes it, without files: how many bytes a tetrahedron it has at most, and
-// how often a tetrahedron asks for some, stage by stage. Bounds are a sixth above what was measured when they were set:
-// who needs less for good sets them anew, who needs more has made all runs larger.
+// Memory of a whole run without files: peak bytes and number of allocations per tetrahedron in each stage. The bounds
+// are one sixth above the values measured when they were set. A permanent reduction should lower them; an increase
+// makes all runs larger.
 #include <cstddef>
 #include <map>
 #include <string>
@@ -24,12 +24,12 @@ using namespace camber::testing;
 namespace {
 
 struct StageCost {
-    double bytes = 0;        ///< at most, with the mesh and what earlier stages left
-    double allocations = 0;  ///< of the stage
+    double bytes = 0;        ///< peak, including the mesh and results of earlier stages
+    double allocations = 0;  ///< during the stage
 };
 using RunCost = std::map<std::string, StageCost>;
 
-/// Of a run by one thread, a tetrahedron.
+/// Costs per tetrahedron of a run with one thread.
 RunCost cost_of_run(LinearMesh<3> mesh) {
     const auto pipeline = must(config::read_pipeline(R"({"input": {"mesh": "-"}, "threads": 1})", "test"));
     const auto tetrahedra = static_cast<double>(mesh.elements.size());
@@ -39,7 +39,7 @@ RunCost cost_of_run(LinearMesh<3> mesh) {
     (void)must(run::run_pipeline(pipeline, {std::move(input), {}}, [&](std::string_view stage, const auto& body) {
         begin_peak();
         const std::size_t before = heap().allocations;
-        auto done = body(alone);
+        auto done = body(one_thread);
         const Heap after = heap();
         costs[std::string(stage)] = {static_cast<double>(after.peak - others) / tetrahedra,
                                      static_cast<double>(after.allocations - before) / tetrahedra};
@@ -50,7 +50,7 @@ RunCost cost_of_run(LinearMesh<3> mesh) {
 
 }  // namespace
 
-TEST_CASE("memory of a run") {
+TEST_CASE("each stage of a run stays within its bounds of memory and allocations") {
     const RunCost bounds{{"prepare", {88, 0.17}},    {"elevate", {100, 0.01}}, {"surface", {140, 0.8}},
                          {"extension", {740, 0.23}}, {"metric", {740, 0.42}},  {"curve", {560, 12.5}},
                          {"validate", {430, 0.01}},  {"relax", {430, 5.8}},    {"commit", {430, 0.01}},

@@ -1,4 +1,5 @@
-// At how many points a curving asks the back mesh, an edge: each is a location, which is what a search costs.
+// Number of points per edge at which curving samples the background mesh. Each sample is a point location, which
+// dominates the cost of a search.
 #include <cstddef>
 #include <span>
 #include <utility>
@@ -18,7 +19,7 @@ using namespace camber::testing;
 
 namespace {
 
-/// Another back mesh, counting the points at which it is asked.
+/// Background mesh that counts its samples.
 class CountingBack final : public BackModel<3> {
   public:
     CountingBack(BackMesh<3> back, std::size_t& points) : back_(std::move(back)), points_(&points) {}
@@ -53,8 +54,8 @@ class CountingBack final : public BackModel<3> {
     std::size_t* points_;
 };
 
-/// Points an edge of the volume to place its node, one thread, without the lengths that reports tell.
-double points_an_edge(const ShellCase& c, CurvingAim aim) {
+/// Samples per volume edge for the placement of its node, with one thread and without the lengths of the report.
+double points_per_edge(const ShellCase& c, CurvingAim aim) {
     CurveOptions options;
     options.aim = aim;
     const EdgeRules rules = edge_rules(options);
@@ -72,16 +73,16 @@ double points_an_edge(const ShellCase& c, CurvingAim aim) {
 
 }  // namespace
 
-TEST_CASE("points at which the back mesh is asked") {
+TEST_CASE("curving samples the background mesh at few points per edge") {
     const ShellCase c;
-    SUBCASE("accuracy asks at none") {
+    SUBCASE("objective accuracy samples no point") {
         std::size_t points = 0;
         const BackMesh<3> back(CountingBack(c.back, points));
-        (void)must(accurate_offsets({c.mesh, c.kinds, c.shell}, EdgeKind::volume, back, EdgeAccuracyOptions{}, alone));
+        (void)must(accurate_offsets({c.mesh, c.kinds, c.shell}, EdgeKind::volume, back, EdgeAccuracyOptions{}, one_thread));
         CHECK(points == 0);
     }
-    SUBCASE("searches") {
-        CHECK(points_an_edge(c, CurvingAim::energy) < 160);  // 138 when this was written
-        CHECK(points_an_edge(c, CurvingAim::length) < 134);  // 116
+    SUBCASE("searches for energy and length sample at most 160 and 134 points per edge") {
+        CHECK(points_per_edge(c, CurvingAim::energy) < 160);  // 138 when the bound was set
+        CHECK(points_per_edge(c, CurvingAim::length) < 134);  // 116 when the bound was set
     }
 }

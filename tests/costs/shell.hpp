@@ -1,5 +1,4 @@
-// A shell with ten layers on its inner sphere, as rows of prisms: 20 thousand tetrahedra, of which most are in layers,
-// as in the meshes that the program is for.
+// Shell with ten prism layers on its inner sphere: 20 000 tetrahedra, most of them in the layers.
 #pragma once
 
 #include <cstddef>
@@ -20,22 +19,22 @@ inline LinearMesh<3> layered_shell() {
     ShellOptions<3> options;
     options.inner_layer = {.count = 10, .first_height = 0.002};
     options.structure = ShellStructure::prisms;
-    return must(generate(with_elements(options, 20000), alone));
+    return must(generate(with_elements(options, 20000), one_thread));
 }
 
-/// The same ready to be curved.
+/// The shell with all inputs of curving.
 struct ShellCase {
-    QuadraticMesh<3> mesh = must(elevate(layered_shell(), alone));
-    Features<3> features = must(find_features(mesh.linear, mesh.edges, FeatureOptions<3>{}, alone));
+    QuadraticMesh<3> mesh = must(elevate(layered_shell(), one_thread));
+    Features<3> features = must(find_features(mesh.linear, mesh.edges, FeatureOptions<3>{}, one_thread));
     const Column<EdgeKind>& kinds = features.edge_kinds;
-    Incidence<ElementId> shell = must(shells(mesh.edges, alone));
-    Incidence<ElementId> ball = must(balls(mesh.linear, alone));
+    Incidence<ElementId> shell = must(shells(mesh.edges, one_thread));
+    Incidence<ElementId> ball = must(balls(mesh.linear, one_thread));
     BackMesh<3> back = must(make_back_mesh(
-        mesh.linear, ball, Column<LogMetric<3>>(must(natural_log_metrics(mesh.linear, ball, alone))), alone));
+        mesh.linear, ball, Column<LogMetric<3>>(must(natural_log_metrics(mesh.linear, ball, one_thread))), one_thread));
 
     [[nodiscard]] std::size_t edges() const { return mesh.edges.size(); }
     [[nodiscard]] std::size_t tetrahedra() const { return mesh.linear.elements.size(); }
-    /// Nodes of the walls on the spheres, as their geometry would have them.
+    /// Nodes of boundary edges projected onto their sphere.
     [[nodiscard]] Column<LagrangeNode<3>> on_spheres() const {
         Buffer<LagrangeNode<3>> nodes(mesh.mid_nodes.begin(), mesh.mid_nodes.end());
         for (std::size_t e = 0; e < nodes.size(); ++e)

@@ -1,5 +1,5 @@
-// Facets that touch, and what telling so may cost: straight ones are decided in whole numbers, those in one plane in
-// the plane, and what is left shares a bounded work.
+// Contact of facets at bounded work: straight facets are decided in integer arithmetic, coplanar facets in their plane,
+// and the rest shares a limited number of steps.
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -31,7 +31,7 @@ NodalFacet<D> lattice_facet(Engine& engine, double most) {
     return straight_facet<D>(vertices);
 }
 
-/// Directions of which one parts two straight facets if any does.
+/// Directions that include one that separates two straight facets, if any does.
 std::vector<Vec<2>> parting_directions(const NodalFacet<2>& a, const NodalFacet<2>& b) {
     std::vector<Vec<2>> out;
     for (const auto* f : {&a, &b}) {
@@ -65,8 +65,8 @@ double measure_of(const NodalFacet<2>& f) { return norm(f.nodes[1] - f.nodes[0])
 double measure_of(const NodalFacet<3>& f) { return norm(cross(f.nodes[1] - f.nodes[0], f.nodes[2] - f.nodes[0])); }
 
 template <int D>
-void law_of_straight_facets() {
-    property(D == 2 ? "2D: straight facets" : "3D: straight facets",
+void check_straight_facets() {
+    property(D == 2 ? "straight facets are decided and consistent with small shifts, 2D" : "straight facets are decided and consistent with small shifts, 3D",
              [] {
                  Engine engine(*rc::gen::arbitrary<std::uint64_t>());
                  const auto a = lattice_facet<D>(engine, 3), b = lattice_facet<D>(engine, 3);
@@ -74,7 +74,8 @@ void law_of_straight_facets() {
                  const Crossing found = crossing_of(a, b);
                  RC_ASSERT(found != Crossing::undecided);
                  RC_ASSERT(crossing_of(renumbered(b, 1, true), a) == found);
-                 // By how little it is moved: what passes through still does, what touches comes apart some way.
+                 // A small shift confirms the verdict: crossing facets still cross, and touching facets separate in
+                 // some direction.
                  bool parts = false, stays = true;
                  for (const Vec<D>& n : parting_directions(a, b)) {
                      const auto moved = mapped<D>(b, [&](const Vec<D>& p) { return p + n * 0x1p-20; });
@@ -88,7 +89,7 @@ void law_of_straight_facets() {
              {.count = 150});
 }
 
-/// n × n squares in two triangles each, in the plane z = `height`.
+/// Two plates of squares in two triangles each, in the planes z = 0 and z = `height`.
 QuadraticMesh<3> plates(std::size_t n, double height, double bow) {
     std::vector<Vec<3>> points;
     std::vector<SimplexVertices<2>> facets;
@@ -110,7 +111,7 @@ QuadraticMesh<3> plates(std::size_t n, double height, double bow) {
     });
 }
 
-/// Rings between arcs in one plane, turned in space by `turn`.
+/// Rings between arcs in one plane, rotated in space by `turn`.
 QuadraticMesh<3> rings(std::size_t count, std::size_t around, double width, double turn) {
     const auto place = [=](double r, double t) {
         const double x = r * std::cos(t), y = r * std::sin(t);
@@ -140,7 +141,7 @@ QuadraticMesh<3> rings(std::size_t count, std::size_t around, double width, doub
     return mesh;
 }
 
-/// What is told does not depend on threads, and what it took is bounded.
+/// The result does not depend on the number of threads, and its work is bounded.
 void check_bounds(const QuadraticMesh<3>& mesh, const Crossings& found, std::size_t steps_per_pair) {
     CHECK(found.steps <= max_steps(mesh.linear.facets.size()) + steps_per_pair * found.pairs);
     CHECK(found.cut_short <= found.undecided);
@@ -150,14 +151,14 @@ void check_bounds(const QuadraticMesh<3>& mesh, const Crossings& found, std::siz
 }  // namespace
 
 // Guards against touching facets that are subdivided 4000 times and stay undecided.
-TEST_CASE("straight facets are decided, and by how little they are moved shows that they are rightly") {
-    law_of_straight_facets<2>();
-    law_of_straight_facets<3>();
+TEST_CASE("straight facets are decided, and small shifts confirm the decision") {
+    check_straight_facets<2>();
+    check_straight_facets<3>();
 }
 
-// Guards against milliseconds for each pair of boxes that touch face to face.
-TEST_CASE("contact face to face") {
-    SUBCASE("straight: all of it is decided, at a step a pair") {
+// Guards against milliseconds for each pair of boxes in face contact.
+TEST_CASE("facets of coincident walls do not cross") {
+    SUBCASE("contact of straight facets is decided in at most two steps per pair") {
         const auto mesh = plates(8, 0, 0);
         const Crossings found = crossings_of(mesh);
         CHECK(found.touching > 200);
@@ -166,7 +167,7 @@ TEST_CASE("contact face to face") {
         CHECK(crossings_of(mesh, 2) == found);
         CHECK(crossings_of(plates(8, 1e-6, 0)).all_disjoint());
     }
-    SUBCASE("facets that are curved within the plane") {
+    SUBCASE("facets curved within their plane are not crossing") {
         const auto mesh = plates(8, 0, 0.01);
         const Crossings found = crossings_of(mesh);
         CHECK(found.touching > 200);
@@ -175,7 +176,7 @@ TEST_CASE("contact face to face") {
         check_bounds(mesh, found, 32);
         CHECK(crossings_of(plates(8, 1e-6, 0.01)).all_disjoint());
     }
-    SUBCASE("walls that bulge alike, of other triangles") {
+    SUBCASE("crossings of coincident curved walls need bounded work") {
         const UnitSphere<3> unit = icosphere<3>(1);
         std::vector<Vec<3>> points(unit.points.begin(), unit.points.end());
         std::vector<SimplexVertices<2>> facets(unit.facets.begin(), unit.facets.end());
@@ -195,7 +196,7 @@ TEST_CASE("contact face to face") {
 }
 
 // Guards against minutes for nested arcs in a plane wall.
-TEST_CASE("rings of layers in a plane") {
+TEST_CASE("rings of layers in a plane are disjoint at bounded work") {
     for (const double turn : {0.0, 0.7}) {
         const auto mesh = rings(40, 8, 0.01, turn);
         const Crossings found = crossings_of(mesh);
@@ -206,7 +207,7 @@ TEST_CASE("rings of layers in a plane") {
 }
 
 // Guards against minutes for a quadratic mesh with one coordinate at 9e18.
-TEST_CASE("a vertex far away") {
+TEST_CASE("a distant vertex keeps the number of search steps within its limit") {
     auto mesh = rings(10, 8, 0.1, 0.3);
     Buffer<Vec<3>> points = take(std::move(mesh.linear.points));
     points[points.size() / 2][0] = 0x1p63;

@@ -1,4 +1,4 @@
-// Facets for tests: drawn at random, and moved as a whole.
+// Random facets and their transformations for the tests.
 #pragma once
 
 #include <array>
@@ -26,7 +26,8 @@ Vec<D> random_vector(Engine& engine, double size = 1) {
     return v;
 }
 
-/// A facet of vertices within the cube of ±1, its nodes off the chords' middles by up to `bow` in each coordinate.
+/// A facet with vertices in the cube of ±1 and nodes displaced from the middles of the chords by up to `bow` in each
+/// coordinate.
 template <int D>
 NodalFacet<D> random_facet(Engine& engine, double bow) {
     std::array<Vec<D>, D> vertices;
@@ -53,7 +54,7 @@ QuadraticSimplex<D - 1, D> bezier_of(const NodalFacet<D>& facet) {
     return s;
 }
 
-/// Its vertices and nodes in another order: (0 1 2) to (1 2 0), or mirrored.
+/// Vertices and nodes in another order: (0 1 2) to (1 2 0), or mirrored.
 inline NodalFacet<3> renumbered(const NodalFacet<3>& f, int turn, bool mirrored) {
     NodalFacet<3> out;
     std::array<int, 3> p{turn % 3, (turn + 1) % 3, (turn + 2) % 3};
@@ -69,7 +70,7 @@ inline NodalFacet<2> renumbered(const NodalFacet<2>& f, int turn, bool mirrored)
     return (turn % 2 == 1) != mirrored ? NodalFacet<2>{{f.nodes[1], f.nodes[0], f.nodes[2]}} : f;
 }
 
-/// A place on the facet, anywhere.
+/// A random position on the facet.
 template <int D>
 Barycentric<D - 1> random_place(Engine& engine) {
     Barycentric<D - 1> xi{};
@@ -79,9 +80,9 @@ Barycentric<D - 1> random_place(Engine& engine) {
     return xi;
 }
 
-/// Looks for a common point of two facets by Newton's method from places all over both: the least step solves
-/// F(ξ) − G(η) = 0 to first order. A second opinion that shares nothing with the search by pieces. What is found is
-/// inside both by more than `inset`, in barycentric coordinates.
+/// Searches a common point of two facets by Newton's method from random starts: the minimum-norm step solves F(ξ) −
+/// G(η) = 0 to first order. Independent of the subdivision search. The point must be inside both by more than `inset`,
+/// in barycentric coordinates.
 template <int D>
 bool newton_meets(const NodalFacet<D>& first, const NodalFacet<D>& second, double inset, Engine& engine,
                   int starts = 60) {

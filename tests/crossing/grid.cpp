@@ -1,4 +1,4 @@
-// A grid of boxes against looking at them all.
+// A facet grid compared with a linear search through all boxes.
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -32,32 +32,32 @@ Box<D> random_box(Engine& engine) {
 }
 
 template <int D>
-void law_of_grids() {
-    property(D == 2 ? "2D: as all boxes say" : "3D: as all boxes say", [] {
+void check_grid() {
+    property(D == 2 ? "the grid returns the boxes that a search of all boxes returns, 2D" : "the grid returns the boxes that a search of all boxes returns, 3D", [] {
         Engine engine(*rc::gen::arbitrary<std::uint64_t>());
         FacetGrid<D> grid;
         std::vector<Box<D>> boxes(60);
-        std::vector<char> there(60, 0);
+        std::vector<char> is_inserted(60, 0);
         std::vector<FacetId> found;
         for (int step = 0; step < 300; ++step) {
             const auto f = static_cast<std::size_t>(uniform(engine, 0, 59.99));
             if (uniform(engine, 0, 1) < 0.6) {
                 boxes[f] = random_box<D>(engine);
                 grid.insert(FacetId(f), boxes[f]);
-                there[f] = 1;
+                is_inserted[f] = 1;
             } else {
                 grid.remove(FacetId(f));
-                there[f] = 0;
+                is_inserted[f] = 0;
             }
             if (step % 10 != 0) continue;
-            const Box<D> asked = random_box<D>(engine);
-            grid.meeting(asked, found);
+            const Box<D> query = random_box<D>(engine);
+            grid.meeting(query, found);
             std::vector<FacetId> all;
             std::size_t size = 0;
             for (std::size_t g = 0; g < boxes.size(); ++g) {
-                size += there[g] != 0 ? 1 : 0;
-                RC_ASSERT(grid.contains(FacetId(g)) == (there[g] != 0));
-                if (there[g] != 0 && boxes[g].meets(asked)) all.push_back(FacetId(g));
+                size += is_inserted[g] != 0 ? 1 : 0;
+                RC_ASSERT(grid.contains(FacetId(g)) == (is_inserted[g] != 0));
+                if (is_inserted[g] != 0 && boxes[g].meets(query)) all.push_back(FacetId(g));
             }
             RC_ASSERT(grid.size() == size);
             RC_ASSERT(found == all);
@@ -67,21 +67,21 @@ void law_of_grids() {
 
 }  // namespace
 
-TEST_CASE("grids in the plane") { law_of_grids<2>(); }
-TEST_CASE("grids in space") { law_of_grids<3>(); }
+TEST_CASE("a facet grid returns all boxes that meet a query box, 2D") { check_grid<2>(); }
+TEST_CASE("a facet grid returns all boxes that meet a query box, 3D") { check_grid<3>(); }
 
-TEST_CASE("a tree of boxes, asked what meets a box, leaves none out") {
-    property("tree", [] {
+TEST_CASE("a box tree visits each box that meets a query box once") {
+    property("a box tree visits each box that meets the query box once", [] {
         Engine engine(*rc::gen::arbitrary<std::uint64_t>());
         std::vector<Box<3>> boxes(100);
         for (auto& box : boxes) box = random_box<3>(engine);
         const BoxTree<3> tree(boxes);
-        const Box<3> asked = random_box<3>(engine);
-        std::vector<int> seen(boxes.size(), 0);
-        tree.meeting(asked, [&](std::size_t i) { ++seen[i]; });
+        const Box<3> query = random_box<3>(engine);
+        std::vector<int> visits(boxes.size(), 0);
+        tree.meeting(query, [&](std::size_t i) { ++visits[i]; });
         for (std::size_t i = 0; i < boxes.size(); ++i) {
-            RC_ASSERT(seen[i] <= 1);
-            RC_ASSERT(seen[i] == 1 || !boxes[i].meets(asked));
+            RC_ASSERT(visits[i] <= 1);
+            RC_ASSERT(visits[i] == 1 || !boxes[i].meets(query));
         }
     });
 }

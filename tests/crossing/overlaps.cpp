@@ -1,4 +1,4 @@
-// Elements that overlap although no walls cross: found, and nothing else is.
+// Detection of elements that overlap although no walls cross.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -35,7 +35,7 @@ class Bodies {
   public:
     using Cell = std::array<int, D>;
 
-    /// A cell of this size with vertices of its own, but for those that `vertices` names by their lattice points.
+    /// Adds a cell of this size. Vertices at lattice points in `vertices` are shared, all others are new.
     void add(const Cell& low, int size, std::map<Cell, VertexId>& vertices) {
         std::array<int, D> axes;
         for (int i = 0; i < D; ++i) axes[i] = i;
@@ -54,12 +54,12 @@ class Bodies {
         } while (std::next_permutation(axes.begin(), axes.end()));
     }
 
-    /// All cells of a block, but those that `is_left_out` names.
+    /// Adds all cells of a block except those that `is_left_out` selects.
     template <class Excluded>
     void add_block(const Cell& low, const Cell& cells, int size, Excluded&& is_left_out) {
         std::map<Cell, VertexId> vertices;
         Cell at{};
-        const auto go = [&](const auto& self, int axis) -> void {
+        const auto add_cells = [&](const auto& self, int axis) -> void {
             if (axis == D) {
                 Cell corner;
                 for (int c = 0; c < D; ++c) corner[c] = low[c] + size * at[c];
@@ -68,7 +68,7 @@ class Bodies {
             }
             for (at[axis] = 0; at[axis] < cells[axis]; ++at[axis]) self(self, axis + 1);
         };
-        go(go, 0);
+        add_cells(add_cells, 0);
     }
     void add_block(const Cell& low, const Cell& cells, int size) {
         add_block(low, cells, size, [](const Cell&) { return false; });
@@ -80,8 +80,8 @@ class Bodies {
         return VertexId(points_.size() - 1);
     }
 
-    /// The mesh of degree 2 with all boundary faces listed: nodes where `place` puts lattice points and the middles
-    /// between them.
+    /// The mesh of degree 2 with all boundary faces listed. `place` maps the lattice points and the middles between
+    /// them.
     template <class Place>
     [[nodiscard]] QuadraticMesh<D> mesh(Place&& place) const {
         LinearMesh<D> mesh;
@@ -99,7 +99,7 @@ class Bodies {
                 auto& [count, listed] = faces[key];
                 ++count;
                 listed = face;
-                if (faces.size() % 2 == 0) std::swap(listed[0], listed[1]);  // files list them either way round
+                if (faces.size() % 2 == 0) std::swap(listed[0], listed[1]);  // files list facets in either orientation
             }
         Buffer<SimplexVertices<D - 1>> facets;
         for (const auto& [key, face] : faces)
@@ -118,7 +118,7 @@ class Bodies {
     [[nodiscard]] QuadraticMesh<D> mesh() const {
         return mesh([](const Vec<D>& p) { return p; });
     }
-    /// With straight edges between the places of the lattice points.
+    /// The mesh with straight edges between the mapped lattice points.
     template <class Place>
     [[nodiscard]] QuadraticMesh<D> straight_mesh(Place&& place) const {
         Bodies moved = *this;
@@ -147,7 +147,7 @@ Overlaps<D> overlaps_of(const QuadraticMesh<D>& mesh, int threads = 1) {
     return find_overlaps(mesh, find_crossings(mesh, execution).value(), execution).value();
 }
 
-/// The point is within the straight element, to rounding.
+/// True if the point is within the straight element, to rounding.
 template <int D>
 bool is_within(const QuadraticMesh<D>& mesh, ElementId e, const Vec<D>& p) {
     std::array<Vec<D>, D + 1> corners;
@@ -167,7 +167,7 @@ bool is_within(const QuadraticMesh<D>& mesh, ElementId e, const Vec<D>& p) {
     return true;
 }
 
-/// Every pair is of two straight elements, and its point is in both.
+/// True if each pair consists of two straight elements whose common point is in both.
 template <int D>
 bool have_common_points(const QuadraticMesh<D>& mesh, const Overlaps<D>& overlaps) {
     return std::all_of(overlaps.found.begin(), overlaps.found.end(), [&](const ElementOverlap<D>& pair) {
@@ -176,7 +176,7 @@ bool have_common_points(const QuadraticMesh<D>& mesh, const Overlaps<D>& overlap
     });
 }
 
-/// A map with small integer entries and a positive determinant: lattice points stay exact, planes become oblique.
+/// A map with small integer entries and a positive determinant: lattice points stay exact, and planes become oblique.
 template <int D>
 auto oblique(Engine& engine) {
     std::array<Vec<D>, D> columns;
@@ -197,14 +197,14 @@ auto oblique(Engine& engine) {
     };
 }
 
-/// A smooth map that turns by less than a right angle anywhere.
+/// A smooth map that rotates by less than a right angle everywhere.
 template <int D>
 Vec<D> bent(const Vec<D>& p) {
     Vec<D> q = p;
     for (int c = 0; c < D; ++c) q[c] += 0.2 * std::sin(0.7 * p[(c + 1) % D] + c);
     return q;
 }
-/// A map that keeps planes across the axes, though not the middles of edges.
+/// A map that preserves planes across the axes, but not the middles of edges.
 template <int D>
 Vec<D> stretched(const Vec<D>& p) {
     Vec<D> q = p;
@@ -212,8 +212,8 @@ Vec<D> stretched(const Vec<D>& p) {
     return q;
 }
 
-/// Bodies that are walks of cells of size 2, each glued to the one before it only; starts are anywhere if `is_offset`,
-/// else on one lattice. Whether cells overlap.
+/// Adds chains of cells of size 2, each joined only to the one before. Starts are arbitrary if `is_offset`, otherwise
+/// on one lattice. Returns whether cells overlap.
 template <int D>
 bool add_walks(Bodies<D>& bodies, bool is_offset, Engine& engine) {
     using Cell = typename Bodies<D>::Cell;
@@ -233,7 +233,7 @@ bool add_walks(Bodies<D>& bodies, bool is_offset, Engine& engine) {
                     next = at;
                     next[engine() % D] += engine() % 2 == 0 ? 2 : -2;
                 } while (k > 1 && next == last);
-                // Vertices of the common face stay, those of all others are new.
+                // Vertices of the common face are shared; all others are new.
                 for (auto it = shared.begin(); it != shared.end();) {
                     bool is_common = true;
                     for (int c = 0; c < D; ++c)
@@ -262,7 +262,7 @@ void test_walks(int& overlapping, int& clear) {
     const bool do_overlap = add_walks(bodies, engine() % 2 == 0, engine);
     const QuadraticMesh<D> mesh = bodies.mesh(oblique<D>(engine));
     const Overlaps<D> found = overlaps_of(mesh);
-    // Walls that cross are said to cross.
+    // Crossing walls are reported as crossings.
     const bool do_cross = find_crossings(mesh, Execution{}).value().crossing > 0;
     RC_ASSERT((do_cross || found.overlapping > 0) == do_overlap);
     RC_ASSERT(found.looked_at);
@@ -284,21 +284,21 @@ void test_curved_walks(int& overlapping, int& clear) {
     const Overlaps<D> found = overlaps_of(mesh);
     const bool is_found = crossings.crossing > 0 || found.overlapping > 0;
     if (!do_overlap) RC_ASSERT(!is_found);
-    // Curved walls that touch are not always decided, and are counted as undecided then.
+    // Contact of curved walls is not always decided, and counts as undecided then.
     if (do_overlap && crossings.undecided == 0 && found.undecided == 0) RC_ASSERT(is_found);
     ++(do_overlap ? overlapping : clear);
 }
 
 }  // namespace
 
-TEST_CASE("walks of cells overlap exactly where a cell meets another") {
+TEST_CASE("chains of cells overlap exactly where two cells intersect") {
     int overlapping = 0, clear = 0;
     property("in the plane", [&] { test_walks<2>(overlapping, clear); });
     property("in space", [&] { test_walks<3>(overlapping, clear); });
     CHECK(std::min(overlapping, clear) > less_if_sanitized(10, 1));
 }
 
-TEST_CASE("curved walks of cells overlap exactly where a cell meets another") {
+TEST_CASE("curved chains of cells overlap exactly where two cells intersect") {
     int overlapping = 0, clear = 0;
     property("in the plane", [&] { test_curved_walks<2>(overlapping, clear); });
     property("in space", [&] { test_curved_walks<3>(overlapping, clear); });
@@ -313,7 +313,8 @@ TEST_CASE_TEMPLATE_DEFINE("a body inside another overlaps it unless there is a c
         c.fill(x);
         return c;
     };
-    // The block of 5 cells of size 4 has a cavity of the middle one or not; the inner body fills it or leaves a gap.
+    // A block of 5 cells of size 4 with or without a cavity at its middle cell. The inner body fills the cell or leaves
+    // a gap.
     for (const bool has_cavity : {false, true})
         for (const int gap : {0, 1})
             for (const bool is_curved : {false, true}) {
@@ -339,8 +340,8 @@ TEST_CASE_TEMPLATE_INVOKE(nested, std::integral_constant<int, 2>, std::integral_
 
 namespace {
 
-/// A ring of cells that closes after `turns` around the axis, its section turned by `half_turns` on the way, and its
-/// centre moved by `offset` off the circle of radius 3, in a direction that turns once on the way (2D: not moved).
+/// A ring of cells that closes after `turns` around the axis. Its section rotates by `half_turns`. Its centre is moved
+/// by `offset` off the circle of radius 3, in a direction that rotates once (2D: not moved).
 template <int D>
 QuadraticMesh<D> ring(int cells, int turns, int half_turns, double offset) {
     Bodies<D> bodies;
@@ -362,7 +363,7 @@ QuadraticMesh<D> ring(int cells, int turns, int half_turns, double offset) {
     return bodies.straight_mesh([=](const Vec<D>& p) {
         const int i = static_cast<int>(p[0]);
         const double way = static_cast<double>(i) / cells;
-        const double around = 2 * pi * (i * turns % cells) / cells;  // the same digits turn after turn
+        const double around = 2 * pi * (i * turns % cells) / cells;  // bitwise the same in each turn
         double r = 3 + p[1] - 0.5, z = 0;
         if constexpr (D == 3) {
             const double turn = pi * half_turns * way, x = p[1] - 0.5, y = p[2] - 0.5;
@@ -377,7 +378,7 @@ QuadraticMesh<D> ring(int cells, int turns, int half_turns, double offset) {
     });
 }
 
-/// Two coaxial rings of cells between radii, as high as each other.
+/// Two coaxial rings of cells of equal height, given by their radii.
 template <int D>
 QuadraticMesh<D> coaxial_rings(std::array<int, 2> cells, std::array<std::array<double, 2>, 2> radii) {
     using Cell = typename Bodies<D>::Cell;
@@ -407,7 +408,7 @@ QuadraticMesh<D> coaxial_rings(std::array<int, 2> cells, std::array<std::array<d
 
 }  // namespace
 
-TEST_CASE("rings that are covered once do not overlap, those that are wound twice do") {
+TEST_CASE("rings wound once do not overlap") {
     for (const int cells : {8, 15, 40}) {
         CHECK(overlaps_of(ring<2>(cells, 1, 0, 0)) == Overlaps<2>{.looked_at = true, .walls = 2});
         for (const int half_turns : {0, 1, 2}) {
@@ -416,7 +417,11 @@ TEST_CASE("rings that are covered once do not overlap, those that are wound twic
             CHECK(once == Overlaps<3>{.looked_at = true, .walls = 1});
         }
     }
-    CHECK(overlaps_of(ring<3>(80, 2, 0, 1)) == Overlaps<3>{.looked_at = true, .walls = 1});  // beside itself
+    CHECK(overlaps_of(ring<3>(80, 2, 0, 1)) == Overlaps<3>{.looked_at = true, .walls = 1});  // the second turn runs
+                                                                                             // beside the first one
+}
+
+TEST_CASE("rings wound twice overlap themselves") {
     for (const int cells : {16, 40}) {
         const QuadraticMesh<2> plane = ring<2>(cells, 2, 0, 0);
         const Overlaps<2> found = overlaps_of(plane);
@@ -430,10 +435,10 @@ TEST_CASE("rings that are covered once do not overlap, those that are wound twic
     }
 }
 
-TEST_CASE_TEMPLATE_DEFINE("a pipe overlaps a coat that is too narrow for it", Dim, coaxial) {
+TEST_CASE_TEMPLATE_DEFINE("a pipe overlaps a surrounding pipe whose inner radius is too small", Dim, coaxial) {
     constexpr int D = Dim::value;
     const std::array<double, 2> pipe{1, 2};
-    // With play; fitting, with the same points; too narrow, where both end in common planes (in space).
+    // With clearance; in contact with the same points; too narrow, with both ends in common planes (in space).
     CHECK(overlaps_of(coaxial_rings<D>({24, 30}, {{pipe, {2.2, 3}}})).overlapping == 0);
     CHECK(overlaps_of(coaxial_rings<D>({24, 24}, {{pipe, {2, 3}}})).overlapping == 0);
     const QuadraticMesh<D> mesh = coaxial_rings<D>({24, 30}, {{pipe, {1.8, 3}}});
@@ -445,7 +450,7 @@ TEST_CASE_TEMPLATE_DEFINE("a pipe overlaps a coat that is too narrow for it", Di
 }
 TEST_CASE_TEMPLATE_INVOKE(coaxial, std::integral_constant<int, 2>, std::integral_constant<int, 3>);
 
-TEST_CASE("a fan that goes around its vertex twice overlaps itself") {
+TEST_CASE("a fan that winds around its vertex twice overlaps itself") {
     for (const int turns : {1, 2, 3})
         for (const int count : {5, 12}) {
             Bodies<2> bodies;
@@ -465,7 +470,7 @@ TEST_CASE("a fan that goes around its vertex twice overlaps itself") {
         }
 }
 
-TEST_CASE("a boundary that is not all listed is not examined") {
+TEST_CASE("a mesh with unlisted boundary faces is not examined for overlaps") {
     Bodies<3> bodies;
     bodies.add_block({0, 0, 0}, {2, 2, 2}, 1);
     QuadraticMesh<3> mesh = bodies.mesh();

@@ -1,4 +1,4 @@
-// Two facets: pairs of known kind, what does not change the answer, and the limits of rounding.
+// Pairs of facets: known positions, invariance and limits of rounding.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -29,7 +29,7 @@ Vec<2> normal_of(const NodalFacet<2>& f) {
 }
 Vec<3> normal_of(const NodalFacet<3>& f) { return normalised(cross(f.nodes[1] - f.nodes[0], f.nodes[2] - f.nodes[0])); }
 
-/// A facet that goes through the other's place xi, there across it: with that place as its own at eta.
+/// A facet that crosses the other one at its position xi, with its own position eta there.
 template <int D>
 NodalFacet<D> through(const NodalFacet<D>& other, const Barycentric<D - 1>& xi, Engine& engine) {
     const auto curve = bezier_of(other);
@@ -38,7 +38,7 @@ NodalFacet<D> through(const NodalFacet<D>& other, const Barycentric<D - 1>& xi, 
     const auto eta = random_place<D>(engine);
     const Vec<D> move = curve.point(xi) - bezier_of(facet).point(eta);
     facet = mapped<D>(facet, [&](const Vec<D>& p) { return p + move; });
-    // What is nearly tangent or degenerate is another law's.
+    // Nearly tangent or degenerate pairs belong to other tests.
     const auto own = bezier_of(facet).derivatives(eta);
     bool across = true;
     if constexpr (D == 2) {
@@ -54,14 +54,14 @@ NodalFacet<D> through(const NodalFacet<D>& other, const Barycentric<D - 1>& xi, 
 }
 
 template <int D>
-void laws_of_pairs() {
+void check_pairs() {
     const std::string d = D == 2 ? "2D " : "3D ";
     property(d + "facets on two sides of a plane are disjoint", [] {
         Engine engine(seed());
         const Vec<D> n = normalised(random_vector<D>(engine));
         RC_PRE(norm(n) > 0.5);
         const auto beyond = [&](const NodalFacet<D>& f, double side) {
-            // Bézier points are within 3 of a node's size: so the shift puts all on one side.
+            // Bézier points are within 3 times the size of a node, so the shift moves all to one side.
             double least = 1e300;
             for (const Vec<D>& p : bezier_of(f).control) least = std::min(least, side * dot(n, p));
             return mapped<D>(f, [&](const Vec<D>& p) { return p - (side * (least - 1e-9)) * n; });
@@ -70,7 +70,7 @@ void laws_of_pairs() {
         RC_ASSERT(crossing_of(a, b) == Crossing::disjoint);
         RC_ASSERT(crossing_of(b, a) == Crossing::disjoint);
     });
-    property(d + "facets with an inner point in common, transversally, cross; so they do in any numbering", [] {
+    property(d + "facets with a common transversal inner point cross in any numbering", [] {
         Engine engine(seed());
         const NodalFacet<D> a = random_facet<D>(engine, 0.2);
         const NodalFacet<D> b = through<D>(a, random_place<D>(engine), engine);
@@ -79,7 +79,7 @@ void laws_of_pairs() {
         RC_ASSERT(crossing_of(a, b) == Crossing::crossing);
         RC_ASSERT(crossing_of(renumbered(b, turn, mirrored), a) == Crossing::crossing);
     });
-    property(d + "any two facets: told alike both ways round, and never against samples",
+    property(d + "verdicts of random facets are symmetric and agree with samples",
              [] {
                  Engine engine(seed());
                  const auto a = random_facet<D>(engine, 0.3), b = random_facet<D>(engine, 0.3);
@@ -88,14 +88,14 @@ void laws_of_pairs() {
                  RC_ASSERT(crossing_of(b, a) == found);
                  const bool meet = newton_meets(a, b, 1e-9, engine);
                  RC_ASSERT(!meet || found == Crossing::crossing);
-                 // Those that only just meet are few enough for so many starts.
+                 // Pairs that barely meet are so rare that many starts are affordable.
                  RC_ASSERT(meet || found == Crossing::disjoint || newton_meets(a, b, 0, engine, 1000));
              },
              {.count = 100});
-    property(d + "facets with a common inner point, exactly, are never said to be disjoint",
+    property(d + "facets with an exact common inner point are never disjoint",
              [] {
-                 // Whole nodes, multiples of 64; places whose weights are multiples of 1/4: so the point is a whole
-                 // number, and the second facet is moved to it without rounding.
+                 // Integer nodes, multiples of 64, and weights that are multiples of 1/4: the point is an integer, and
+                 // the second facet is moved to it without rounding.
                  Engine engine(seed());
                  const auto whole = [&] {
                      NodalFacet<D> f;
@@ -120,7 +120,7 @@ void laws_of_pairs() {
                  RC_ASSERT(crossing_of(a, moved, 500) != Crossing::disjoint);
              },
              {.count = 300});
-    property(d + "the unit of length changes nothing", [] {
+    property(d + "verdicts do not depend on the unit of length", [] {
         Engine engine(seed());
         const auto a = random_facet<D>(engine, 0.3), b = random_facet<D>(engine, 0.3);
         const Crossing found = crossing_of(a, b);
@@ -129,7 +129,7 @@ void laws_of_pairs() {
             RC_ASSERT(crossing_of(mapped<D>(a, scaled), mapped<D>(b, scaled)) == found);
         }
     });
-    property(d + "details of 1e-6 at a distance of 1e6", [] {
+    property(d + "verdicts of details of 1e-6 do not change at a distance of 1e6", [] {
         Engine engine(seed());
         const NodalFacet<D> a = random_facet<D>(engine, 0.2);
         const NodalFacet<D> b = through<D>(a, random_place<D>(engine), engine);
@@ -143,7 +143,7 @@ void laws_of_pairs() {
         RC_ASSERT(near != Crossing::undecided);
         RC_ASSERT(crossing_of(mapped<D>(a, moved), mapped<D>(beside, moved)) == near);
     });
-    property(d + "a gap of 1e-9 between flat facets", [] {
+    property(d + "flat facets with a gap of 1e-9 are disjoint", [] {
         Engine engine(seed());
         const NodalFacet<D> a = random_facet<D>(engine, 0);
         const Vec<D> n = normal_of(a);
@@ -154,7 +154,7 @@ void laws_of_pairs() {
         RC_ASSERT(crossing_of(a, b) == Crossing::disjoint);
         RC_ASSERT(crossing_of(b, renumbered(a, 1, false)) == Crossing::disjoint);
     });
-    property(d + "a facet is disjoint from its copy, and from itself where it is but gently bent", [] {
+    property(d + "a slightly bent facet is disjoint from its copy and from itself", [] {
         Engine engine(seed());
         const NodalFacet<D> a = random_facet<D>(engine, 0.02);
         RC_ASSERT(crossing_of(a, a) == Crossing::disjoint);
@@ -171,11 +171,11 @@ NodalFacet<2> branch(const Vec<2>& v, const Vec<2>& t, const Vec<2>& n, double b
 
 }  // namespace
 
-TEST_CASE("pairs in the plane") { laws_of_pairs<2>(); }
-TEST_CASE("pairs in space") { laws_of_pairs<3>(); }
+TEST_CASE("verdicts of facet pairs agree with known positions and samples, 2D") { check_pairs<2>(); }
+TEST_CASE("verdicts of facet pairs agree with known positions and samples, 3D") { check_pairs<3>(); }
 
-TEST_CASE("common vertices in the plane") {
-    property("a smooth curve cut anywhere does not cross itself; a corner too", [] {
+TEST_CASE("verdicts of 2D facets account for common vertices") {
+    property("a smooth curve or a corner that is cut anywhere does not cross itself", [] {
         Engine engine(seed());
         const Vec<2> v = random_vector<2>(engine), t = random_vector<2>(engine);
         RC_PRE(norm(t) > 0.1);
@@ -187,7 +187,7 @@ TEST_CASE("common vertices in the plane") {
         const Vec<2> u = std::cos(turn) * t + std::sin(turn) * n;
         RC_ASSERT(crossing_of(a, branch(v, u, Vec<2>{{-u[1], u[0]}}, 0)) != Crossing::undecided);
     });
-    property("two curves from one vertex that meet again cross", [] {
+    property("two curves from a common vertex that meet again cross", [] {
         Engine engine(seed());
         // y = x (1 − x) and y = s x, s in (0, 0.9): they meet at x = 1 − s.
         const double s = uniform(engine, 0.05, 0.9);
@@ -196,13 +196,13 @@ TEST_CASE("common vertices in the plane") {
         RC_ASSERT(crossing_of(parabola, straight_facet<2>({Vec<2>{{0, 0}}, Vec<2>{{1, -s}}})) == Crossing::disjoint);
         RC_ASSERT(crossing_of(parabola, straight_facet<2>({Vec<2>{{0, 0}}, Vec<2>{{1, 1 + s}}})) == Crossing::disjoint);
     });
-    SUBCASE("a lens: two curves between the same vertices") {
+    SUBCASE("two curves between the same vertices are disjoint") {
         const Vec<2> a{{0, 0}}, b{{1, 0}};
         const NodalFacet<2> upper{{a, b, Vec<2>{{0.5, 0.1}}}}, lower{{b, a, Vec<2>{{0.5, -0.1}}}};
         CHECK(crossing_of(upper, lower) == Crossing::disjoint);
         CHECK(crossing_of(upper, NodalFacet<2>{{a, b, Vec<2>{{0.5, 0.1 + 1e-3}}}}) == Crossing::disjoint);
     }
-    SUBCASE("curves that touch with one tangent are never said to be disjoint or to cross") {
+    SUBCASE("curves that touch with a common tangent are undecided") {
         const NodalFacet<2> up{{Vec<2>{{-1, 1}}, Vec<2>{{1, 1}}, Vec<2>{{0, 0}}}};
         const NodalFacet<2> down{{Vec<2>{{-1, -1}}, Vec<2>{{1, -1}}, Vec<2>{{0, 0}}}};
         CHECK(crossing_of(up, down) == Crossing::undecided);
@@ -213,13 +213,13 @@ TEST_CASE("common vertices in the plane") {
     }
 }
 
-TEST_CASE("the quick test of straight facets") {
-    property("proves only pairs that are disjoint, whatever vertices they share", [] {
+TEST_CASE("the quick test of straight facets accepts only disjoint pairs") {
+    property("are_surely_disjoint accepts only disjoint pairs for any common vertices", [] {
         Engine engine(seed());
-        const auto law = [&]<int D>() {
+        const auto check_dimension = [&]<int D>() {
             const int shared = *rc::gen::inRange(0, D + 1);
             NodalFacet<D> f = random_facet<D>(engine, 0), g = random_facet<D>(engine, 0);
-            // Some vertices in one plane, or on one line.
+            // Moves some vertices into one plane or onto one line.
             if (*rc::gen::arbitrary<bool>())
                 for (NodalFacet<D>* facet : {&f, &g})
                     for (int i = 0; i < D; ++i) facet->nodes[i][D - 1] = std::round(4 * facet->nodes[i][D - 1]) / 4;
@@ -231,10 +231,10 @@ TEST_CASE("the quick test of straight facets") {
             if (are_surely_disjoint(f, g)) RC_ASSERT(crossing_of(f, g) == Crossing::disjoint);
             if (shared == D) RC_ASSERT(are_surely_disjoint(f, g));
         };
-        law.template operator()<2>();
-        law.template operator()<3>();
+        check_dimension.template operator()<2>();
+        check_dimension.template operator()<3>();
     });
-    SUBCASE("all facets of a smooth wall that share a vertex or an edge, a fan in one plane among them") {
+    SUBCASE("the quick test accepts facets of a smooth wall with a common vertex or edge") {
         for (const double height : {0.0, 0.1, 0.7, -0.3}) {
             std::vector<NodalFacet<3>> fan;
             const auto rim = [](int i) { return Vec<3>{{std::cos(0.9 * i), std::sin(0.9 * i), 0}}; };
@@ -245,10 +245,10 @@ TEST_CASE("the quick test of straight facets") {
     }
 }
 
-TEST_CASE("degenerate facets") {
+TEST_CASE("crossing_of handles degenerate facets") {
     const Vec<3> o{}, x{{1, 0, 0}}, y{{0, 1, 0}}, z{{0, 0, 1}};
     const auto flat = straight_facet<3>({o, x, y});
-    SUBCASE("no area, and all at one place: never disjoint from what they touch, disjoint from what is far") {
+    SUBCASE("facets without area are not disjoint from facets that they touch") {
         const auto line = straight_facet<3>({x * 0.2 + y * 0.2 - z, x * 0.2 + y * 0.2 + z, x * 0.2 + y * 0.2});
         CHECK(crossing_of(flat, line) != Crossing::disjoint);
         const auto point = straight_facet<3>({z, z, z});
@@ -256,28 +256,28 @@ TEST_CASE("degenerate facets") {
         CHECK(crossing_of(point, point) == Crossing::disjoint);
         CHECK(crossing_of_itself(point) == Crossing::undecided);
     }
-    SUBCASE("a vertex on the other's face, an edge along it: they touch") {
+    SUBCASE("a vertex on a face or an edge along it is a contact") {
         CHECK(crossing_of(flat, straight_facet<3>({(x + y) * 0.25, z, x + z})) == Crossing::touching);
         CHECK(crossing_of(flat, straight_facet<3>({(x + y) * 0.25, x * 0.25, x + z})) == Crossing::touching);
     }
-    SUBCASE("coplanar facets that overlap are not disjoint; that are apart are") {
+    SUBCASE("coplanar facets are disjoint only if they do not overlap") {
         CHECK(crossing_of(flat, straight_facet<3>({(x + y) * 0.25, x + y, x})) != Crossing::disjoint);
         CHECK(crossing_of(flat, straight_facet<3>({x + y * 0.5, x + y, x * 0.5 + y})) == Crossing::disjoint);
     }
-    SUBCASE("a common edge, folded by any angle but 0") {
+    SUBCASE("facets folded at a common edge are disjoint unless the angle is 0") {
         for (const double angle : {1e-6, 1e-3, 0.1, 1.0, 2.0, 3.1})
             CHECK(crossing_of(flat, straight_facet<3>({x, o, x + std::cos(angle) * y + std::sin(angle) * z})) ==
                   Crossing::disjoint);
         CHECK(crossing_of(flat, straight_facet<3>({x, o, x + y})) != Crossing::disjoint);
     }
-    SUBCASE("nodes that are not finite") {
+    SUBCASE("facets with non-finite nodes are undecided") {
         auto broken = flat;
         broken.nodes[4][1] = std::numeric_limits<double>::quiet_NaN();
         CHECK(crossing_of(flat, broken) == Crossing::undecided);
         CHECK(crossing_of_itself(broken) == Crossing::undecided);
     }
-    SUBCASE("a triangle whose corner is bent back through it crosses itself") {
-        // Whitney's umbrella (u v, u, v²): (0, v) and (0, −v) are at one place.
+    SUBCASE("a triangle folded through itself crosses itself") {
+        // Whitney's umbrella (u v, u, v²): (0, v) and (0, −v) have the same image.
         const auto umbrella = [](double u, double v) { return Vec<3>{{u * v, u, v * v}}; };
         const std::array<std::array<double, 2>, 3> corners{{{-0.5, -1}, {-0.4, 1}, {1, 0.1}}};
         NodalFacet<3> facet;

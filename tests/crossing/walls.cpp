@@ -1,4 +1,4 @@
-// Whole walls: smooth ones do not cross themselves, those that bow through each other are found.
+// Whole walls: smooth walls do not cross themselves, and walls that bulge through each other are found.
 #include <cmath>
 #include <cstddef>
 #include <numbers>
@@ -26,7 +26,7 @@ Vec<3> on_torus(const Vec<3>& p) {
     return ring + 0.7 * normalised(p - ring);
 }
 
-/// A lattice of n × m cells over the torus, its points moved by up to `jitter` cells.
+/// A lattice of n × m cells on the torus, with points moved by up to `jitter` cells.
 QuadraticMesh<3> torus(std::size_t n, std::size_t m, double jitter, Engine& engine) {
     std::vector<Vec<3>> points;
     for (std::size_t i = 0; i < n; ++i)
@@ -49,8 +49,7 @@ QuadraticMesh<3> torus(std::size_t n, std::size_t m, double jitter, Engine& engi
     return wall_of<3>(points, facets, on_torus);
 }
 
-/// Two coaxial cylinders' strips in one mesh, radius 1 and `outer`, cut into n and m chords around: nodes on the
-/// circles.
+/// Two concentric circles in one mesh, cut into n and m chords, with nodes on the circles.
 QuadraticMesh<2> circles(std::size_t n, double inner, std::size_t m, double outer, double turn) {
     std::vector<Vec<2>> points;
     std::vector<SimplexVertices<1>> facets;
@@ -66,7 +65,7 @@ QuadraticMesh<2> circles(std::size_t n, double inner, std::size_t m, double oute
     add(m, outer, turn);
     const double middle = (inner + outer) / 2;
     return wall_of<2>(points, facets, [=](const Vec<2>& p) {
-        // A chord of few is nearer to the inner circle by its middle: told by the larger count's circle.
+        // The middle of a long outer chord is closer to the inner circle, so the limit is that of the outer chords.
         const bool of_outer = norm(p) > middle * std::cos(std::numbers::pi / static_cast<double>(m));
         return normalised(p) * (of_outer ? outer : inner);
     });
@@ -75,7 +74,7 @@ QuadraticMesh<2> circles(std::size_t n, double inner, std::size_t m, double oute
 }  // namespace
 
 TEST_CASE("smooth walls do not cross themselves") {
-    property("a torus",
+    property("the facets of a bent torus are disjoint",
              [] {
                  Engine engine(*rc::gen::arbitrary<std::uint64_t>());
                  const auto n = static_cast<std::size_t>(*rc::gen::inRange(8, 30));
@@ -87,7 +86,7 @@ TEST_CASE("smooth walls do not cross themselves") {
                  RC_ASSERT(found.undecided == 0U);
              },
              {.count = 20});
-    property("circles",
+    property("the facets of concentric circles are disjoint",
              [] {
                  const auto n = static_cast<std::size_t>(*rc::gen::inRange(5, 60));
                  const Crossings found = crossings_of(circles(n, 1, 2 * n, 2, 0.1));
@@ -96,8 +95,8 @@ TEST_CASE("smooth walls do not cross themselves") {
              {.count = 20});
 }
 
-TEST_CASE("thin layers of long facets") {
-    // Strips of the torus stretched by 1000: the facets are needles.
+TEST_CASE("thin layers of long facets do not cross") {
+    // The torus stretched by 1000: the facets are needles.
     Engine engine(1);
     auto mesh = torus(12, 10, 0.1, engine);
     CHECK(crossings_of(mesh).all_disjoint());
@@ -113,10 +112,10 @@ TEST_CASE("thin layers of long facets") {
     CHECK(found.undecided == 0);
 }
 
-TEST_CASE("walls that bow through each other") {
-    property("circles of few chords and of many: crossing as soon as radii say so, and told by pairs", [] {
+TEST_CASE("walls that bulge through each other cross") {
+    property("a node moved through the inner circle makes its facet cross that circle", [] {
         const std::size_t n = 8;
-        // Chords of the outer one reach down to outer · cos(π/n); its nodes are pushed to the inner side.
+        // The outer chords reach down to outer · cos(π/n). One of their nodes is moved inside the inner circle.
         auto mesh = circles(n, 1, n, 1.2, 0.3);
         CHECK(crossings_of(mesh).all_disjoint());
         const auto k = static_cast<std::size_t>(*rc::gen::inRange(0, int(n)));
@@ -132,13 +131,13 @@ TEST_CASE("walls that bow through each other") {
             RC_ASSERT(pair.second.index() == n + k);
         }
     });
-    SUBCASE("two spheres whose straight forms are apart, face to face") {
+    SUBCASE("two spheres cross although their straight facets are disjoint") {
         const UnitSphere<3> unit = icosphere<3>(1);
         const Vec<3> facing =
             normalised(unit.points[unit.facets[0][0].index()] + unit.points[unit.facets[0][1].index()] +
                        unit.points[unit.facets[0][2].index()]);
         const auto spheres = [&](double gap, bool curved) {
-            // The second is the first's image in a plane across `facing`, at half the distance of the centres.
+            // The second sphere is the mirror image of the first one in a plane across `facing` between the centres.
             const auto image = [&](const Vec<3>& p) { return p + (2 * (1 + gap / 2 - dot(p, facing))) * facing; };
             std::vector<Vec<3>> points(unit.points.begin(), unit.points.end());
             std::vector<SimplexVertices<2>> facets(unit.facets.begin(), unit.facets.end());
@@ -162,14 +161,15 @@ TEST_CASE("walls that bow through each other") {
         CHECK(found.found[0].first == FacetId(0));
         CHECK(found.found[0].second == FacetId(unit.facets.size()));
     }
-    SUBCASE("the same for any number of threads") {
-        Engine engine(3);
-        auto mesh = torus(20, 16, 0.3, engine);
-        Buffer<LagrangeNode<3>> nodes = take(std::move(mesh.mid_nodes));
-        for (std::size_t i = 0; i < nodes.size(); i += 7) nodes[i].point = nodes[i].point * 0.6;
-        mesh.mid_nodes = std::move(nodes);
-        const Crossings found = crossings_of(mesh);
-        CHECK(found.crossing > 0);
-        CHECK(crossings_of(mesh, 2) == found);
-    }
+}
+
+TEST_CASE("find_crossings does not depend on the number of threads") {
+    Engine engine(3);
+    auto mesh = torus(20, 16, 0.3, engine);
+    Buffer<LagrangeNode<3>> nodes = take(std::move(mesh.mid_nodes));
+    for (std::size_t i = 0; i < nodes.size(); i += 7) nodes[i].point = nodes[i].point * 0.6;
+    mesh.mid_nodes = std::move(nodes);
+    const Crossings found = crossings_of(mesh);
+    CHECK(found.crossing > 0);
+    CHECK(crossings_of(mesh, 2) == found);
 }

@@ -1,4 +1,4 @@
-// Meshes of facets alone, and what is found of them.
+// Surface meshes and their crossings for the tests.
 #pragma once
 
 #include <doctest/doctest.h>
@@ -12,7 +12,7 @@ import camber.crossing;
 
 namespace camber::testing {
 
-/// A surface of triangles (a curve of edges) with its mid nodes put where `place` puts the middles of chords.
+/// A surface of triangles (a curve of edges) whose mid nodes are the mapped middles of chords.
 template <int D, class Place>
 QuadraticMesh<D> wall_of(std::vector<Vec<D>> points, std::vector<SimplexVertices<D - 1>> facets, Place&& place) {
     LinearMesh<D> mesh;

@@ -1,5 +1,5 @@
-// Curving in a field that goes along with its walls, on blocks whose walls sag by more than their first layers are
-// high.
+// Curving in a field that follows curved walls, on blocks whose walls have a sagitta above the height of the first
+// layer.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -35,7 +35,7 @@ std::array<int, D> thin_layers() {
         return {3, 3, 24};
 }
 
-/// The nodes of a block with all edges of its boundary on spheres, those of its sides included.
+/// The nodes of a block with all boundary edges on spheres, including those of its sides.
 template <int D>
 Column<LagrangeNode<D>> on_spheres(const Block<D>& b) {
     Buffer<LagrangeNode<D>> nodes(b.boundary_nodes.begin(), b.boundary_nodes.end());
@@ -49,7 +49,7 @@ Column<LagrangeNode<D>> on_spheres(const Block<D>& b) {
     return nodes;
 }
 
-/// The block with a field on its curved elements.
+/// A block with a field on its curved elements.
 template <int D>
 struct OnCurvedBack {
     Block<D> block;
@@ -59,20 +59,20 @@ struct OnCurvedBack {
     explicit OnCurvedBack(std::uint64_t seed) : block(shell_block<D>(thin_layers<D>(), seed)) {
         const QuadraticMesh<D>& mesh = block.mesh;
         block.boundary_nodes = on_spheres(block);
-        extended = must(extend_boundary(mesh, block.kinds, block.boundary_nodes, block.shells, {}, alone)).nodes;
+        extended = must(extend_boundary(mesh, block.kinds, block.boundary_nodes, block.shells, {}, one_thread)).nodes;
         QuadraticMesh<D> bent = mesh;
         bent.mid_nodes = extended;
-        const auto around = must(balls(mesh.linear, alone));
-        const Column<LogMetric<D>> logs(must(curved_natural_log_metrics(bent, around, alone)).curved);
-        const Column<LagrangeNode<D>> nodes(must(noticeable_nodes(mesh, extended.view(), logs, alone)));
-        bent.mid_nodes = must(back_mesh_nodes(mesh, nodes.view(), block.shells, alone));
+        const auto around = must(balls(mesh.linear, one_thread));
+        const Column<LogMetric<D>> logs(must(curved_natural_log_metrics(bent, around, one_thread)).curved);
+        const Column<LagrangeNode<D>> nodes(must(noticeable_nodes(mesh, extended.view(), logs, one_thread)));
+        bent.mid_nodes = must(back_mesh_nodes(mesh, nodes.view(), block.shells, one_thread));
         Buffer<LagrangeNode<D>> starts(block.boundary_nodes.begin(), block.boundary_nodes.end());
         for (std::size_t e = 0; e < starts.size(); ++e)
             if (block.kinds[e] == EdgeKind::volume) starts[e] = nodes[e];
         base = std::move(starts);
-        back = must(make_curved_back_mesh(bent, around, logs, alone));
+        back = must(make_curved_back_mesh(bent, around, logs, one_thread));
     }
-    [[nodiscard]] Curved<D> curved(CurvingAim aim, const Execution& execution = alone) const {
+    [[nodiscard]] Curved<D> curved(CurvingAim aim, const Execution& execution = one_thread) const {
         CurveOptions options;
         options.aim = aim;
         return must(curve({block.mesh, block.kinds, block.shells}, base, back, options, execution));
@@ -81,12 +81,12 @@ struct OnCurvedBack {
 
 template <int D>
 double smallest(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal) {
-    return must(validate(mesh, proposal, min_bound, alone)).validation().smallest;
+    return must(validate(mesh, proposal, min_bound, one_thread)).validation().smallest;
 }
 
 template <int D>
-void laws() {
-    property("nothing breaks where the wall sags by more than a layer, and boundary nodes stay",
+void check_curving() {
+    property("curving keeps elements valid at a sagging wall and keeps boundary nodes",
              [](std::uint64_t seed) {
                  const OnCurvedBack<D> c(seed);
                  const auto curved = c.curved(CurvingAim::accuracy);
@@ -96,7 +96,7 @@ void laws() {
                          RC_ASSERT(curved.proposal.mid_nodes[e] == c.block.boundary_nodes[e]);
              },
              {3});
-    property("of least energy: no edge is longer than its chord, nor than where it began",
+    property("curving by energy makes no edge longer than its chord or its start",
              [](std::uint64_t seed) {
                  const OnCurvedBack<D> c(seed);
                  const auto curved = c.curved(CurvingAim::energy);
@@ -104,9 +104,9 @@ void laws() {
                  for (std::size_t e = 0; e < c.base.size(); ++e) {
                      if (c.block.kinds[e] != EdgeKind::volume) continue;
                      const auto& [a, b] = c.block.mesh.edges.vertices[e];
-                     const QuadraticEdge<D> began{c.block.mesh.linear.points[a], c.base[e],
+                     const QuadraticEdge<D> start{c.block.mesh.linear.points[a], c.base[e],
                                                   c.block.mesh.linear.points[b]};
-                     const double length = riemannian_length(c.back, began, rule, c.block.shells[e].front()).length;
+                     const double length = riemannian_length(c.back, start, rule, c.block.shells[e].front()).length;
                      RC_ASSERT(curved.lengths[e] <= curved.straight_lengths[e]);
                      RC_ASSERT(curved.lengths[e] <= length * (1 + 1e-6));
                  }
@@ -116,18 +116,22 @@ void laws() {
 
 }  // namespace
 
-TEST_CASE("2D: curving on a curved back mesh") { laws<2>(); }
-TEST_CASE("3D: curving on a curved back mesh") { laws<3>(); }
+TEST_CASE("curving on a curved back mesh keeps elements valid and edges no longer than chords, 2D") {
+    check_curving<2>();
+}
+TEST_CASE("curving on a curved back mesh keeps elements valid and edges no longer than chords, 3D") {
+    check_curving<3>();
+}
 
-TEST_CASE("the same bytes for any number of threads on a curved back mesh") {
+TEST_CASE("curving on a curved back mesh does not depend on the number of threads") {
     const OnCurvedBack<3> c(1);
     CHECK(c.curved(CurvingAim::accuracy).proposal.mid_nodes ==
           c.curved(CurvingAim::accuracy, Execution{.threads = 3}).proposal.mid_nodes);
 }
 
-TEST_CASE("a straight back mesh breaks what the curved one does not") {
+TEST_CASE("a curved back mesh gives a larger minimum Jacobian than a straight one") {
     const OnCurvedBack<2> c(1);
     const auto straight = must(curve({c.block.mesh, c.block.kinds, c.block.shells}, c.block.boundary_nodes,
-                                     c.block.back, CurveOptions{}, alone));
+                                     c.block.back, CurveOptions{}, one_thread));
     CHECK(smallest(c.block.mesh, straight.proposal) < smallest(c.block.mesh, c.curved(CurvingAim::accuracy).proposal));
 }

@@ -1,4 +1,4 @@
-// The verb curve on whole meshes.
+// The verb `curve` on whole meshes.
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -29,11 +29,11 @@ Outcome<Curved<D>> curved(const Block<D>& b, const Execution& execution) {
 }
 
 template <int D>
-void curve_laws(const std::array<int, D>& cells) {
-    property("boundary nodes are taken over, volume edges become no longer, lengths are true",
+void check_curve(const std::array<int, D>& cells) {
+    property("curving by energy takes boundary nodes over and lengthens no volume edge",
              [&](std::uint64_t seed) {
                  const auto b = shell_block<D>(cells, seed + 1);
-                 const auto c = *curved(b, alone);
+                 const auto c = *curved(b, one_thread);
                  const auto rule = gauss_legendre(report_points);
                  std::size_t volume = 0, moved = 0;
                  double gain = 0;
@@ -68,10 +68,10 @@ void curve_laws(const std::array<int, D>& cells) {
                  RC_ASSERT(gain / static_cast<double>(volume) > 1e-4);
              },
              {.count = 5});
-    property("the same bytes for any number of threads",
+    property("curving by energy does not depend on the number of threads",
              [&](std::uint64_t seed) {
                  const auto b = shell_block<D>(cells, seed + 1);
-                 const auto first = *curved(b, alone);
+                 const auto first = *curved(b, one_thread);
                  for (const int threads : {2, 7}) {
                      const auto other = *curved(b, Execution{.threads = threads});
                      RC_ASSERT(other.proposal == first.proposal);
@@ -80,11 +80,11 @@ void curve_laws(const std::array<int, D>& cells) {
                  }
              },
              {.count = 2});
-    property("updated lengths: those of the edges that moved",
+    property("updated_lengths measures the edges that moved",
              [&](std::uint64_t seed) {
                  Dice dice(seed);
                  const auto b = shell_block<D>(cells, seed + 1);
-                 const auto c = *curved(b, alone);
+                 const auto c = *curved(b, one_thread);
                  auto after = c.proposal;
                  auto nodes = take(after.mid_nodes);
                  std::size_t relaxed = 0;
@@ -95,7 +95,7 @@ void curve_laws(const std::array<int, D>& cells) {
                      }
                  after.mid_nodes = nodes;
                  const auto lengths =
-                     updated_lengths({b.mesh.edges, b.shells}, c, after, b.back, MeasuredEdges::some, alone)->curved;
+                     updated_lengths({b.mesh.edges, b.shells}, c, after, b.back, MeasuredEdges::some, one_thread)->curved;
                  for (std::size_t e = 0; e < nodes.size(); ++e) {
                      const bool same = after.mid_nodes[e] == c.proposal.mid_nodes[e];
                      const double expected = same ? c.lengths[e] : c.straight_lengths[e];
@@ -104,12 +104,12 @@ void curve_laws(const std::array<int, D>& cells) {
                  RC_ASSERT(relaxed > 0U);
              },
              {.count = 3});
-    // Guards against length reductions against the chords before a vertex moved.
-    property("updated lengths: where a vertex moved, against the chords as they are now",
+    // Guards against length reductions relative to the chords before a vertex moved.
+    property("updated_lengths refers to the present chords where a vertex moved",
              [&](std::uint64_t seed) {
                  Dice dice(seed);
                  const auto b = shell_block<D>(cells, seed + 1);
-                 const auto c = *curved(b, alone);
+                 const auto c = *curved(b, one_thread);
                  const EdgeSet<D>& edges = b.mesh.edges;
                  Proposal<D> straight = c.proposal;
                  auto points = take(straight.points);
@@ -123,7 +123,7 @@ void curve_laws(const std::array<int, D>& cells) {
                  }
                  straight.mid_nodes = std::move(nodes);
                  const auto lengths =
-                     *updated_lengths({edges, b.shells}, c, straight, b.back, MeasuredEdges::some, alone);
+                     *updated_lengths({edges, b.shells}, c, straight, b.back, MeasuredEdges::some, one_thread);
                  std::size_t moved = 0;
                  for (std::size_t e = 0; e < edges.size(); ++e) {
                      RC_ASSERT(std::abs(lengths.curved[e] - lengths.straight[e]) <= 1e-12 * lengths.straight[e]);
@@ -132,10 +132,10 @@ void curve_laws(const std::array<int, D>& cells) {
                  RC_ASSERT(moved > 0U);
              },
              {.count = 3});
-    property("without a field volume edges stay straight",
+    property("volume edges stay straight without a metric field",
              [&](std::uint64_t seed) {
                  const auto b = shell_block<D>(cells, seed + 1);
-                 const auto c = *curve_boundary(b.mesh, b.kinds, b.boundary_nodes, alone);
+                 const auto c = *curve_boundary(b.mesh, b.kinds, b.boundary_nodes, one_thread);
                  for (std::size_t e = 0; e < b.mesh.edges.size(); ++e)
                      RC_ASSERT(c.proposal.mid_nodes[e] ==
                                (b.kinds[e] == EdgeKind::volume ? b.mesh.mid_nodes[e] : b.boundary_nodes[e]));
@@ -146,14 +146,18 @@ void curve_laws(const std::array<int, D>& cells) {
 
 }  // namespace
 
-TEST_CASE("curve triangles") { curve_laws<2>({8, 5}); }
-TEST_CASE("curve tetrahedra") { curve_laws<3>({4, 4, 3}); }
+TEST_CASE("curving by energy keeps boundary nodes and lengthens no volume edge, 2D") { check_curve<2>({8, 5}); }
+TEST_CASE("curving by energy keeps boundary nodes and lengthens no volume edge, 3D") { check_curve<3>({4, 4, 3}); }
 
-TEST_CASE("columns that do not fit are refused, and a request to stop is heard") {
+TEST_CASE("curving rejects columns whose length does not fit the mesh") {
     const auto b = shell_block<2>({3, 2}, 1);
-    const auto wrong = curve({b.mesh, Column<EdgeKind>{}, b.shells}, b.boundary_nodes, b.back, CurveOptions{}, alone);
+    const auto wrong = curve({b.mesh, Column<EdgeKind>{}, b.shells}, b.boundary_nodes, b.back, CurveOptions{}, one_thread);
     REQUIRE(!wrong.has_value());
-    CHECK(!curve_boundary(b.mesh, b.kinds, Column<LagrangeNode<2>>{}, alone).has_value());
+    CHECK(!curve_boundary(b.mesh, b.kinds, Column<LagrangeNode<2>>{}, one_thread).has_value());
+}
+
+TEST_CASE("curving stops on request") {
+    const auto b = shell_block<2>({3, 2}, 1);
     std::stop_source source;
     source.request_stop();
     const auto stopped_early = curved(b, Execution{.threads = 1, .stop = source.get_token()});

@@ -30,13 +30,13 @@ constexpr Reference wall = 1, outer = 2, bottom = 3, end_wall = 4, side_y = 5, s
 /// Layers on a quarter of the cylinder of radius 1 about the z axis, from the plane z = 0 to an end wall.
 struct Layers {
     double first = 1e-3, growth = 1.8;  ///< height of the first layer
-    int count = 8;                      ///< of layers
+    int count = 8;                      ///< number of layers
     std::array<int, 2> cells{8, 3};     ///< around and along the cylinder
     Sphere<3> end{{{0, 0, 3.5}}, 3};    ///< its lower half is the end wall
     bool is_end_split = false;          ///< the end wall has another reference beyond the second layer
     bool has_outer_surface = true;
-    bool is_from_mesh = false;  ///< the geometry is made from the mesh itself
-    double noise = 0;           ///< largest shift of a coordinate of a vertex, as a share of `first`
+    bool is_from_mesh = false;  ///< the geometry is a surrogate of the mesh
+    double noise = 0;           ///< largest shift of a vertex coordinate, relative to `first`
 
     [[nodiscard]] double radius(double layer) const { return 1 + first * (std::pow(growth, layer) - 1) / (growth - 1); }
     [[nodiscard]] Vec<3> place(const Vec<3>& p) const {
@@ -63,19 +63,19 @@ struct Junction {
     QuadraticMesh<3> mesh;
     Features<3> features;
     Geometry<3> geometry;
-    Column<LagrangeNode<3>> projected;  ///< boundary nodes by themselves
+    Column<LagrangeNode<3>> projected;  ///< boundary nodes before extension over the faces
     Incidence<ElementId> shells;
 
     [[nodiscard]] Column<LagrangeNode<3>> over_faces(const Execution& execution) const {
         return must(extend_over_faces(mesh, features.edge_kinds, projected, features, geometry, execution));
     }
-    /// The smallest coefficient of the scaled Jacobian once these boundary nodes are extended into the volume.
+    /// The minimum coefficient of the scaled Jacobian after these boundary nodes are extended into the volume.
     [[nodiscard]] double smallest(const Column<LagrangeNode<3>>& nodes) const {
-        Proposal<3> proposal = must(curve_boundary(mesh, features.edge_kinds, nodes, alone)).proposal;
-        proposal.mid_nodes = must(extend_boundary(mesh, features.edge_kinds, nodes, shells, {}, alone)).nodes;
-        return must(validate(mesh, proposal, 0, alone)).validation().smallest;
+        Proposal<3> proposal = must(curve_boundary(mesh, features.edge_kinds, nodes, one_thread)).proposal;
+        proposal.mid_nodes = must(extend_boundary(mesh, features.edge_kinds, nodes, shells, {}, one_thread)).nodes;
+        return must(validate(mesh, proposal, 0, one_thread)).validation().smallest;
     }
-    /// The largest distance of a boundary node from a surface of its facets.
+    /// The largest distance of a boundary node from the surface of its facets.
     [[nodiscard]] double off(const Column<LagrangeNode<3>>& nodes) const {
         double largest = 0;
         for (std::size_t f = 0; f < mesh.linear.facets.size(); ++f) {
@@ -88,7 +88,7 @@ struct Junction {
     }
 };
 
-/// The reference of a facet of the boundary, by its vertices before any noise.
+/// The reference of a boundary facet, from its vertices before any noise.
 Reference reference_of(const Layers& layers, const std::array<Vec<3>, 3>& p) {
     const auto all = [&](const auto& is_on) { return std::ranges::all_of(p, is_on); };
     const auto radius = [](const Vec<3>& v) { return std::hypot(v[0], v[1]); };
@@ -109,7 +109,7 @@ Junction junction(const Layers& layers, std::uint64_t seed = 1) {
     LinearMesh<3> linear = lattice_mesh(options);
     Buffer<SimplexVertices<2>> facets;
     Buffer<Reference> references;
-    for (const ElementFace& face : boundary_faces<3>(must(neighbours(linear, must(balls(linear, alone)), alone)))) {
+    for (const ElementFace& face : boundary_faces<3>(must(neighbours(linear, must(balls(linear, one_thread)), one_thread)))) {
         const auto v = face_of(linear, face);
         facets.push_back(v);
         references.push_back(reference_of(layers, {linear.points[v[0]], linear.points[v[1]], linear.points[v[2]]}));
@@ -122,20 +122,20 @@ Junction junction(const Layers& layers, std::uint64_t seed = 1) {
         for (Vec<3>& p : points) p += dice.vector<3>(-layers.noise * layers.first, layers.noise * layers.first);
         linear.points = std::move(points);
     }
-    auto mesh = must(elevate(std::move(linear), alone));
-    auto features = must(find_features(mesh.linear, mesh.edges, {}, alone));
+    auto mesh = must(elevate(std::move(linear), one_thread));
+    auto features = must(find_features(mesh.linear, mesh.edges, {}, one_thread));
     const Geometry<3> geometry = layers.is_from_mesh
-                                     ? Geometry<3>(must(build_surrogate(mesh.linear, mesh.edges, features, {}, alone)))
+                                     ? Geometry<3>(must(build_surrogate(mesh.linear, mesh.edges, features, {}, one_thread)))
                                      : layers.geometry();
-    auto projected = must(boundary_nodes(mesh, features, geometry, alone));
-    auto around = must(shells(mesh.edges, alone));
+    auto projected = must(boundary_nodes(mesh, features, geometry, one_thread));
+    auto around = must(shells(mesh.edges, one_thread));
     return {std::move(mesh), std::move(features), geometry, std::move(projected), std::move(around)};
 }
 
 }  // namespace
 
-TEST_CASE("layers that end at a curved wall are valid, with all nodes on the geometry") {
-    property("extend_over_faces: layers on a cylinder that end at a sphere",
+TEST_CASE("layers that end at a curved wall are valid with all nodes on the geometry") {
+    property("extend_over_faces yields valid layers on a cylinder that ends at a sphere",
              [](std::uint64_t seed) {
                  Dice dice(seed);
                  Layers layers;
@@ -144,7 +144,7 @@ TEST_CASE("layers that end at a curved wall are valid, with all nodes on the geo
                  layers.end.radius = dice.uniform(2, 4);
                  layers.end.centre = {{dice.uniform(-0.3, 0.3), dice.uniform(-0.3, 0.3), layers.end.radius + 0.5}};
                  const Junction j = junction(layers, seed + 1);
-                 const auto nodes = j.over_faces(alone);
+                 const auto nodes = j.over_faces(one_thread);
                  RC_ASSERT(j.off(nodes) < 1e-12);
                  RC_ASSERT(j.smallest(j.projected) < 0);
                  RC_ASSERT(j.smallest(nodes) > 0.6);
@@ -155,8 +155,8 @@ TEST_CASE("layers that end at a curved wall are valid, with all nodes on the geo
              {10});
 }
 
-TEST_CASE("layers that end at a curved wall are valid on the geometry that is made from their mesh") {
-    property("extend_over_faces: the surrogate of the mesh",
+TEST_CASE("layers that end at a curved wall are valid on the surrogate of their mesh") {
+    property("extend_over_faces yields valid layers on the surrogate of the mesh",
              [](std::uint64_t seed) {
                  Dice dice(seed);
                  Layers layers{.growth = dice.uniform(1.4, 2.0), .is_from_mesh = true};
@@ -164,41 +164,41 @@ TEST_CASE("layers that end at a curved wall are valid on the geometry that is ma
                  layers.end.radius = dice.uniform(2, 4);
                  layers.end.centre[2] = layers.end.radius + 0.5;
                  const Junction j = junction(layers, seed + 1);
-                 RC_ASSERT(j.smallest(j.over_faces(alone)) > 0.5);
+                 RC_ASSERT(j.smallest(j.over_faces(one_thread)) > 0.5);
              },
              {5});
 }
 
-TEST_CASE("nodes of a wall without geometry follow the volume") {
+TEST_CASE("nodes of a wall without a geometry follow the volume") {
     Layers layers{.first = 5e-5, .growth = 1.7, .count = 6};
     layers.has_outer_surface = false;
     const Junction j = junction(layers);
-    const auto base = j.over_faces(alone);
+    const auto base = j.over_faces(one_thread);
     CHECK(j.smallest(base) < 0);
-    const auto kinds = must(kinds_that_follow(j.mesh, j.features.edge_kinds, j.features, j.geometry, alone));
-    Proposal<3> proposal = must(curve_boundary(j.mesh, j.features.edge_kinds, base, alone)).proposal;
-    proposal.mid_nodes = must(extend_boundary(j.mesh, kinds, base, j.shells, {}, alone)).nodes;
-    CHECK(must(validate(j.mesh, proposal, 0, alone)).validation().smallest > 0.6);
+    const auto kinds = must(kinds_that_follow(j.mesh, j.features.edge_kinds, j.features, j.geometry, one_thread));
+    Proposal<3> proposal = must(curve_boundary(j.mesh, j.features.edge_kinds, base, one_thread)).proposal;
+    proposal.mid_nodes = must(extend_boundary(j.mesh, kinds, base, j.shells, {}, one_thread)).nodes;
+    CHECK(must(validate(j.mesh, proposal, 0, one_thread)).validation().smallest > 0.6);
     const Junction with_all = junction({});
     CHECK(must(kinds_that_follow(with_all.mesh, with_all.features.edge_kinds, with_all.features, with_all.geometry,
-                                 alone)) == with_all.features.edge_kinds);
+                                 one_thread)) == with_all.features.edge_kinds);
 }
 
-TEST_CASE("two references of one surface are one face") {
+TEST_CASE("two references on one surface are treated as one face") {
     Layers layers;
     const Junction one = junction(layers);
     layers.is_end_split = true;
     const Junction two = junction(layers);
     REQUIRE(two.features.ridge_edges > one.features.ridge_edges);
-    const auto nodes = one.over_faces(alone), of_two = two.over_faces(alone);
+    const auto nodes = one.over_faces(one_thread), of_two = two.over_faces(one_thread);
     for (std::size_t e = 0; e < nodes.size(); ++e) CHECK(distance(nodes[e].point, of_two[e].point) < 1e-12);
 }
 
-TEST_CASE("a curve between a face and a wall without geometry follows the face") {
+TEST_CASE("a curve between a face and a wall without a geometry follows the face") {
     Layers layers{.first = 5e-5, .growth = 1.7, .count = 6};
     layers.has_outer_surface = false;
     const Junction j = junction(layers);
-    const auto nodes = j.over_faces(alone);
+    const auto nodes = j.over_faces(one_thread);
     CHECK(j.off(nodes) < 1e-12);
     std::size_t moved = 0;
     for (std::size_t e = 0; e < nodes.size(); ++e) {
@@ -210,13 +210,13 @@ TEST_CASE("a curve between a face and a wall without geometry follows the face")
         if (j.features.edge_kinds[e] == EdgeKind::ridge && is_outer(a) && is_outer(b) && nodes[e] != j.projected[e])
             ++moved;
     }
-    CHECK(moved >= 8);  // the edges of the outer circle in the end wall
+    CHECK(moved >= 8);  // edges of the outer circle in the end wall
 }
 
-TEST_CASE("layers whose vertices are off their surfaces by a fifth of the first height stay valid") {
+TEST_CASE("layers stay valid with vertices off their surfaces by a fifth of the first height") {
     for (const std::uint64_t seed : {1, 2, 3}) {
         const Junction j = junction({.first = 1e-3, .noise = 0.2}, seed);
-        CHECK(j.smallest(j.over_faces(alone)) > 0.2);
+        CHECK(j.smallest(j.over_faces(one_thread)) > 0.2);
     }
 }
 
@@ -226,15 +226,15 @@ TEST_CASE("faces without displaced curves keep their nodes") {
     const Junction j = junction(layers);
     Column<LagrangeNode<3>> straight = j.mesh.mid_nodes;
     const auto nodes = must(extend_over_faces(j.mesh, j.features.edge_kinds, straight, j.features,
-                                              Geometry<3>(StraightGeometry<3>{}), alone));
+                                              Geometry<3>(StraightGeometry<3>{}), one_thread));
     CHECK(nodes == straight);
 }
 
-TEST_CASE("a plane face in space has the nodes of the same face in the plane") {
+TEST_CASE("a plane face in space gets the same nodes as the face in 2D") {
     const Layers layers;
     const Junction j = junction(layers);
-    const auto nodes = j.over_faces(alone);
-    // The bottom as a mesh in 2D, its curves displaced in the same way.
+    const auto nodes = j.over_faces(one_thread);
+    // The bottom as a 2D mesh with the same displacement of its curves.
     const LinearMesh<3>& linear = j.mesh.linear;
     LinearMesh<2> plane;
     Buffer<Vec<2>> points;
@@ -242,9 +242,9 @@ TEST_CASE("a plane face in space has the nodes of the same face in the plane") {
     Buffer<SimplexVertices<2>> triangles;
     for (std::size_t f = 0; f < linear.facets.size(); ++f)
         if (linear.facets.references[f] == bottom) triangles.push_back(linear.facets.vertices[f]);
-    const QuadraticMesh<2> flat = must(elevate(mesh_of<2>(std::move(points), std::move(triangles)), alone));
+    const QuadraticMesh<2> flat = must(elevate(mesh_of<2>(std::move(points), std::move(triangles)), one_thread));
     Buffer<EdgeKind> kinds;
-    Buffer<LagrangeNode<2>> given;
+    Buffer<LagrangeNode<2>> boundary;
     const auto in_space = [&](std::size_t e) {
         return find_edge(j.mesh.edges, flat.edges.vertices[e][0], flat.edges.vertices[e][1]);
     };
@@ -252,11 +252,11 @@ TEST_CASE("a plane face in space has the nodes of the same face in the plane") {
         const Vec<3>& p = j.projected[in_space(e)].point;
         const bool is_curve = j.features.edge_kinds[in_space(e)] == EdgeKind::ridge;
         kinds.push_back(is_curve ? EdgeKind::fixed : EdgeKind::volume);
-        given.push_back({{{p[0], p[1]}}});
+        boundary.push_back({{{p[0], p[1]}}});
     }
     const auto expected =
-        must(extend_boundary(flat, Column<EdgeKind>(std::move(kinds)), Column<LagrangeNode<2>>(std::move(given)),
-                             must(shells(flat.edges, alone)), {.tolerance = 1e-9, .stiffening = 1}, alone));
+        must(extend_boundary(flat, Column<EdgeKind>(std::move(kinds)), Column<LagrangeNode<2>>(std::move(boundary)),
+                             must(shells(flat.edges, one_thread)), {.tolerance = 1e-9, .stiffening = 1}, one_thread));
     for (std::size_t e = 0; e < flat.edges.size(); ++e) {
         const Vec<3>& p = nodes[in_space(e)].point;
         CHECK(p[2] == 0);

@@ -1,4 +1,4 @@
-// The shape of elements as an aim: the linear extension of the boundary's displacement, and what programmes add.
+// The objective shape: linear extension of the boundary displacement, and optimisation of the minimum Jacobian.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -74,7 +74,7 @@ double energy(const QuadraticMesh<D>& mesh, const Buffer<LagrangeNode<D>>& nodes
     return total;
 }
 
-/// The least distance of a vertex from the face opposite.
+/// The minimum distance of a vertex from the opposite face.
 template <int D>
 double smallest_height(const LinearMesh<D>& mesh, ElementId e) {
     Mat<D> m;
@@ -91,47 +91,47 @@ double smallest_height(const LinearMesh<D>& mesh, ElementId e) {
 }
 
 template <int D>
-void extension_laws(const std::array<int, D>& cells) {
-    property("extend_boundary: the least energy with the boundary's nodes",
+void check_extension(const std::array<int, D>& cells) {
+    property("extend_boundary minimises the energy for the nodes of the boundary",
              [&](std::uint64_t seed) {
                  Dice dice(seed);
                  const auto b = shell_block<D>(cells, seed + 1);
                  const ExtensionOptions options{.tolerance = 1e-12, .stiffening = dice.uniform(0, 3)};
-                 auto e = must(extend_boundary(b.mesh, b.kinds, b.boundary_nodes, b.shells, options, alone));
+                 auto e = must(extend_boundary(b.mesh, b.kinds, b.boundary_nodes, b.shells, options, one_thread));
                  const double least = energy<D>(b.mesh, e.nodes, options.stiffening);
-                 Buffer<LagrangeNode<D>> there = e.nodes;
-                 Buffer<LagrangeNode<D>> opposite = e.nodes;
+                 Buffer<LagrangeNode<D>> forward = e.nodes;
+                 Buffer<LagrangeNode<D>> backward = e.nodes;
                  for (std::size_t k = 0; k < e.nodes.size(); ++k) {
                      if (b.kinds[k] != EdgeKind::volume) {
                          RC_ASSERT(e.nodes[k] == b.boundary_nodes[k]);
                          continue;
                      }
                      const Vec<D> v = dice.vector<D>(-0.01, 0.01);
-                     there[k].point += v;
-                     opposite[k].point -= v;
+                     forward[k].point += v;
+                     backward[k].point -= v;
                  }
-                 const double more = energy<D>(b.mesh, there, options.stiffening);
-                 const double other = energy<D>(b.mesh, opposite, options.stiffening);
+                 const double more = energy<D>(b.mesh, forward, options.stiffening);
+                 const double other = energy<D>(b.mesh, backward, options.stiffening);
                  RC_ASSERT(more > least && other > least);
-                 // Stationary: the energy is quadratic, so both sides rise alike.
+                 // Stationary point: the energy is quadratic, so it increases equally on both sides.
                  RC_ASSERT(std::abs(more - other) <= 1e-7 * (more - least));
              },
              {10});
-    property("extend_boundary: as near to it as the tolerance says, in no more of the mesh than need be",
+    property("extend_boundary meets its tolerance and solves no more of the mesh than needed",
              [&](std::uint64_t seed) {
                  Dice dice(seed);
                  const auto b = shell_block<D>(cells, seed + 1);
-                 // All of the boundary moves, or a single edge.
-                 Buffer<LagrangeNode<D>> given(b.boundary_nodes.begin(), b.boundary_nodes.end());
+                 // Moves the whole boundary or a single edge.
+                 Buffer<LagrangeNode<D>> boundary(b.boundary_nodes.begin(), b.boundary_nodes.end());
                  if (dice.below(2) == 0) {
-                     std::size_t edge = dice.below(given.size());
-                     while (b.kinds[edge] == EdgeKind::volume) edge = (edge + 1) % given.size();
-                     given.assign(b.mesh.mid_nodes.begin(), b.mesh.mid_nodes.end());
-                     given[edge].point += dice.vector<D>(-0.05, 0.05);
+                     std::size_t edge = dice.below(boundary.size());
+                     while (b.kinds[edge] == EdgeKind::volume) edge = (edge + 1) % boundary.size();
+                     boundary.assign(b.mesh.mid_nodes.begin(), b.mesh.mid_nodes.end());
+                     boundary[edge].point += dice.vector<D>(-0.05, 0.05);
                  }
-                 const Column<LagrangeNode<D>> nodes(std::move(given));
+                 const Column<LagrangeNode<D>> nodes(std::move(boundary));
                  const auto extended = [&](double tolerance) {
-                     return must(extend_boundary(b.mesh, b.kinds, nodes, b.shells, {.tolerance = tolerance}, alone));
+                     return must(extend_boundary(b.mesh, b.kinds, nodes, b.shells, {.tolerance = tolerance}, one_thread));
                  };
                  const double tolerance = std::pow(10.0, dice.uniform(-6, -2));
                  const auto some = extended(tolerance);
@@ -147,32 +147,33 @@ void extension_laws(const std::array<int, D>& cells) {
              },
              {10});
     property(
-        "extend_boundary: straight where the boundary is, in scale with it, whatever the threads",
+        "extend_boundary is linear in the boundary and independent of threads",
         [&](std::uint64_t seed) {
             Dice dice(seed);
             const auto b = shell_block<D>(cells, seed + 1);
             const auto extended = [&](const Column<LagrangeNode<D>>& nodes, const Execution& execution) {
                 return must(extend_boundary(b.mesh, b.kinds, nodes, b.shells, {.tolerance = 1e-12}, execution)).nodes;
             };
-            const auto straight = must(extend_boundary(b.mesh, b.kinds, b.mesh.mid_nodes, b.shells, {}, alone));
+            const auto straight = must(extend_boundary(b.mesh, b.kinds, b.mesh.mid_nodes, b.shells, {}, one_thread));
             RC_ASSERT(Column<LagrangeNode<D>>(straight.nodes) == b.mesh.mid_nodes);
             RC_ASSERT(straight.iterations == 0 && straight.solved == 0);
-            const auto once = extended(b.boundary_nodes, alone);
+            const auto once = extended(b.boundary_nodes, one_thread);
             for (const int threads : {2, 3})
                 RC_ASSERT(once == extended(b.boundary_nodes, Execution{.threads = threads}));
             Buffer<LagrangeNode<D>> half(b.boundary_nodes.begin(), b.boundary_nodes.end());
             for (std::size_t k = 0; k < half.size(); ++k)
                 half[k].point = midpoint(half[k].point, b.mesh.mid_nodes[k].point);
-            const auto less = extended(Column<LagrangeNode<D>>(std::move(half)), alone);
+            const auto less = extended(Column<LagrangeNode<D>>(std::move(half)), one_thread);
             for (std::size_t k = 0; k < less.size(); ++k)
                 RC_ASSERT(distance(less[k].point, midpoint(once[k].point, b.mesh.mid_nodes[k].point)) < 1e-9);
         },
         {10});
 }
 
-/// Layers that grow geometrically from a wall of 0.4 long edges; all of the boundary bent to spheres about the centre.
+/// Geometrically growing layers on a wall with edges of length 0.4. The whole boundary is bent to spheres about the
+/// centre.
 template <int D>
-void layer_laws(const std::array<int, D>& cells) {
+void check_layers(const std::array<int, D>& cells) {
     for (const double growth : {2.0, 3.0, 4.0}) {
         const double last = std::pow(growth, cells[D - 1]) - 1;
         const auto radius = [&](double s) { return 1 + (std::pow(growth, s * cells[D - 1]) - 1) / last; };
@@ -184,32 +185,32 @@ void layer_laws(const std::array<int, D>& cells) {
             if (b.kinds[e] != EdgeKind::volume)
                 nodes[e].point = (0.5 * (norm(points[v]) + norm(points[w]))) * normalised(nodes[e].point);
         }
-        const Column<LagrangeNode<D>> given(std::move(nodes));
-        auto extension = must(extend_boundary(b.mesh, b.kinds, given, b.shells, {}, alone));
+        const Column<LagrangeNode<D>> boundary(std::move(nodes));
+        auto extension = must(extend_boundary(b.mesh, b.kinds, boundary, b.shells, {}, one_thread));
         INFO("first layer of ", (growth - 1) / last, ", ", extension.iterations, " iterations");
         CHECK(extension.correction <= ExtensionOptions{}.tolerance);
-        auto straight = must(curve_boundary(b.mesh, b.kinds, given, alone)).proposal;
-        CHECK(must(validate(b.mesh, straight, 0, alone)).validation().smallest < 0);
+        auto straight = must(curve_boundary(b.mesh, b.kinds, boundary, one_thread)).proposal;
+        CHECK(must(validate(b.mesh, straight, 0, one_thread)).validation().smallest < 0);
         auto extended = straight;
         extended.mid_nodes = std::move(extension.nodes);
-        CHECK(must(validate(b.mesh, extended, 0, alone)).validation().smallest > 0.5);
+        CHECK(must(validate(b.mesh, extended, 0, one_thread)).validation().smallest > 0.5);
     }
 }
 
 template <int D>
-void shape_laws(const std::array<int, D>& cells) {
-    property("shape: boundary nodes stay, and no step lowers the smallest scaled Jacobian",
+void check_shape(const std::array<int, D>& cells) {
+    property("shape keeps boundary nodes and lowers no minimum scaled Jacobian",
              [&](std::uint64_t seed) {
                  const auto b = shell_block<D>(cells, seed + 1);
-                 const auto shaped = must(shape(b.mesh, b.kinds, b.boundary_nodes, b.shells, ShapeOptions{}, alone));
+                 const auto shaped = must(shape(b.mesh, b.kinds, b.boundary_nodes, b.shells, ShapeOptions{}, one_thread));
                  for (std::size_t e = 0; e < b.mesh.edges.size(); ++e)
                      if (b.kinds[e] != EdgeKind::volume) RC_ASSERT(shaped.proposal.mid_nodes[e] == b.boundary_nodes[e]);
                  RC_ASSERT(shaped.smallest >= shaped.after_extension);
-                 const auto validation = must(validate(b.mesh, shaped.proposal, 0, alone)).validation();
+                 const auto validation = must(validate(b.mesh, shaped.proposal, 0, one_thread)).validation();
                  RC_ASSERT(validation.smallest >= shaped.smallest - 1e-6);
-                 const auto straight = must(curve_boundary(b.mesh, b.kinds, b.boundary_nodes, alone));
+                 const auto straight = must(curve_boundary(b.mesh, b.kinds, b.boundary_nodes, one_thread));
                  RC_ASSERT(validation.smallest >=
-                           must(validate(b.mesh, straight.proposal, 0, alone)).validation().smallest - 1e-3);
+                           must(validate(b.mesh, straight.proposal, 0, one_thread)).validation().smallest - 1e-3);
                  for (const int threads : {2, 3}) {
                      const auto again = must(shape(b.mesh, b.kinds, b.boundary_nodes, b.shells, ShapeOptions{},
                                                    Execution{.threads = threads}));
@@ -222,18 +223,22 @@ void shape_laws(const std::array<int, D>& cells) {
 
 }  // namespace
 
-TEST_CASE("extension: triangles") { extension_laws<2>({6, 5}); }
-TEST_CASE("extension: tetrahedra") { extension_laws<3>({3, 3, 3}); }
-TEST_CASE("extension: layers of any anisotropy do not fold, triangles") { layer_laws<2>({6, 12}); }
-TEST_CASE("extension: layers of any anisotropy do not fold, tetrahedra") { layer_laws<3>({3, 3, 12}); }
-TEST_CASE("shape: triangles") { shape_laws<2>({6, 5}); }
-TEST_CASE("shape: tetrahedra") { shape_laws<3>({3, 3, 3}); }
+TEST_CASE("extension minimises the stiffened energy within its tolerance, 2D") { check_extension<2>({6, 5}); }
+TEST_CASE("extension minimises the stiffened energy within its tolerance, 3D") { check_extension<3>({3, 3, 3}); }
+TEST_CASE("extension keeps layers of any anisotropy valid, 2D") { check_layers<2>({6, 12}); }
+TEST_CASE("extension keeps layers of any anisotropy valid, 3D") { check_layers<3>({3, 3, 12}); }
+TEST_CASE("the shape objective keeps boundary nodes and lowers no minimum Jacobian, 2D") { check_shape<2>({6, 5}); }
+TEST_CASE("the shape objective keeps boundary nodes and lowers no minimum Jacobian, 3D") { check_shape<3>({3, 3, 3}); }
 
-TEST_CASE("shape: columns that do not fit, and stopping") {
+TEST_CASE("shape rejects columns whose length does not fit the mesh") {
     const auto b = shell_block<2>({3, 3}, 1);
-    const auto wrong = shape(b.mesh, b.kinds, {}, b.shells, ShapeOptions{}, alone);
+    const auto wrong = shape(b.mesh, b.kinds, {}, b.shells, ShapeOptions{}, one_thread);
     REQUIRE_FALSE(wrong.has_value());
     CHECK(wrong.error().kind == ErrorKind::internal);
+}
+
+TEST_CASE("shape stops on request") {
+    const auto b = shell_block<2>({3, 3}, 1);
     std::stop_source source;
     source.request_stop();
     const auto stopped_early = shape(b.mesh, b.kinds, b.boundary_nodes, b.shells, ShapeOptions{},

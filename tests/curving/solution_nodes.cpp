@@ -1,5 +1,5 @@
-// Nodes for a known solution: the expected error is the interpolant's, it never rises, and of several fields the sum
-// counts.
+// Nodes for a known solution: the expected error equals the interpolation error, never increases, and is summed over
+// several fields.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -50,7 +50,7 @@ struct Cubic {
     }
 };
 
-/// λ at the lattice of an element.
+/// Barycentric coordinates of the lattice of an element.
 template <int D>
 constexpr auto lattice = [] {
     std::array<std::array<double, D + 1>, node_count<known_degree, D>> all{};
@@ -60,7 +60,7 @@ constexpr auto lattice = [] {
     return all;
 }();
 
-/// Where that is in an element as the mesh has it.
+/// The position of barycentric coordinates in a curved element.
 template <int D>
 Vec<D> place_of(const QuadraticMesh<D>& mesh, ElementId e, const std::array<double, D + 1>& at) {
     Vec<D> x;
@@ -70,7 +70,7 @@ Vec<D> place_of(const QuadraticMesh<D>& mesh, ElementId e, const std::array<doub
     return x;
 }
 
-/// On straight elements exactly, as these are of degree 3.
+/// Samples the fields. They are of degree 3, hence exact on straight elements.
 template <int D>
 KnownSolution<D> known(const QuadraticMesh<D>& mesh, std::span<const Cubic<D>> fields) {
     KnownSolution<D> out;
@@ -95,12 +95,12 @@ SolutionInElements<D> in_elements(std::span<const Cubic<D>> fields) {
 
 template <int D>
 SolutionNodes<D> moved(const Block<D>& b, const Column<LagrangeNode<D>>& start, std::span<const Cubic<D>> fields,
-                       const SolutionNodesOptions& options = {}, const Execution& execution = alone) {
+                       const SolutionNodesOptions& options = {}, const Execution& execution = one_thread) {
     return must(
         solution_nodes<D>({b.mesh, b.kinds, b.shells}, {&start, 1}, in_elements<D>(fields), options, execution));
 }
 
-/// The error with these nodes, of all fields together.
+/// The expected error of all fields with these nodes.
 template <int D>
 double expected(const Block<D>& b, const Column<LagrangeNode<D>>& nodes, std::span<const Cubic<D>> fields) {
     return moved<D>(b, nodes, fields, {.frames = 0}).before;
@@ -115,10 +115,10 @@ double interpolated(const Block<D>& b, const Column<LagrangeNode<D>>& nodes, con
             for (std::size_t i = 0; i < points.size(); ++i) values[i] = u(points[i]);
         });
     };
-    return must(interpolation_error<D>(as_mesh(mesh), field, {}, alone)).curved.l2.value;
+    return must(interpolation_error<D>(as_mesh(mesh), field, {}, one_thread)).curved.l2.value;
 }
 
-/// The block with nodes of its own: on the boundary where they belong, in the volume anywhere near.
+/// The block with nodes on its boundary surfaces and randomly displaced inner nodes.
 template <int D>
 Block<D> bent_block(std::uint64_t seed) {
     Dice dice(seed);
@@ -133,7 +133,7 @@ Block<D> bent_block(std::uint64_t seed) {
     return b;
 }
 
-/// Values in elements of polynomials of degree 2 in their own coordinates.
+/// Random element-wise polynomials of degree 2 in reference coordinates.
 template <int D>
 KnownSolution<D> quadratic_within(const QuadraticMesh<D>& mesh, Dice& dice) {
     Buffer<std::array<float, node_count<known_degree, D>>> values(mesh.linear.elements.size());
@@ -153,8 +153,8 @@ KnownSolution<D> quadratic_within(const QuadraticMesh<D>& mesh, Dice& dice) {
 }
 
 template <int D>
-void laws_of_frames() {
-    property("what is of degree 2 in the coordinates of curved elements is interpolated there",
+void check_curved_elements() {
+    property("functions of degree 2 in the reference element have no expected error",
              [](std::uint64_t seed) {
                  Dice dice(seed + 2);
                  const auto b = bent_block<D>(seed);
@@ -163,35 +163,36 @@ void laws_of_frames() {
                      return Outcome<KnownSolution<D>>(solution);
                  };
                  const Column<LagrangeNode<D>> start = b.mesh.mid_nodes;
-                 const auto made = must(solution_nodes<D>({b.mesh, b.kinds, b.shells}, {&start, 1}, known, {}, alone));
-                 RC_ASSERT(made.before < 1e-5);
+                 const auto result =
+                     must(solution_nodes<D>({b.mesh, b.kinds, b.shells}, {&start, 1}, known, {}, one_thread));
+                 RC_ASSERT(result.before < 1e-5);
              },
              {.count = 5});
-    property("the search goes on from the best of its starts, whatever the nodes of the mesh",
+    property("the search continues from its best start for any nodes of the mesh",
              [](std::uint64_t seed) {
                  Dice dice(seed + 2);
                  const auto bent = bent_block<D>(seed);
                  auto straight = bent;
-                 straight.mesh = must(elevate(bent.mesh.linear, alone));
+                 straight.mesh = must(elevate(bent.mesh.linear, one_thread));
                  const std::array fields{Cubic<D>(dice, 0.5)};
                  const Column<LagrangeNode<D>> own = bent.mesh.mid_nodes;
-                 const auto made = moved<D>(bent, own, fields);
-                 RC_ASSERT(made.nodes == moved<D>(straight, own, fields).nodes);
+                 const auto result = moved<D>(bent, own, fields);
+                 RC_ASSERT(result.nodes == moved<D>(straight, own, fields).nodes);
                  const std::array starts{straight.mesh.mid_nodes, own};
                  const auto best = must(solution_nodes<D>({bent.mesh, bent.kinds, bent.shells}, starts,
-                                                          in_elements<D>(fields), {}, alone));
+                                                          in_elements<D>(fields), {}, one_thread));
                  RC_ASSERT(best.before == expected<D>(bent, starts[0], fields));
                  const std::size_t lower = best.before <= expected<D>(bent, own, fields) ? 0 : 1;
                  RC_ASSERT(best.nodes == moved<D>(bent, starts[lower], fields).nodes);
              },
              {.count = 5});
-    property("a solution that is told wrong away from its frame costs no accuracy",
+    property("a solution that is wrong away from its frame does not raise the expected error",
              [](std::uint64_t seed) {
                  Dice dice(seed + 2);
                  const auto b = bent_block<D>(seed);
                  const Cubic<D> u(dice, 0.5);
                  const Column<LagrangeNode<D>> start = b.mesh.mid_nodes;
-                 // Beside nodes a bubble, which interpolation does not see and a search would follow.
+                 // Adds a bubble next to the nodes, which interpolation does not sample and a search would follow.
                  const SolutionInElements<D> wrong = [&](const QuadraticMesh<D>& mesh, const Execution&) {
                      auto solution = known<D>(mesh, std::array{u});
                      Buffer<std::array<float, node_count<known_degree, D>>> values(solution[0].values.begin(),
@@ -206,54 +207,54 @@ void laws_of_frames() {
                      solution[0].values = std::move(values);
                      return Outcome<KnownSolution<D>>(std::move(solution));
                  };
-                 const auto made = must(solution_nodes<D>({b.mesh, b.kinds, b.shells}, {&start, 1}, wrong, {}, alone));
-                 RC_ASSERT(made.after <= made.before);
+                 const auto result =
+                     must(solution_nodes<D>({b.mesh, b.kinds, b.shells}, {&start, 1}, wrong, {}, one_thread));
+                 RC_ASSERT(result.after <= result.before);
              },
              {.count = 3});
 }
 
 template <int D>
-void laws() {
+void check_solution_nodes() {
     property(
-        "the expected error is the interpolant's, with the nodes given and with those found; it never rises, and "
-        "boundary nodes stay",
+        "the expected error equals the interpolation error and never rises",
         [](std::uint64_t seed) {
             Dice dice(seed);
             const auto b = shell_block<D>(cells<D>, seed + 1);
             const std::array fields{Cubic<D>(dice, 1)};
             const Column<LagrangeNode<D>> straight = b.mesh.mid_nodes;
-            const auto made = moved<D>(b, straight, fields);
-            RC_ASSERT(std::abs(made.before / interpolated(b, straight, fields[0]) - 1) < 2e-3);
-            RC_ASSERT(std::abs(made.after / interpolated(b, made.nodes, fields[0]) - 1) < 5e-2);
-            RC_ASSERT(made.after <= made.before);
-            for (std::size_t e = 0; e < made.nodes.size(); ++e)
-                RC_ASSERT(b.kinds[EdgeId(e)] == EdgeKind::volume || made.nodes[e] == straight[e]);
+            const auto result = moved<D>(b, straight, fields);
+            RC_ASSERT(std::abs(result.before / interpolated(b, straight, fields[0]) - 1) < 2e-3);
+            RC_ASSERT(std::abs(result.after / interpolated(b, result.nodes, fields[0]) - 1) < 5e-2);
+            RC_ASSERT(result.after <= result.before);
+            for (std::size_t e = 0; e < result.nodes.size(); ++e)
+                RC_ASSERT(b.kinds[EdgeId(e)] == EdgeKind::volume || result.nodes[e] == straight[e]);
         },
         {.count = 5});
-    property("from curved walls too, for a field that curves pay for",
+    property("nodes from curved walls reduce the expected error by a tenth",
              [](std::uint64_t seed) {
                  Dice dice(seed);
                  const auto b = shell_block<D>(cells<D>, seed + 1);
                  const std::array fields{Cubic<D>(dice, 0.3)};
-                 const auto made = moved<D>(b, b.boundary_nodes, fields);
-                 RC_ASSERT(made.frames > 0);
-                 RC_ASSERT(made.after < 0.9 * made.before);
+                 const auto result = moved<D>(b, b.boundary_nodes, fields);
+                 RC_ASSERT(result.frames > 0);
+                 RC_ASSERT(result.after < 0.9 * result.before);
              },
              {.count = 5});
-    property("of two fields the sum counts: it is less than with the nodes of either alone",
+    property("nodes for two fields give at most the error of nodes for one of them",
              [](std::uint64_t seed) {
                  Dice dice(seed);
                  const auto b = shell_block<D>(cells<D>, seed + 1);
                  const std::array both{Cubic<D>(dice, 0.5), Cubic<D>(dice, 0.5)};
                  const std::span<const Cubic<D>> all(both);
-                 const auto made = moved<D>(b, b.boundary_nodes, all);
+                 const auto result = moved<D>(b, b.boundary_nodes, all);
                  for (std::size_t i = 0; i < both.size(); ++i) {
                      const auto nodes = moved<D>(b, b.boundary_nodes, all.subspan(i, 1)).nodes;
-                     RC_ASSERT(made.after <= 1.02 * expected<D>(b, nodes, all));
+                     RC_ASSERT(result.after <= 1.02 * expected<D>(b, nodes, all));
                  }
              },
              {.count = 5});
-    property("the same bytes for any number of threads",
+    property("nodes for a known solution do not depend on the number of threads",
              [](std::uint64_t seed) {
                  Dice dice(seed);
                  const auto b = shell_block<D>(cells<D>, seed + 1);
@@ -268,8 +269,8 @@ void laws() {
              {.count = 2});
 }
 
-/// Rows of thin triangles along a circle, each row shifted by half a triangle: with straight edges a part of them is
-/// inverted, with nodes in the middle in polar coordinates all are valid.
+/// Rows of thin triangles along a circle, each row shifted by half a triangle. With straight edges some triangles are
+/// inverted; with nodes on the arcs all are valid.
 struct ThinRows {
     static constexpr double angle = 0.2, height = 0.0015;
     QuadraticMesh<2> mesh;
@@ -282,18 +283,18 @@ struct ThinRows {
         options.seed = seed;
         options.place = [](const Vec<2>& p) { return p; };
         auto linear = lattice_mesh(options);
-        linear.points = Column<Vec<2>>(must(map_each(alone, linear.points.size(), [&](std::size_t i) {
+        linear.points = Column<Vec<2>>(must(map_each(one_thread, linear.points.size(), [&](std::size_t i) {
             const Vec<2>& p = linear.points[i];
             const double a = angle * (p[0] - p[1] / 2), r = 1 + height * p[1];
             return Vec<2>{{-r * std::cos(a), r * std::sin(a)}};
         })));
-        mesh = must(elevate(std::move(linear), alone));
-        shells = must(camber::shells(mesh.edges, alone));
+        mesh = must(elevate(std::move(linear), one_thread));
+        shells = must(camber::shells(mesh.edges, one_thread));
         kinds = boundary_kinds(mesh.linear, mesh.edges);
         mesh.mid_nodes = nodes([](std::size_t) { return 0.0; });
     }
 
-    /// Nodes in the middle in polar coordinates, those of inner edges farther out by a share of the rows' height.
+    /// Nodes in the middle in polar coordinates. Inner edges are moved outwards by a share of the row height.
     [[nodiscard]] Column<LagrangeNode<2>> nodes(const auto& share) const {
         Buffer<LagrangeNode<2>> all(mesh.edges.size());
         for (std::size_t e = 0; e < all.size(); ++e) {
@@ -305,7 +306,7 @@ struct ThinRows {
         return Column<LagrangeNode<2>>(std::move(all));
     }
 
-    /// The smallest coefficient of det J of each element, as a share of the absolute value of the straight element's.
+    /// The smallest coefficient of det J of each element, relative to |det| of the straight element.
     [[nodiscard]] std::vector<double> jacobians(const Column<LagrangeNode<2>>& at) const {
         std::vector<double> all(mesh.linear.elements.size());
         for (std::size_t e = 0; e < all.size(); ++e) {
@@ -330,8 +331,8 @@ SolutionInElements<2> layer(double thickness) {
     };
 }
 
-void laws_of_thin_rows() {
-    property("elements that are inverted when straight keep the bound that they have",
+void check_thin_rows() {
+    property("elements that are inverted when straight keep their Jacobian bound",
              [](std::uint64_t seed) {
                  Dice dice(seed);
                  const ThinRows rows(seed + 1);
@@ -347,12 +348,12 @@ void laws_of_thin_rows() {
                  const double least = 0.1;
                  RC_ASSERT(std::ranges::min(rows.jacobians(rows.mesh.mid_nodes)) > least);
                  RC_ASSERT(must(limit_by_jacobian<2>(rows.mesh, rows.mesh.mid_nodes.view(), rows.shells, least, offsets,
-                                                     alone)) > 0);
+                                                     one_thread)) > 0);
                  for (std::size_t e = 0; e < at.size(); ++e) at[e].point += offsets[e];
                  RC_ASSERT(std::ranges::min(rows.jacobians(Column<LagrangeNode<2>>(std::move(at)))) >= least);
              },
              {.count = 10});
-    property("nodes that lie too far out in a stack of thin elements come back together",
+    property("displaced nodes in a stack of thin elements return together",
              [](std::uint64_t seed) {
                  Dice dice(seed);
                  const ThinRows rows(seed + 1);
@@ -360,24 +361,28 @@ void laws_of_thin_rows() {
                  const auto start = rows.nodes([&](std::size_t) { return dice.uniform(0.1, 0.2); });
                  const auto search = [&](const Column<LagrangeNode<2>>& from, int frames) {
                      return must(solution_nodes<2>({rows.mesh, rows.kinds, rows.shells}, {&from, 1}, solution,
-                                                   {.frames = frames}, alone));
+                                                   {.frames = frames}, one_thread));
                  };
-                 const auto made = search(start, 4);
+                 const auto result = search(start, 4);
                  const double least = search(rows.mesh.mid_nodes, 0).before;
-                 RC_ASSERT(made.before > 3 * least);
-                 RC_ASSERT(made.after < least);
-                 RC_ASSERT(std::ranges::min(rows.jacobians(made.nodes)) > 0);
+                 RC_ASSERT(result.before > 3 * least);
+                 RC_ASSERT(result.after < least);
+                 RC_ASSERT(std::ranges::min(rows.jacobians(result.nodes)) > 0);
              },
              {.count = 10});
 }
 
 }  // namespace
 
-TEST_CASE("nodes for a known solution: triangles") { laws<2>(); }
-TEST_CASE("nodes for a known solution: tetrahedra") { laws<3>(); }
-TEST_CASE("nodes for a solution known in curved elements: triangles") { laws_of_frames<2>(); }
-TEST_CASE("nodes for a solution known in curved elements: tetrahedra") { laws_of_frames<3>(); }
-TEST_CASE("nodes for a known solution: thin rows of triangles along a circle") { laws_of_thin_rows(); }
+TEST_CASE("nodes for a known solution do not raise the expected interpolation error, 2D") { check_solution_nodes<2>(); }
+TEST_CASE("nodes for a known solution do not raise the expected interpolation error, 3D") { check_solution_nodes<3>(); }
+TEST_CASE("nodes for a solution sampled in curved elements do not raise the expected error, 2D") {
+    check_curved_elements<2>();
+}
+TEST_CASE("nodes for a solution sampled in curved elements do not raise the expected error, 3D") {
+    check_curved_elements<3>();
+}
+TEST_CASE("nodes for a known solution keep thin rows along a circle valid") { check_thin_rows(); }
 
 namespace {
 
@@ -385,39 +390,39 @@ template <int D>
 void check_expected_on_straight(std::uint64_t seed) {
     Dice dice(seed);
     const Block<D> b = shell_block<D>(cells<D>, seed + 1);
-    const QuadraticMesh<D> mesh = must(elevate(b.mesh.linear, alone));
+    const QuadraticMesh<D> mesh = must(elevate(b.mesh.linear, one_thread));
     const std::vector<Cubic<D>> fields{Cubic<D>(dice, 1), Cubic<D>(dice, 2)};
     const ScalarField<D> field = [&] {
         return PointFunction<D>([&](std::span<const Vec<D>> points, std::span<double> values) {
             for (std::size_t i = 0; i < points.size(); ++i) values[i] = fields[0](points[i]);
         });
     };
-    const auto found = must(interpolation_error<D>(as_mesh(mesh), field, {}, alone));
+    const auto found = must(interpolation_error<D>(as_mesh(mesh), field, {}, one_thread));
     const auto known_one = known<D>(mesh, {fields.data(), 1});
-    CHECK(must(expected_error(mesh.linear, known_one, 1, alone)) ==
+    CHECK(must(expected_error(mesh.linear, known_one, 1, one_thread)) ==
           doctest::Approx(found.linear.l2.value).epsilon(2e-3));
-    CHECK(must(expected_error(mesh.linear, known_one, 2, alone)) ==
+    CHECK(must(expected_error(mesh.linear, known_one, 2, one_thread)) ==
           doctest::Approx(found.straight.l2.value).epsilon(2e-3));
-    // Several fields: the root of the sum of squares, each with its weight.
+    // Several fields: the root of the sum of squares with weights.
     auto both = known<D>(mesh, fields);
     both[1].weight = 3;
-    const double first = must(expected_error(mesh.linear, known<D>(mesh, {fields.data(), 1}), 2, alone));
-    const double second = must(expected_error(mesh.linear, known<D>(mesh, {fields.data() + 1, 1}), 2, alone));
-    CHECK(must(expected_error(mesh.linear, both, 2, alone)) ==
+    const double first = must(expected_error(mesh.linear, known<D>(mesh, {fields.data(), 1}), 2, one_thread));
+    const double second = must(expected_error(mesh.linear, known<D>(mesh, {fields.data() + 1, 1}), 2, one_thread));
+    CHECK(must(expected_error(mesh.linear, both, 2, one_thread)) ==
           doctest::Approx(std::hypot(first, 3 * second)).epsilon(1e-9));
-    // In the user's unit, of one field.
+    // The error of one field in the unit of the user.
     auto scaled = known_one;
     scaled[0].exponent = -20;
-    CHECK(must(expected_error(mesh.linear, scaled, 2, alone)) == std::ldexp(first, -20));
-    CHECK(!expected_error(mesh.linear, known_one, 3, alone));
+    CHECK(must(expected_error(mesh.linear, scaled, 2, one_thread)) == std::ldexp(first, -20));
+    CHECK(!expected_error(mesh.linear, known_one, 3, one_thread));
 }
 
-/// λ_v^5 in the elements, v another vertex from element to element, on a straight mesh, with its error by a rule that
-/// is exact for it.
+/// The field λ_v^5 on a straight mesh, with another vertex v in each element. The reference error is integrated with a
+/// rule that is exact for it.
 template <int D>
 void check_degree_of_rule(std::uint64_t seed) {
     const Block<D> b = shell_block<D>(cells<D>, seed);
-    const QuadraticMesh<D> mesh = must(elevate(b.mesh.linear, alone));
+    const QuadraticMesh<D> mesh = must(elevate(b.mesh.linear, one_thread));
     const auto rule = conical_rule<D>(8);
     Buffer<std::array<float, node_count<known_degree, D>>> values(mesh.linear.elements.size());
     double square = 0;
@@ -430,20 +435,21 @@ void check_degree_of_rule(std::uint64_t seed) {
             corners[k] = mesh.linear.points[mesh.linear.elements.vertices[ElementId(e)][k]];
         const double det = std::abs(signed_volume<D>(corners));
         for (const auto& point : rule) {
-            // 1 at the vertex and 1/32 in the middles of its edges: 4 λ (1 − λ)/32 of all of them.
+            // The interpolant is 1 at the vertex and 1/32 at the middles of its edges: 4 λ (1 − λ)/32 for all edges
+            // together.
             const double x = point.xi[v];
             const double residual = std::pow(x, 5) - x * (2 * x - 1) - x * (1 - x) / 8;
             square += point.weight * det * residual * residual;
         }
     }
     const KnownSolution<D> solution{{.values = std::move(values)}};
-    CHECK(must(expected_error(mesh.linear, solution, 2, alone)) == doctest::Approx(std::sqrt(square)).epsilon(1e-5));
+    CHECK(must(expected_error(mesh.linear, solution, 2, one_thread)) == doctest::Approx(std::sqrt(square)).epsilon(1e-5));
     const SolutionInElements<D> known_solution = [&](const QuadraticMesh<D>&, const Execution&) {
         return Outcome<KnownSolution<D>>(solution);
     };
     const Column<LagrangeNode<D>> start = mesh.mid_nodes;
     const auto nodes =
-        must(solution_nodes<D>({mesh, b.kinds, b.shells}, {&start, 1}, known_solution, {.frames = 0}, alone));
+        must(solution_nodes<D>({mesh, b.kinds, b.shells}, {&start, 1}, known_solution, {.frames = 0}, one_thread));
     CHECK(nodes.before == doctest::Approx(std::sqrt(square)).epsilon(1e-5));
     CHECK(nodes.after == nodes.before);
 }
@@ -455,7 +461,7 @@ TEST_CASE("the expected error is exact for polynomials of the known degree") {
     check_degree_of_rule<3>(1);
 }
 
-TEST_CASE("the expected error on straight elements is that of the interpolant") {
+TEST_CASE("the expected error on straight elements equals the interpolation error") {
     for (const std::uint64_t seed : {1U, 2U, 3U}) {
         check_expected_on_straight<2>(seed);
         check_expected_on_straight<3>(seed);

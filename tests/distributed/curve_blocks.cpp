@@ -1,4 +1,4 @@
-// Curving by blocks is curving: the same nodes on any number of ranks, and those of the mesh as a whole.
+// Curving by blocks gives the same nodes on any number of ranks, and those of curving the whole mesh.
 #include <algorithm>
 #include <array>
 #include <cstddef>
@@ -27,7 +27,7 @@ using namespace camber::testing;
 
 namespace {
 
-/// A shell between spheres with layers on the inner one, in an order in which what is near is near.
+/// A shell between spheres with layers on the inner one, ordered along a space-filling curve.
 template <int D>
 LinearMesh<D> shell(double size, double outer_radius = 2) {
     ShellOptions<D> options;
@@ -35,26 +35,26 @@ LinearMesh<D> shell(double size, double outer_radius = 2) {
     options.inner_size = size;
     options.outer_size = 2 * size;
     options.inner_layer = {.count = 2, .first_height = 0.1 * size, .growth = 1.5};
-    auto mesh = must(generate(options, alone));
-    return must(renumbered(mesh, must(space_filling_order(mesh, alone)), alone));
+    auto mesh = must(generate(options, one_thread));
+    return must(renumbered(mesh, must(space_filling_order(mesh, one_thread)), one_thread));
 }
 
-/// A ring with elements so thin along its inner circle that some here and there lose shape when that is curved.
+/// A ring whose elements along the inner circle are so thin that some lose quality when the circle is curved.
 LinearMesh<2> ring_of_thin_layers() {
     ShellOptions<2> options;
     options.outer_radius = 2;
     options.inner_size = 0.05;
     options.outer_size = 0.1;
     options.inner_layer = {.count = 4, .first_height = 0.001, .growth = 1.5};
-    auto mesh = must(generate(options, alone));
-    return must(renumbered(mesh, must(space_filling_order(mesh, alone)), alone));
+    auto mesh = must(generate(options, one_thread));
+    return must(renumbered(mesh, must(space_filling_order(mesh, one_thread)), one_thread));
 }
 
-/// Nodes of all edges, from those who own them.
+/// Nodes of all edges, collected from the blocks that own them.
 template <int D>
-std::vector<LagrangeNode<D>> nodes_of(const std::vector<Outcome<CurvedBlocks<D>>>& made) {
-    std::vector<LagrangeNode<D>> nodes(must(made.front()).first_edges.back());
-    for (const auto& of_rank : made) {
+std::vector<LagrangeNode<D>> nodes_of(const std::vector<Outcome<CurvedBlocks<D>>>& results) {
+    std::vector<LagrangeNode<D>> nodes(must(results.front()).first_edges.back());
+    for (const auto& of_rank : results) {
         const CurvedBlocks<D>& blocks = must(of_rank);
         for (std::size_t b = 0; b < blocks.curved.size(); ++b) {
             const CurvedPart<D>& block = blocks.curved[b];
@@ -85,12 +85,12 @@ Outcome<CurvedBlocks<D>> curve_blocks(const MeshRows<D>& rows, const BlocksGoal<
     return together(ranks, [&] {
         return guarded([&]() -> Outcome<CurvedBlocks<D>> {
             BlockSteps<D> steps(rows, goal, options.blocks, ranks);
-            auto done = steps.elevate(around);
-            if (done) done = steps.curve(options.curving.curve, around);
-            if (done) done = steps.validate(options.curving.repair, around);
-            if (done) done = steps.relax(options.curving.repair, around);
-            if (done) done = steps.measure(options.tolerance, around);
-            if (!done) return fail(done.error());
+            auto status = steps.elevate(around);
+            if (status) status = steps.curve(options.curving.curve, around);
+            if (status) status = steps.validate(options.curving.repair, around);
+            if (status) status = steps.relax(options.curving.repair, around);
+            if (status) status = steps.measure(options.tolerance, around);
+            if (!status) return fail(status.error());
             return std::move(steps).finish();
         });
     });
@@ -99,12 +99,12 @@ Outcome<CurvedBlocks<D>> curve_blocks(const MeshRows<D>& rows, const BlocksGoal<
 template <int D>
 void compare(const LinearMesh<D>& mesh, std::size_t elements_of_block, const CurveMeshOptions& options,
              double tolerance = 1e-12) {
-    const auto whole = must(curve_mesh<D>(as_mesh(mesh), {}, options, plainly(alone)));
+    const auto whole = must(curve_mesh<D>(as_mesh(mesh), {}, options, plainly(one_thread)));
     CurveBlocksOptions by_blocks{{elements_of_block}, options};
     const auto on = [&](std::size_t ranks) {
         return on_ranks(ranks, [&](Ranks& among) {
             const auto rows = rows_of(mesh);
-            return curve_blocks<D>(*rows, BlocksGoal<D>{}, by_blocks, among, plainly(alone));
+            return curve_blocks<D>(*rows, BlocksGoal<D>{}, by_blocks, among, plainly(one_thread));
         });
     };
     const auto one = on(1), three = on(3);
@@ -125,43 +125,43 @@ void compare(const LinearMesh<D>& mesh, std::size_t elements_of_block, const Cur
 
 }  // namespace
 
-TEST_CASE("curving by blocks is that of the whole mesh") {
+TEST_CASE("curving by blocks agrees with curving of the whole mesh") {
     SUBCASE("2D") { compare(shell<2>(0.1), 300, {}); }
     SUBCASE("3D") { compare(shell<3>(0.25), 1500, {}); }
-    SUBCASE("2D, blocks that no curve comes near") { compare(shell<2>(0.15, 8), 150, {}); }
-    SUBCASE("2D, elements to be repaired in several places") {
+    SUBCASE("2D, blocks without curved boundary") { compare(shell<2>(0.15, 8), 150, {}); }
+    SUBCASE("2D, several separate repairs") {
         CurveMeshOptions options;
         options.repair.min_scaled_jacobian = 0.5;
         compare(ring_of_thin_layers(), 700, options, 1e-9);
     }
-    SUBCASE("3D by energy") {
+    SUBCASE("3D, objective energy") {
         CurveMeshOptions options;
         options.curve.objective = Objective::energy;
-        compare(shell<3>(0.35), 1500, options, 1e-9);  // searches and repair carry rounding on
+        compare(shell<3>(0.35), 1500, options, 1e-9);  // searches and repair amplify rounding
     }
 }
 
-TEST_CASE("blocks are taken as they are: what prepare would mend is refused, on all ranks") {
+TEST_CASE("curving by blocks rejects unprepared meshes on all ranks") {
     LinearMesh<3> mesh = shell<3>(0.5);
     const auto error_of = [](const LinearMesh<3>& of) {
-        const auto made = on_ranks(2, [&](Ranks& among) {
+        const auto results = on_ranks(2, [&](Ranks& among) {
             const auto rows = rows_of(of);
-            return curve_blocks<3>(*rows, BlocksGoal<3>{}, {{500}, {}}, among, plainly(alone));
+            return curve_blocks<3>(*rows, BlocksGoal<3>{}, {{500}, {}}, among, plainly(one_thread));
         });
-        for (const auto& of_rank : made) {
+        for (const auto& of_rank : results) {
             REQUIRE(!of_rank);
-            CHECK(of_rank.error().what == made.front().error().what);
+            CHECK(of_rank.error().what == results.front().error().what);
         }
-        return made.front().error();
+        return results.front().error();
     };
-    SUBCASE("a facet that is not listed") {
+    SUBCASE("a boundary face without a facet") {
         LinearMesh<3> bare = mesh;
         bare.facets = {};
         const Error error = error_of(bare);
         CHECK(error.kind == ErrorKind::input);
-        CHECK(error.what == "has a face on the boundary that the mesh lists no facet for");
+        CHECK(error.what == "has a face on the boundary for which the mesh lists no facet");
     }
-    SUBCASE("an element that is inverted") {
+    SUBCASE("an inverted element") {
         LinearMesh<3> inverted = mesh;
         auto vertices = take(inverted.elements.vertices);
         std::swap(vertices.back()[0], vertices.back()[1]);
@@ -171,26 +171,26 @@ TEST_CASE("blocks are taken as they are: what prepare would mend is refused, on 
         REQUIRE(error.entity);
         CHECK(error.entity->number == mesh.elements.size());
     }
-    SUBCASE("two materials without facets between them") {
+    SUBCASE("an interface without facets") {
         LinearMesh<3> two = mesh;
         auto references = take(two.elements.references);
         references.front() = 77;
         two.elements.references = std::move(references);
-        CHECK(error_of(two).what == "has a face towards another material that the mesh lists no facet for");
+        CHECK(error_of(two).what == "has a face towards another material for which the mesh lists no facet");
     }
 }
 
-TEST_CASE("a block may be a few elements, and a rank may have none") {
+TEST_CASE("blocks may have few elements, and ranks may have no blocks") {
     const LinearMesh<2> mesh = shell<2>(0.4);
-    const auto whole = must(curve_mesh<2>(as_mesh(mesh), {}, {}, plainly(alone)));
-    const auto made = on_ranks(5, [&](Ranks& among) {
+    const auto whole = must(curve_mesh<2>(as_mesh(mesh), {}, {}, plainly(one_thread)));
+    const auto results = on_ranks(5, [&](Ranks& among) {
         const auto rows = rows_of(mesh);
-        return curve_blocks<2>(*rows, BlocksGoal<2>{}, {{40}, {}}, among, plainly(alone));
+        return curve_blocks<2>(*rows, BlocksGoal<2>{}, {{40}, {}}, among, plainly(one_thread));
     });
-    CHECK(farthest_of_chord(must(as_quadratic(whole.mesh)), nodes_of(made)) < 1e-12);
+    CHECK(farthest_of_chord(must(as_quadratic(whole.mesh)), nodes_of(results)) < 1e-12);
 }
 
-TEST_CASE("a metric that is given, at vertices") {
+TEST_CASE("curving by blocks accepts a metric at vertices") {
     const LinearMesh<3> mesh = shell<3>(0.35);
     const auto log_metric = [](const Vec<3>& p) {
         LogMetric<3> m;
@@ -201,7 +201,7 @@ TEST_CASE("a metric that is given, at vertices") {
     for (const Vec<3>& p : mesh.points) logs.push_back(log_metric(p));
     MeshGoal<3> goal;
     goal.metric = metric_at_vertices<3>(Column<LogMetric<3>>(std::move(logs)));
-    const auto whole = must(curve_mesh<3>(as_mesh(mesh), goal, {}, plainly(alone)));
+    const auto whole = must(curve_mesh<3>(as_mesh(mesh), goal, {}, plainly(one_thread)));
     BlocksGoal<3> by_blocks;
     by_blocks.metric = [&](const LinearMesh<3>& block, std::span<const GlobalNumber>,
                            const Execution&) -> Outcome<Column<LogMetric<3>>> {
@@ -209,9 +209,9 @@ TEST_CASE("a metric that is given, at vertices") {
         for (const Vec<3>& p : block.points) of_block.push_back(log_metric(p));
         return Column<LogMetric<3>>(std::move(of_block));
     };
-    const auto made = on_ranks(2, [&](Ranks& among) {
+    const auto results = on_ranks(2, [&](Ranks& among) {
         const auto rows = rows_of(mesh);
-        return curve_blocks<3>(*rows, by_blocks, {{800}, {}}, among, plainly(alone));
+        return curve_blocks<3>(*rows, by_blocks, {{800}, {}}, among, plainly(one_thread));
     });
-    CHECK(farthest_of_chord(must(as_quadratic(whole.mesh)), nodes_of(made)) < 1e-12);
+    CHECK(farthest_of_chord(must(as_quadratic(whole.mesh)), nodes_of(results)) < 1e-12);
 }

@@ -1,4 +1,4 @@
-// A file that several hold, each in its place, is the file of the whole.
+// A file written in pieces by several writers equals the file of the whole mesh.
 #include "../io/generated.hpp"
 #include "property.hpp"
 
@@ -16,7 +16,7 @@ using namespace camber;
 
 namespace {
 
-/// Where [0, n) is cut, a run for each of so many holders, some of them empty.
+/// Random cuts of [0, n) into a run for each writer; runs may be empty.
 std::vector<std::size_t> cuts(std::size_t n, std::size_t holders) {
     std::vector<std::size_t> at{0, n};
     while (at.size() <= holders) at.push_back(*rc::gen::inRange<std::size_t>(0, n + 1));
@@ -31,9 +31,9 @@ Buffer<T> run_of(const Column<Item>& column, std::size_t begin, std::size_t end,
     return run;
 }
 
-constexpr auto itself = [](const auto& item, std::size_t) { return item; };
+constexpr auto unchanged = [](const auto& item, std::size_t) { return item; };
 
-/// The numbers of a simplex's nodes in the file.
+/// The node numbers of a simplex in the file.
 template <int K, int Degree>
 auto numbers(const SimplexVertices<K>& vertices, std::size_t before, const auto& edges) {
     std::array<std::uint64_t, nodes_of_degree<K, Degree>> nodes{};
@@ -57,10 +57,10 @@ SimplexRun<K, Degree> simplex_run(const Simplices<K>& kind, std::size_t vertices
                               else
                                   return numbers<K, 1>(simplex, vertices, 0);
                           }),
-            run_of<Reference>(kind.references, begin, end, itself)};
+            run_of<Reference>(kind.references, begin, end, unchanged)};
 }
 
-/// What each of so many holders has of the mesh.
+/// The parts of the mesh, one for each writer.
 template <int D, int Degree>
 std::vector<FilePart<D, Degree>> parts_of(const QuadraticMesh<D>& mesh, std::size_t holders) {
     const LinearMesh<D>& linear = mesh.linear;
@@ -71,8 +71,8 @@ std::vector<FilePart<D, Degree>> parts_of(const QuadraticMesh<D>& mesh, std::siz
     std::vector<FilePart<D, Degree>> parts(holders);
     for (std::size_t h = 0; h < holders; ++h) {
         FilePart<D, Degree>& part = parts[h];
-        part.vertices = {v[h], run_of<Vec<D>>(linear.points, v[h], v[h + 1], itself),
-                         run_of<Reference>(linear.point_references, v[h], v[h + 1], itself)};
+        part.vertices = {v[h], run_of<Vec<D>>(linear.points, v[h], v[h + 1], unchanged),
+                         run_of<Reference>(linear.point_references, v[h], v[h + 1], unchanged)};
         if (Degree == 2)
             part.mid_nodes = {
                 m[h],
@@ -100,7 +100,7 @@ void put(generated::Bytes& file, std::vector<bool>& written, const std::vector<F
 }
 
 template <int D, int Degree>
-void parts_are_the_file(std::uint64_t seed) {
+void check_parts(std::uint64_t seed) {
     const auto mesh = generated::quadratic<D>(seed, *rc::gen::inRange<std::size_t>(0, 30));
     const int version = *rc::gen::element(0, 2, 3, 4);
     const PartTotals totals{mesh.linear.points.size(), Degree == 2 ? mesh.edges.size() : 0, mesh.linear.elements.size(),
@@ -121,24 +121,25 @@ void parts_are_the_file(std::uint64_t seed) {
 
 }  // namespace
 
-TEST_CASE("pieces of any cut of a mesh are the bytes of the whole, each once") {
-    testing::property("2D, degree 1", parts_are_the_file<2, 1>);
-    testing::property("2D, degree 2", parts_are_the_file<2, 2>);
-    testing::property("3D, degree 1", parts_are_the_file<3, 1>);
-    testing::property("3D, degree 2", parts_are_the_file<3, 2>);
+TEST_CASE("pieces of a GMF file written by any number of writers form the whole file once") {
+    testing::property("2D, degree 1", check_parts<2, 1>);
+    testing::property("2D, degree 2", check_parts<2, 2>);
+    testing::property("3D, degree 1", check_parts<3, 1>);
+    testing::property("3D, degree 2", check_parts<3, 2>);
 }
 
-TEST_CASE("a frame takes the version that its rows need, and places beyond 32 bits") {
+TEST_CASE("a GMF frame uses the version and offsets that its sizes require") {
     const std::uint64_t many = 200'000'000;  // tetrahedra of degree 2 with 44 bytes each
     const auto wide = *gmf_frame<3, 2>({.vertices = 40'000'000, .mid_nodes = 240'000'000, .elements = many}, {});
     CHECK(wide.version == 3);
-    CHECK(wide.elements > 280'000'000 * std::uint64_t{28});
+    CHECK(wide.elements > 280'000'000 * std::uint64_t{28});  // 28 bytes for each vertex and mid node
     CHECK(wide.bytes > wide.elements + many * 44);
     const auto wider =
         *gmf_frame<3, 2>({.vertices = 1'000'000'000, .mid_nodes = 7'000'000'000, .elements = 6 * many}, {});
     CHECK(wider.version == 4);
     const auto last =
         *encode_gmf_part<3, 2>(wider, {.mid_nodes = {6'999'999'999, Buffer<Vec<3>>(1), Buffer<Reference>(1)}}, {});
+    // 32 bytes for each vertex and mid node: numbers have 8 bytes in version 4
     CHECK(last.front().offset + last.front().bytes.size() == wider.points + 8'000'000'000 * std::uint64_t{32});
     CHECK(gmf_frame<3, 2>({.vertices = 8'000'000'000}, {}, 3).error().kind == ErrorKind::usage);
 }

@@ -1,4 +1,4 @@
-// A mesh by runs of its rows is the mesh, from memory as from a file.
+// A mesh read in runs of rows equals the whole mesh, from memory and from a file.
 #include "../io/generated.hpp"
 #include "property.hpp"
 
@@ -25,7 +25,7 @@ void append(Buffer<T>& to, const Buffer<T>& from) {
     to.insert(to.end(), from.begin(), from.end());
 }
 
-/// In runs of so many rows, or fewer at the end.
+/// Reads all rows in runs of the given size; the last run may be shorter.
 template <class Read>
 auto in_runs(std::size_t count, std::size_t size, const Read& read) {
     auto all = *read(0, 0);
@@ -47,7 +47,7 @@ void put(Simplices<K>& kind, SimplexRows<K> rows) {
     kind.references = std::move(rows.references);
 }
 
-/// The mesh of runs and lists.
+/// The mesh of all runs and lists.
 template <int D>
 LinearMesh<D> joined(const MeshRows<D>& rows, std::size_t run) {
     LinearMesh<D> mesh = *rows.lists();
@@ -63,7 +63,7 @@ LinearMesh<D> joined(const MeshRows<D>& rows, std::size_t run) {
 }
 
 template <int D>
-void runs_are_the_mesh(std::uint64_t seed) {
+void check_runs(std::uint64_t seed) {
     const auto mesh = generated::mesh<D>(seed, *rc::gen::inRange<std::size_t>(0, 40));
     const auto run = *rc::gen::inRange<std::size_t>(1, 30);
     const auto rows = rows_of_gmf<D>(file_of(mesh, *rc::gen::inRange(2, 5)), "file");
@@ -83,22 +83,22 @@ std::string refusal(const Chunks& chunks) {
 
 }  // namespace
 
-TEST_CASE("runs of a file's rows are the mesh's, and so are those from memory") {
-    testing::property("2D", runs_are_the_mesh<2>);
-    testing::property("3D", runs_are_the_mesh<3>);
+TEST_CASE("runs of rows from a file or from memory form the mesh") {
+    testing::property("2D", check_runs<2>);
+    testing::property("3D", check_runs<3>);
 }
 
-TEST_CASE("what is not read by runs is told before a row is read") {
+TEST_CASE("rows_of_gmf rejects unsupported files before it reads rows") {
     const auto mesh = generated::mesh<3>(5, 20);
     CHECK(refusal<3>(*encode_gmf_mesh(as_mesh(mesh), {GmfEncoding::ascii}, {}))
-              .starts_with("file: text is not read by runs"));
-    CHECK(refusal<2>(*encode_gmf_mesh(as_mesh(mesh), {}, {})).starts_with("file: the mesh is not one of dimension 2"));
+              .starts_with("file: text cannot be read in parts"));
+    CHECK(refusal<2>(*encode_gmf_mesh(as_mesh(mesh), {}, {})).starts_with("file: the mesh does not have dimension 2"));
     CHECK(refusal<3>(*encode_gmf_mesh(as_mesh(generated::quadratic<3>(5, 20)), {}, {})).find("of degree 2") !=
           std::string::npos);
     CHECK(refusal<3>({}).starts_with("file: byte 0: the file is empty"));
 }
 
-TEST_CASE("a fault in a run is told with the row's number and place in the file") {
+TEST_CASE("an error in a run has the message of reading the whole file") {
     auto mesh = generated::mesh<2>(3, 20);
     auto points = take(mesh.points);
     points[17][1] = std::numeric_limits<double>::infinity();

@@ -1,4 +1,4 @@
-// What ranks have of a mesh in parts is what one process makes of the same parts.
+// The parts that ranks have of a mesh equal those computed by one process.
 #include "../io/generated.hpp"
 #include "property.hpp"
 #include "thread_ranks.hpp"
@@ -22,7 +22,7 @@ using camber::testing::on_ranks;
 
 namespace {
 
-/// Parts that lie all over the mesh, so that each has much to do with others.
+/// Parts are scattered over the mesh, so that each has many neighbours.
 std::int32_t part_of(std::uint64_t row, std::size_t parts) {
     return static_cast<std::int32_t>((row * 2654435761U >> 7U) % parts);
 }
@@ -49,7 +49,7 @@ void expect_numbers(const Column<std::uint32_t>& here, const std::vector<std::ui
     for (std::size_t i = 0; i < here.size(); ++i) RC_ASSERT(numbers[here[i]] == in_whole[i]);
 }
 
-/// `of_ranks`: what each has.
+/// `of_ranks`: the pieces of each rank.
 template <class Mesh>
 void expect_pieces(const Mesh& whole, std::size_t parts, const std::vector<Outcome<PartsOfRank<Mesh>>>& of_ranks) {
     const auto& linear = linear_of(whole);
@@ -57,9 +57,9 @@ void expect_pieces(const Mesh& whole, std::size_t parts, const std::vector<Outco
     for (std::size_t e = 0; e < linear.elements.size(); ++e) of_elements.push_back(part_of(e, parts));
     const CellParts cells = *parts_of_cells(linear, std::move(of_elements), {});
     std::size_t next = 0;
-    for (const auto& made : of_ranks) {
-        if (!made) RC_FAIL(describe(made.error()));
-        const PartsOfRank<Mesh>& own = *made;
+    for (const auto& result : of_ranks) {
+        if (!result) RC_FAIL(describe(result.error()));
+        const PartsOfRank<Mesh>& own = *result;
         RC_ASSERT(own.first == next);
         next = own.last;
         for (std::size_t p = own.first; p < own.last; ++p) {
@@ -80,7 +80,7 @@ void expect_pieces(const Mesh& whole, std::size_t parts, const std::vector<Outco
     RC_ASSERT(next == parts);
 }
 
-/// A mesh without given geometry, which parts do not have.
+/// Removes the geometry, which parts do not contain.
 template <class Mesh>
 Mesh without_geometry(Mesh mesh) {
     if constexpr (requires { mesh.linear; })
@@ -98,7 +98,7 @@ Draw draw(std::size_t elements) {
 }
 
 template <int D>
-void of_degree_1(std::uint64_t seed) {
+void check_linear(std::uint64_t seed) {
     const auto mesh = without_geometry(generated::mesh<D>(seed, *rc::gen::inRange<std::size_t>(1, 30)));
     RC_PRE(mesh.elements.size() > 0);
     const auto [parts, count] = draw(mesh.elements.size());
@@ -115,18 +115,18 @@ void put(generated::Bytes& bytes, T value) {
 
 constexpr std::int32_t tetrahedra_p2_ordering = 133, triangles_p2_ordering = 129, end_of_file = 54;
 
-/// The mesh's file, its elements' nodes in another order, which it says.
+/// The file of the mesh with the nodes of its elements in another order, which the file declares.
 template <int D>
 Column<std::byte> reordered_file(const QuadraticMesh<D>& mesh, const std::vector<std::size_t>& order) {
     QuadraticMesh<D> other = mesh;
     Buffer<std::array<EdgeId, edges_per_simplex<D>>> of_elements;
     for (const auto& edges : mesh.edges.of_elements) {
-        auto& made = of_elements.emplace_back();
-        for (std::size_t e = 0; e < made.size(); ++e) made[e] = edges[order[e]];
+        auto& result = of_elements.emplace_back();
+        for (std::size_t e = 0; e < result.size(); ++e) result[e] = edges[order[e]];
     }
     other.edges.of_elements = std::move(of_elements);
     auto bytes = generated::joined(*encode_gmf_mesh(as_mesh(other), {.version = 2}, {}));
-    bytes.resize(bytes.size() - 8);  // the end, which comes again
+    bytes.resize(bytes.size() - 8);  // the end record is written again below
     put(bytes, D == 3 ? tetrahedra_p2_ordering : triangles_p2_ordering);
     put(bytes, static_cast<std::int32_t>(bytes.size() + 8 + quadratic_nodes<D> * (D + 1) * 4));
     put(bytes, std::int32_t{quadratic_nodes<D>});
@@ -141,7 +141,7 @@ Column<std::byte> reordered_file(const QuadraticMesh<D>& mesh, const std::vector
 }
 
 template <int D>
-void of_degree_2(std::uint64_t seed) {
+void check_quadratic(std::uint64_t seed) {
     const auto mesh = without_geometry(generated::quadratic<D>(seed, *rc::gen::inRange<std::size_t>(1, 30)));
     RC_PRE(mesh.linear.elements.size() > 0);
     const auto [parts, count] = draw(mesh.linear.elements.size());
@@ -167,7 +167,7 @@ SimplexRun<K, 1> run_of(const Simplices<K>& kind, std::size_t begin, std::size_t
     return run;
 }
 
-/// What a rank has of a mesh that was remeshed, shares being squares of the rank's number.
+/// The rows of a rank after remeshing. Ranks have unequal shares, by the squares of their numbers.
 template <int D>
 FinishedRows<D> finished(const LinearMesh<D>& mesh, const Ranks& ranks) {
     const auto cut = [&](std::size_t n, std::size_t r) { return n * r * r / (ranks.size() * ranks.size()); };
@@ -188,7 +188,7 @@ FinishedRows<D> finished(const LinearMesh<D>& mesh, const Ranks& ranks) {
 }
 
 template <int D>
-void of_remeshed(std::uint64_t seed) {
+void check_remeshed(std::uint64_t seed) {
     const auto mesh = without_geometry(generated::mesh<D>(seed, *rc::gen::inRange<std::size_t>(1, 30)));
     RC_PRE(mesh.elements.size() > 0);
     const auto [parts, count] = draw(mesh.elements.size());
@@ -201,31 +201,31 @@ constexpr testing::Trials few{.count = 40};
 
 }  // namespace
 
-TEST_CASE("pieces of ranks are those of one process") {
-    testing::property("2D, degree 1", of_degree_1<2>, few);
-    testing::property("3D, degree 1", of_degree_1<3>, few);
-    testing::property("2D, degree 2, in any order of nodes", of_degree_2<2>, few);
-    testing::property("3D, degree 2, in any order of nodes", of_degree_2<3>, few);
-    testing::property("2D, remeshed", of_remeshed<2>, few);
-    testing::property("3D, remeshed", of_remeshed<3>, few);
+TEST_CASE("pieces computed by ranks equal those of one process") {
+    testing::property("2D, degree 1", check_linear<2>, few);
+    testing::property("3D, degree 1", check_linear<3>, few);
+    testing::property("2D, degree 2, in any order of nodes", check_quadratic<2>, few);
+    testing::property("3D, degree 2, in any order of nodes", check_quadratic<3>, few);
+    testing::property("2D, remeshed", check_remeshed<2>, few);
+    testing::property("3D, remeshed", check_remeshed<3>, few);
 }
 
-TEST_CASE("what cannot be in parts is refused on all ranks") {
-    LinearMesh<2> fan;  // three triangles on one edge
+TEST_CASE("meshes that cannot be partitioned are rejected on all ranks") {
+    LinearMesh<2> fan;  // three triangles at one edge
     fan.points = Buffer<Vec<2>>{{{0, 0}}, {{1, 0}}, {{0, 1}}, {{1, 1}}, {{0, -1}}};
     fan.point_references = Buffer<Reference>(5);
     const auto triangle = [](std::size_t v) { return SimplexVertices<2>{VertexId(0), VertexId(1), VertexId(v)}; };
     fan.elements = {Buffer<SimplexVertices<2>>{triangle(2), triangle(3), triangle(4)}, Buffer<Reference>(3), {}};
     const auto rows = rows_of(fan);
     for (const std::size_t parts : {2U, 4U})
-        for (const auto& made :
+        for (const auto& result :
              on_ranks(3, [&](Ranks& among) { return parts_of_rows<2>(*rows, parts, scattered, among); })) {
-            REQUIRE(!made);
-            CHECK(made.error().kind == (parts == 2 ? ErrorKind::input : ErrorKind::usage));
+            REQUIRE(!result);
+            CHECK(result.error().kind == (parts == 2 ? ErrorKind::input : ErrorKind::usage));
         }
 }
 
-TEST_CASE("nodes of edges before vertices are told before a row is read") {
+TEST_CASE("files with edge nodes before vertices are rejected") {
     FilePart<2, 2> part;
     part.vertices.points = Buffer<Vec<2>>(6);
     part.vertices.references = Buffer<Reference>(6);
@@ -238,9 +238,9 @@ TEST_CASE("nodes of edges before vertices are told before a row is read") {
             std::copy(piece.bytes.begin(), piece.bytes.end(),
                       bytes.begin() + static_cast<std::ptrdiff_t>(piece.offset));
     const Column<std::byte> file = std::move(bytes);
-    for (const auto& made :
+    for (const auto& result :
          on_ranks(2, [&](Ranks& among) { return QuadraticRows<2>::make(file, "file", {}, among); })) {
-        REQUIRE(!made);
-        CHECK(made.error().kind == ErrorKind::unsupported);
+        REQUIRE(!result);
+        CHECK(result.error().kind == ErrorKind::unsupported);
     }
 }

@@ -1,5 +1,4 @@
-// A mesh brought to a metric block by block: the domain and its features stay, and where blocks met it is as good as
-// anywhere.
+// Remeshing by blocks preserves the domain and its features, and its quality at block boundaries is that of the rest.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -33,7 +32,7 @@ namespace {
 
 template <int D>
 void expect_same_domain(const DynamicMesh<D>& mesh, const Sizes& expected) {
-    const auto consistent = check_consistency(mesh, alone);
+    const auto consistent = check_consistency(mesh, one_thread);
     if (!consistent) RC_FAIL(describe(consistent.error()));
     const Sizes now = measures(mesh);
     RC_ASSERT(now.size() == expected.size());
@@ -60,17 +59,17 @@ BroughtToMetric<D> by_blocks(Adaptation<D> r, const AdaptationGoal<D>& goal, std
 }
 
 template <int D>
-void brought_to_a_metric(std::uint64_t seed) {
+void check_remeshing(std::uint64_t seed) {
     Dice dice(seed);
     const LinearMesh<D> mesh = random_domain<D>(seed);
     const AdaptationGoal<D> goal = goal_over(mesh, dice.uniform(0.35, 1.5), dice);
-    const Adaptation<D> r = begun(mesh, goal);
+    const Adaptation<D> r = start_adaptation(mesh, goal);
     const Sizes domain = measures(r.mesh);
     const std::size_t corners = corners_of(r.mesh);
-    const auto [state, told] = by_blocks(r, goal, 1 + dice.below(60), alone);
+    const auto [state, statistics] = by_blocks(r, goal, 1 + dice.below(60), one_thread);
     expect_same_domain(state.mesh, domain);
     RC_ASSERT(corners_of(state.mesh) == corners);
-    RC_ASSERT(told.after.unit_share() >= told.before.unit_share() - 0.1);
+    RC_ASSERT(statistics.after.unit_share() >= statistics.before.unit_share() - 0.1);
     for (std::size_t v = 0; v < state.mesh.points.size(); ++v) {
         RC_ASSERT(!state.mesh.is_free(VertexId(v)));
         const auto sample = sample_value(goal.field, state.mesh.points[v], state.vertices.metrics[v].back);
@@ -81,17 +80,17 @@ void brought_to_a_metric(std::uint64_t seed) {
 
 }  // namespace
 
-TEST_CASE("blocks keep the domain and its features") {
-    property("2D", [](std::uint64_t seed) { brought_to_a_metric<2>(seed); }, {.count = 30});
-    property("3D", [](std::uint64_t seed) { brought_to_a_metric<3>(seed); }, {.count = 10});
+TEST_CASE("remeshing by blocks preserves the domain and its features") {
+    property("2D", [](std::uint64_t seed) { check_remeshing<2>(seed); }, {.count = 30});
+    property("3D", [](std::uint64_t seed) { check_remeshing<3>(seed); }, {.count = 10});
 }
 
-TEST_CASE("blocks give the same mesh for any number of threads") {
+TEST_CASE("remeshing by blocks does not depend on the number of threads") {
     const LinearMesh<3> mesh = random_domain<3>(5);
     Dice dice(5);
     const AdaptationGoal<3> goal = goal_over(mesh, 0.3, dice);
-    const auto by_one = by_blocks(begun(mesh, goal), goal, 300, {.threads = 1});
-    const auto by_two = by_blocks(begun(mesh, goal), goal, 300, {.threads = 2});
+    const auto by_one = by_blocks(start_adaptation(mesh, goal), goal, 300, {.threads = 1});
+    const auto by_two = by_blocks(start_adaptation(mesh, goal), goal, 300, {.threads = 2});
     CHECK(by_one.statistics.split.accepted > 100);
     CHECK(by_one.statistics.split == by_two.statistics.split);
     CHECK(by_one.state.mesh.points == by_two.state.mesh.points);
@@ -101,19 +100,19 @@ TEST_CASE("blocks give the same mesh for any number of threads") {
     CHECK(by_one.state.vertices.metrics == by_two.state.vertices.metrics);
 }
 
-TEST_CASE("ranks give the same mesh as one, each of them") {
+TEST_CASE("remeshing by blocks gives the same mesh on every rank and number of ranks") {
     const LinearMesh<3> mesh = random_domain<3>(5);
     Dice dice(5);
     const AdaptationGoal<3> goal = goal_over(mesh, 0.5, dice);
-    const auto by_one = by_blocks(begun(mesh, goal), goal, 60, alone);
+    const auto by_one = by_blocks(start_adaptation(mesh, goal), goal, 60, one_thread);
     for (const std::size_t ranks : {2U, 3U}) {
-        const auto made = on_ranks(ranks, [&](Ranks& rank) {
-            return bring_to_metric_by_blocks(begun(mesh, goal), goal, {}, {60, rank}, block_turns<3>({}),
-                                             plainly(alone));
+        const auto result = on_ranks(ranks, [&](Ranks& rank) {
+            return bring_to_metric_by_blocks(start_adaptation(mesh, goal), goal, {}, {60, rank}, block_turns<3>({}),
+                                             plainly(one_thread));
         });
-        for (const auto& one : made) {
-            const auto& [state, told] = must(one);
-            CHECK(told.split == by_one.statistics.split);
+        for (const auto& one : result) {
+            const auto& [state, statistics] = must(one);
+            CHECK(statistics.split == by_one.statistics.split);
             CHECK(state.mesh.points == by_one.state.mesh.points);
             CHECK(state.mesh.elements == by_one.state.mesh.elements);
             CHECK(state.vertices.metrics == by_one.state.vertices.metrics);
@@ -121,30 +120,30 @@ TEST_CASE("ranks give the same mesh as one, each of them") {
     }
 }
 
-TEST_CASE("where one rank fails all do") {
+TEST_CASE("an error on one rank is returned on all ranks") {
     const LinearMesh<2> mesh = random_domain<2>(6);
     Dice dice(6);
     const AdaptationGoal<2> goal = goal_over(mesh, 0.3, dice);
-    const auto made = on_ranks(3, [&](Ranks& rank) {
+    const auto result = on_ranks(3, [&](Ranks& rank) {
         std::stop_source stop;
         if (rank.rank() == 1) stop.request_stop();
-        return bring_to_metric_by_blocks(begun(mesh, goal), goal, {}, {10, rank}, block_turns<2>({}),
+        return bring_to_metric_by_blocks(start_adaptation(mesh, goal), goal, {}, {10, rank}, block_turns<2>({}),
                                          plainly({.threads = 1, .stop = stop.get_token()}));
     });
-    for (const auto& one : made) {
+    for (const auto& one : result) {
         REQUIRE_FALSE(one);
         CHECK(one.error().kind == ErrorKind::stopped);
     }
 }
 
-TEST_CASE("one block comes near to what the mesh as a whole comes to") {
+TEST_CASE("remeshing with one block reaches the quality of remeshing the whole mesh") {
     LatticeOptions<3> options;
     options.cells = {4, 4, 4};
     const auto mesh = with_references<3>(lattice_mesh(options), options.cells, false);
     Dice dice(1);
     const AdaptationGoal<3> goal = goal_over(mesh, 0.5, dice);
-    const auto whole = must(bring_to_metric<3>(begun(mesh, goal), goal, {}, alone));
-    const auto by_one_block = by_blocks(begun(mesh, goal), goal, 1U << 20U, alone);
+    const auto whole = must(bring_to_metric<3>(start_adaptation(mesh, goal), goal, {}, one_thread));
+    const auto by_one_block = by_blocks(start_adaptation(mesh, goal), goal, 1U << 20U, one_thread);
     const auto& a = whole.statistics.after;
     const auto& b = by_one_block.statistics.after;
     CHECK(static_cast<double>(b.elements) == doctest::Approx(static_cast<double>(a.elements)).epsilon(0.05));
@@ -170,18 +169,19 @@ double unit_share(const Adaptation<D>& r, const Buffer<std::uint8_t>& marked) {
 }
 
 template <int D>
-void rims_are_no_worse(const std::array<int, D>& cells, double size, std::size_t elements) {
+void check_block_boundaries(const std::array<int, D>& cells, double size, std::size_t elements) {
     LatticeOptions<D> options;
     options.cells = cells;
     const auto mesh = with_references<D>(lattice_mesh(options), cells, false);
     Dice dice(2);
     const AdaptationGoal<D> goal = goal_over(mesh, size, dice);
     const auto ranks = one_rank();
-    BroughtRows<D> brought{must(share_of(must(rows_of(begun(mesh, goal))), *ranks))};
+    BroughtRows<D> adapted_rows{must(share_of(must(rows_of(start_adaptation(mesh, goal))), *ranks))};
     for (const BlockTurn& turn : block_turns<D>({}))
-        brought = must(turn_by_blocks(std::move(brought), goal, {}, {elements, *ranks}, turn, plainly(alone)));
-    const Buffer<std::uint8_t> on_rim = brought.shared.on_rim;
-    const auto whole = must(assembled(brought.shared.rows, alone));
+        adapted_rows =
+            must(turn_by_blocks(std::move(adapted_rows), goal, {}, {elements, *ranks}, turn, plainly(one_thread)));
+    const Buffer<std::uint8_t> on_rim = adapted_rows.shared.on_rim;
+    const auto whole = must(assembled(adapted_rows.shared.rows, one_thread));
     REQUIRE(std::ranges::count(on_rim, 1) > 100);
     const double all = unit_share(whole.state, Buffer<std::uint8_t>(on_rim.size(), 1));
     CHECK(all > 0.85);
@@ -190,25 +190,25 @@ void rims_are_no_worse(const std::array<int, D>& cells, double size, std::size_t
 
 }  // namespace
 
-TEST_CASE("where blocks met last edges are as good as anywhere") {
-    SUBCASE("2D") { rims_are_no_worse<2>({12, 12}, 0.3, 400); }
-    SUBCASE("3D") { rims_are_no_worse<3>({4, 4, 4}, 0.4, 1500); }
+TEST_CASE("the share of unit edges at block boundaries is near that of the whole mesh") {
+    SUBCASE("2D") { check_block_boundaries<2>({12, 12}, 0.3, 400); }
+    SUBCASE("3D") { check_block_boundaries<3>({4, 4, 4}, 0.4, 1500); }
 }
 
-TEST_CASE("curved meshes and surfaces alone are refused") {
+TEST_CASE("remeshing by blocks rejects curved meshes") {
     const LinearMesh<2> mesh = random_domain<2>(6);
     Dice dice(6);
     const AdaptationGoal<2> goal = goal_over(mesh, 0.3, dice);
-    Adaptation<2> r = begun(mesh, goal);
+    Adaptation<2> r = start_adaptation(mesh, goal);
     r.mesh.nodes = Buffer<LagrangeNode<2>>(r.mesh.edges.size());
     const auto ranks = one_rank();
-    const auto made =
-        bring_to_metric_by_blocks(std::move(r), goal, {}, {10, *ranks}, block_turns<2>({}), plainly(alone));
-    REQUIRE_FALSE(made);
-    CHECK(made.error().kind == ErrorKind::unsupported);
+    const auto result =
+        bring_to_metric_by_blocks(std::move(r), goal, {}, {10, *ranks}, block_turns<2>({}), plainly(one_thread));
+    REQUIRE_FALSE(result);
+    CHECK(result.error().kind == ErrorKind::unsupported);
 }
 
-TEST_CASE("what the mesh's maker says of vertices stays with them") {
+TEST_CASE("remeshing by blocks keeps associations of vertices and groups") {
     LinearMesh<3> mesh = random_domain<3>(7);
     Buffer<Association<1>> on_curves;
     for (std::size_t v = 0; v < mesh.points.size(); ++v)
@@ -217,8 +217,8 @@ TEST_CASE("what the mesh's maker says of vertices stays with them") {
     mesh.groups = Buffer<Group>{{.dimension = 3, .reference = 1, .name = "left"}};
     Dice dice(7);
     const AdaptationGoal<3> goal = goal_over(mesh, 0.7, dice);
-    const auto made = by_blocks(begun(mesh, goal), goal, 40, alone);
-    const LinearMesh<3> after = must(compacted(made.state.mesh, alone)).mesh;
+    const auto result = by_blocks(start_adaptation(mesh, goal), goal, 40, one_thread);
+    const LinearMesh<3> after = must(compacted(result.state.mesh, one_thread)).mesh;
     CHECK(after.groups == mesh.groups);
     REQUIRE(after.geometry.on_curves.size() > 8);
     for (const Association<1>& on : after.geometry.on_curves)
@@ -227,8 +227,8 @@ TEST_CASE("what the mesh's maker says of vertices stays with them") {
 
 namespace {
 
-/// A domain of whose vertices, facets and elements its maker says all that there is to be said.
-LinearMesh<3> told_of(std::uint64_t seed) {
+/// A domain with required vertices, facets and elements, associations and groups.
+LinearMesh<3> described_domain(std::uint64_t seed) {
     LinearMesh<3> mesh = random_domain<3>(seed);
     mesh.required_vertices = Buffer<VertexId>{VertexId(std::size_t{0}), VertexId(mesh.points.size() / 2)};
     mesh.facets.required = Buffer<std::uint32_t>{0U, 3U};
@@ -241,7 +241,7 @@ LinearMesh<3> told_of(std::uint64_t seed) {
     return mesh;
 }
 
-/// What a rank has in the end.
+/// The final rows of a rank.
 template <int D>
 struct EndOfRank {
     FinishedRows<D> rows;
@@ -250,13 +250,14 @@ struct EndOfRank {
 template <int D>
 Outcome<EndOfRank<D>> end_on(const LinearMesh<D>& mesh, const AdaptationGoal<D>& goal, std::size_t elements,
                              Ranks& ranks) {
-    auto brought =
-        must(bring_rows_to_metric(begun(mesh, goal), goal, {}, {elements, ranks}, block_turns<D>({}), plainly(alone)));
-    auto measured = must(measured_rows(brought.shared, ranks, alone));
-    return EndOfRank<D>{must(finished_rows(std::move(brought.shared), brought.given, ranks)), std::move(measured)};
+    auto adapted_rows =
+        must(bring_rows_to_metric(start_adaptation(mesh, goal), goal, {}, {elements, ranks}, block_turns<D>({}), plainly(one_thread)));
+    auto measured = must(measured_rows(adapted_rows.shared, ranks, one_thread));
+    return EndOfRank<D>{must(finished_rows(std::move(adapted_rows.shared), adapted_rows.given, ranks)),
+                        std::move(measured)};
 }
 
-/// Runs that follow each other, as the rows of a mesh.
+/// Checks that a run continues the rows of a mesh.
 template <int K>
 void expect_rows(const SimplexRun<K, 1>& run, std::size_t& row, const Simplices<K>& expected) {
     RC_ASSERT(run.first == row);
@@ -267,17 +268,17 @@ void expect_rows(const SimplexRun<K, 1>& run, std::size_t& row, const Simplices<
 }
 
 template <int D>
-void rows_are_the_mesh(const LinearMesh<D>& mesh, std::uint64_t seed) {
+void check_finished_rows(const LinearMesh<D>& mesh, std::uint64_t seed) {
     Dice dice(seed);
     const AdaptationGoal<D> goal = goal_over(mesh, 0.5, dice);
     const std::size_t elements = 20 + dice.below(60);
-    const auto whole = by_blocks(begun(mesh, goal), goal, elements, alone);
-    const LinearMesh<D> expected = must(finished(whole.state, alone)).compact.mesh;
+    const auto whole = by_blocks(start_adaptation(mesh, goal), goal, elements, one_thread);
+    const LinearMesh<D> expected = must(finished(whole.state, one_thread)).compact.mesh;
     for (const std::size_t count : {1U, 3U}) {
         std::size_t points = 0, inside = 0, facets = 0, lines = 0, edges = 0;
         double longest = 0;
-        for (const auto& made : on_ranks(count, [&](Ranks& rank) { return end_on(mesh, goal, elements, rank); })) {
-            const auto& [rows, measured] = must(made);
+        for (const auto& result : on_ranks(count, [&](Ranks& rank) { return end_on(mesh, goal, elements, rank); })) {
+            const auto& [rows, measured] = must(result);
             RC_ASSERT(rows.part.vertices.first == points);
             for (const Vec<D>& point : rows.part.vertices.points) RC_ASSERT(point == expected.points[points++]);
             expect_rows(rows.part.elements, inside, expected.elements);
@@ -306,20 +307,20 @@ void rows_are_the_mesh(const LinearMesh<D>& mesh, std::uint64_t seed) {
 
 }  // namespace
 
-TEST_CASE("the rows that ranks have in the end are the mesh") {
-    property("2D", [](std::uint64_t seed) { rows_are_the_mesh<2>(random_domain<2>(seed), seed); }, {.count = 8});
-    property("3D", [](std::uint64_t seed) { rows_are_the_mesh<3>(told_of(seed), seed); }, {.count = 4});
+TEST_CASE("the rows of all ranks form the remeshed mesh") {
+    property("2D", [](std::uint64_t seed) { check_finished_rows<2>(random_domain<2>(seed), seed); }, {.count = 8});
+    property("3D", [](std::uint64_t seed) { check_finished_rows<3>(described_domain(seed), seed); }, {.count = 4});
 }
 
-TEST_CASE("required vertices, facets and elements stay through blocks") {
+TEST_CASE("remeshing by blocks preserves required vertices, facets and elements") {
     LinearMesh<3> mesh = random_domain<3>(8);
     mesh.required_vertices = Buffer<VertexId>{VertexId(std::size_t{0}), VertexId(mesh.points.size() / 2)};
     mesh.facets.required = Buffer<std::uint32_t>{0U, 3U};
     mesh.elements.required = Buffer<std::uint32_t>{1U};
     Dice dice(8);
     const AdaptationGoal<3> goal = goal_over(mesh, 0.4, dice);
-    const auto made = by_blocks(begun(mesh, goal), goal, 50, alone);
-    const LinearMesh<3> after = must(compacted(made.state.mesh, alone)).mesh;
+    const auto result = by_blocks(start_adaptation(mesh, goal), goal, 50, one_thread);
+    const LinearMesh<3> after = must(compacted(result.state.mesh, one_thread)).mesh;
     const auto has_point = [&](VertexId v) {
         return std::ranges::find(after.points, mesh.points[v]) != after.points.end();
     };
@@ -332,7 +333,7 @@ TEST_CASE("required vertices, facets and elements stay through blocks") {
         for (const VertexId v : mesh.facets.vertices[f]) CHECK(has_point(v));
 }
 
-TEST_CASE("no rounds leave the mesh as it is, but for bad elements") {
+TEST_CASE("remeshing by blocks with 0 rounds and 0 mend sweeps returns the same mesh") {
     const LinearMesh<2> mesh = random_domain<2>(9);
     Dice dice(9);
     const AdaptationGoal<2> goal = goal_over(mesh, 0.01, dice);
@@ -340,20 +341,20 @@ TEST_CASE("no rounds leave the mesh as it is, but for bad elements") {
     ToMetricOptions options;
     options.rounds = 0;
     options.mend.sweeps = 0;
-    const Adaptation<2> before = begun(mesh, goal);
-    const auto made =
-        must(bring_to_metric_by_blocks(before, goal, options, {5, *ranks}, block_turns<2>(options), plainly(alone)));
-    CHECK(by_places(made.state.mesh) == by_places(before.mesh));
+    const Adaptation<2> before = start_adaptation(mesh, goal);
+    const auto result =
+        must(bring_to_metric_by_blocks(before, goal, options, {5, *ranks}, block_turns<2>(options), plainly(one_thread)));
+    CHECK(by_places(result.state.mesh) == by_places(before.mesh));
 }
 
-TEST_CASE("a mesh that is to become much larger grows by steps") {
+TEST_CASE("remeshing by blocks reaches unit edges when the mesh grows a hundredfold") {
     LatticeOptions<2> options;
     options.cells = {3, 3};
     const auto mesh = with_references<2>(lattice_mesh(options), options.cells, false);
     Dice dice(3);
     const AdaptationGoal<2> goal = goal_over(mesh, 0.05, dice);
-    const auto [state, told] = by_blocks(begun(mesh, goal), goal, 500, alone);
+    const auto [state, statistics] = by_blocks(start_adaptation(mesh, goal), goal, 500, one_thread);
     CHECK(state.mesh.element_count() > 100 * mesh.elements.size());
-    CHECK(told.after.unit_share() > 0.95);
-    CHECK(told.after.worst_quality > 0.4);
+    CHECK(statistics.after.unit_share() > 0.95);
+    CHECK(statistics.after.worst_quality > 0.4);
 }

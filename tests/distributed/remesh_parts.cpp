@@ -1,4 +1,4 @@
-// A mesh cut into parts is the same mesh when they are joined, and a part changes within its rim.
+// Cutting a mesh into parts and joining them returns the same mesh.
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -26,12 +26,12 @@ using namespace camber::testing;
 
 namespace {
 
-/// A mesh in parts, as one rank has it.
+/// A mesh in parts, as stored on one rank.
 template <int D>
 CutMesh<D> cut(const AdaptationRows<D>& rows, std::size_t elements, double shift, Ranks& ranks) {
     auto shared = must(share_of(rows, ranks));
-    const auto weights = must(expected_elements(shared.rows, 1, alone));
-    return must(cut_into_parts(std::move(shared), weights, elements, shift, ranks, alone));
+    const auto weights = must(expected_elements(shared.rows, 1, one_thread));
+    return must(cut_into_parts(std::move(shared), weights, elements, shift, ranks, one_thread));
 }
 
 template <int D>
@@ -39,7 +39,7 @@ void cut_and_joined(std::uint64_t seed) {
     Dice dice(seed);
     const LinearMesh<D> mesh = random_domain<D>(seed);
     const AdaptationGoal<D> goal = goal_over(mesh, 0.5, dice);
-    const Adaptation<D> before = begun(mesh, goal);
+    const Adaptation<D> before = start_adaptation(mesh, goal);
     const auto ranks = one_rank();
     auto parts = cut(must(rows_of(before)), 1 + dice.below(30), dice.uniform(0, 1), *ranks);
     std::size_t all = 0;
@@ -48,8 +48,8 @@ void cut_and_joined(std::uint64_t seed) {
         all += part.elements.size();
     }
     RC_ASSERT(all == before.mesh.element_count());
-    const auto after = must(assembled(must(gathered(must(joined(std::move(parts), *ranks)), *ranks)), alone));
-    const auto consistent = check_consistency(after.state.mesh, alone);
+    const auto after = must(assembled(must(gathered(must(joined(std::move(parts), *ranks)), *ranks)), one_thread));
+    const auto consistent = check_consistency(after.state.mesh, one_thread);
     if (!consistent) RC_FAIL(describe(consistent.error()));
     RC_ASSERT(by_places(after.state.mesh) == by_places(before.mesh));
     RC_ASSERT(after.rim_lines == 0);
@@ -79,42 +79,43 @@ void expect_same(const AdaptationRows<D>& a, const AdaptationRows<D>& b) {
     expect_same(a.lines, b.lines);
 }
 
-/// What a rank saw of two turns that do nothing: its parts in both, then the whole.
+/// Parts of a rank in two iterations without passes, then the whole mesh.
 template <int D>
-struct Seen {
+struct TwoIterations {
     std::vector<AdaptationRows<D>> first, second;
     AdaptationRows<D> whole;
 };
 template <int D>
-Outcome<Seen<D>> seen(const AdaptationRows<D>& rows, std::size_t elements, double shift, Ranks& ranks) {
-    Seen<D> out;
+Outcome<TwoIterations<D>> two_iterations(const AdaptationRows<D>& rows, std::size_t elements, double shift,
+                                         Ranks& ranks) {
+    TwoIterations<D> out;
     auto parts = cut(rows, elements, shift, ranks);
     out.first = parts.parts;
-    for (auto& one : parts.parts) one = must(rows_of_part(must(assembled(one, alone)), one));
+    for (auto& one : parts.parts) one = must(rows_of_part(must(assembled(one, one_thread)), one));
     auto shared = must(joined(std::move(parts), ranks));
-    const auto weights = must(expected_elements(shared.rows, 1, alone));
-    parts = must(cut_into_parts(std::move(shared), weights, elements + 3, 1 - shift, ranks, alone));
+    const auto weights = must(expected_elements(shared.rows, 1, one_thread));
+    parts = must(cut_into_parts(std::move(shared), weights, elements + 3, 1 - shift, ranks, one_thread));
     out.second = parts.parts;
-    for (auto& one : parts.parts) one = must(rows_of_part(must(assembled(one, alone)), one));
+    for (auto& one : parts.parts) one = must(rows_of_part(must(assembled(one, one_thread)), one));
     out.whole = must(gathered(must(joined(std::move(parts), ranks)), ranks));
     return out;
 }
 
-/// Ranks have the same parts together as one has, and each the same mesh in the end.
+/// Ranks together have the same parts as one rank, and each has the same mesh in the end.
 template <int D>
 void parts_among_ranks(std::uint64_t seed) {
     Dice dice(seed);
     const LinearMesh<D> mesh = random_domain<D>(seed);
     const AdaptationGoal<D> goal = goal_over(mesh, 0.5, dice);
-    const auto rows = must(rows_of(begun(mesh, goal)));
+    const auto rows = must(rows_of(start_adaptation(mesh, goal)));
     const std::size_t elements = 1 + dice.below(30);
     const double shift = dice.uniform(0, 1);
     const auto ranks = one_rank();
-    const auto by_one = must(seen(rows, elements, shift, *ranks));
+    const auto by_one = must(two_iterations(rows, elements, shift, *ranks));
     for (const std::size_t count : {2U, 3U, 5U}) {
-        const auto made = on_ranks(count, [&](Ranks& rank) { return seen(rows, elements, shift, rank); });
+        const auto results = on_ranks(count, [&](Ranks& rank) { return two_iterations(rows, elements, shift, rank); });
         std::size_t first = 0, second = 0;
-        for (const auto& one : made) {
+        for (const auto& one : results) {
             for (const auto& part : one->first) expect_same(part, by_one.first.at(first++));
             for (const auto& part : one->second) expect_same(part, by_one.second.at(second++));
             expect_same(one->whole, by_one.whole);
@@ -129,13 +130,13 @@ void parts_without_passes(std::uint64_t seed) {
     Dice dice(seed);
     const LinearMesh<D> mesh = random_domain<D>(seed);
     const AdaptationGoal<D> goal = goal_over(mesh, 0.5, dice);
-    const Adaptation<D> before = begun(mesh, goal);
+    const Adaptation<D> before = start_adaptation(mesh, goal);
     const auto ranks = one_rank();
     auto parts = cut(must(rows_of(before)), 1 + dice.below(30), dice.uniform(0, 1), *ranks);
-    for (auto& rows : parts.parts) rows = must(rows_of_part(must(assembled(rows, alone)), rows));
-    const auto after = must(assembled(must(gathered(must(joined(std::move(parts), *ranks)), *ranks)), alone));
+    for (auto& rows : parts.parts) rows = must(rows_of_part(must(assembled(rows, one_thread)), rows));
+    const auto after = must(assembled(must(gathered(must(joined(std::move(parts), *ranks)), *ranks)), one_thread));
     RC_ASSERT(by_places(after.state.mesh) == by_places(before.mesh));
-    // States and marks, too: what was a rim is none any more.
+    // States and marks agree as well: nothing of the rim remains.
     const auto count = [](const DynamicMesh<D>& m) {
         std::size_t corners = 0, required = 0, frozen = 0;
         for (std::size_t v = 0; v < m.points.size(); ++v) {
@@ -152,17 +153,17 @@ void parts_without_passes(std::uint64_t seed) {
 
 }  // namespace
 
-TEST_CASE("a mesh that is cut and joined is the same mesh") {
+TEST_CASE("cutting and joining a mesh returns the same mesh") {
     property("2D", [](std::uint64_t seed) { cut_and_joined<2>(seed); }, {.count = 60});
     property("3D", [](std::uint64_t seed) { cut_and_joined<3>(seed); }, {.count = 30});
 }
 
-TEST_CASE("parts that nothing was done to are the same mesh") {
+TEST_CASE("joining unchanged parts returns the same mesh, states and marks") {
     property("2D", [](std::uint64_t seed) { parts_without_passes<2>(seed); }, {.count = 60});
     property("3D", [](std::uint64_t seed) { parts_without_passes<3>(seed); }, {.count = 30});
 }
 
-TEST_CASE("ranks have the same parts and the same mesh as one") {
+TEST_CASE("several ranks have the same parts and the same mesh as one rank") {
     property("2D", [](std::uint64_t seed) { parts_among_ranks<2>(seed); }, {.count = 20});
     property("3D", [](std::uint64_t seed) { parts_among_ranks<3>(seed); }, {.count = 10});
 }

@@ -1,4 +1,4 @@
-// Laws of the faces to be seen: they close the volume of the elements that are kept, cut or not; edges come once.
+// Drawn faces enclose the selected elements, with or without a cut; each edge is drawn once.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -33,21 +33,21 @@ QuadraticMesh<D> block(std::uint64_t seed, std::array<int, D> cells) {
     return std::move(*mesh);
 }
 
-Buffer<std::uint8_t> any_of(std::size_t elements, std::uint64_t seed) {
+Buffer<std::uint8_t> random_selection(std::size_t elements, std::uint64_t seed) {
     std::mt19937_64 random(seed);
-    Buffer<std::uint8_t> kept(elements);
-    for (auto& k : kept) k = static_cast<std::uint8_t>(random() % 2);
-    return kept;
+    Buffer<std::uint8_t> selected(elements);
+    for (auto& k : selected) k = static_cast<std::uint8_t>(random() % 2);
+    return selected;
 }
 
-double volume(const QuadraticMesh<3>& mesh, std::span<const std::uint8_t> kept) {
+double volume(const QuadraticMesh<3>& mesh, std::span<const std::uint8_t> selected) {
     double sum = 0;
-    for (std::size_t e = 0; e < kept.size(); ++e)
-        if (kept[e] != 0) sum += orientation(corners(mesh.linear, e)) / 6;
+    for (std::size_t e = 0; e < selected.size(); ++e)
+        if (selected[e] != 0) sum += orientation(corners(mesh.linear, e)) / 6;
     return sum;
 }
 
-/// By the divergence theorem.
+/// The enclosed volume by the divergence theorem.
 double enclosed(const QuadraticMesh<3>& mesh, std::span<const Face> faces) {
     double sum = 0;
     for (const Face& f : faces)
@@ -59,15 +59,15 @@ double enclosed(const QuadraticMesh<3>& mesh, std::span<const Face> faces) {
 
 }  // namespace
 
-TEST_CASE("faces to draw close what is kept") {
+TEST_CASE("drawn faces enclose the selected elements") {
     property("in 3D", [](std::uint64_t seed) {
         const auto mesh = block<3>(seed, {3, 2, 2});
-        const auto kept = any_of(mesh.linear.elements.size(), seed);
-        const auto faces = faces_to_draw(as_mesh(mesh), std::span<const std::uint8_t>(kept), Execution{});
+        const auto selected = random_selection(mesh.linear.elements.size(), seed);
+        const auto faces = faces_to_draw(as_mesh(mesh), std::span<const std::uint8_t>(selected), Execution{});
         RC_ASSERT(faces.has_value());
-        RC_ASSERT(std::abs(enclosed(mesh, faces->view()) - volume(mesh, kept)) < 1e-12);
+        RC_ASSERT(std::abs(enclosed(mesh, faces->view()) - volume(mesh, selected)) < 1e-12);
         for (const Face& f : *faces) {
-            RC_ASSERT(kept[f.element] == 1);
+            RC_ASSERT(selected[f.element] == 1);
             for (std::size_t i = 0; i < 3; ++i)
                 RC_ASSERT(distance(node_point(as_mesh(mesh), f.nodes[3 + i]),
                                    midpoint(node_point(as_mesh(mesh), f.nodes[i]),
@@ -75,24 +75,24 @@ TEST_CASE("faces to draw close what is kept") {
         }
         for (const FaceEdge& edge : edges_to_draw(as_mesh(mesh), faces->view())) RC_ASSERT(edge.faces % 2 == 0U);
     });
-    property("in 2D they are the elements", [](std::uint64_t seed) {
+    property("the drawn faces of a 2D mesh are the selected elements", [](std::uint64_t seed) {
         const auto mesh = block<2>(seed, {4, 3});
-        const auto kept = any_of(mesh.linear.elements.size(), seed);
-        const auto faces = faces_to_draw(as_mesh(mesh), std::span<const std::uint8_t>(kept), Execution{});
+        const auto selected = random_selection(mesh.linear.elements.size(), seed);
+        const auto faces = faces_to_draw(as_mesh(mesh), std::span<const std::uint8_t>(selected), Execution{});
         RC_ASSERT(faces.has_value());
         std::size_t sum = 0;
         for (const FaceEdge& edge : edges_to_draw(as_mesh(mesh), faces->view())) sum += edge.faces;
         RC_ASSERT(sum == 3 * faces->size());
-        RC_ASSERT(faces->size() == static_cast<std::size_t>(std::count(kept.begin(), kept.end(), 1)));
+        RC_ASSERT(faces->size() == static_cast<std::size_t>(std::count(selected.begin(), selected.end(), 1)));
     });
 }
 
-TEST_CASE("a cut leaves whole elements on one side") {
+TEST_CASE("a cut keeps whole elements on one side") {
     const auto mesh = block<3>(7, {4, 3, 3});
     const Cut<3> cut{normalised(Vec<3>{{1, 0.5, 0.2}}), 2};
-    const auto kept = kept_by(cut, as_mesh(mesh), Execution{});
-    REQUIRE(kept);
-    const auto faces = faces_to_draw(as_mesh(mesh), kept->view(), Execution{});
+    const auto selected = kept_by(cut, as_mesh(mesh), Execution{});
+    REQUIRE(selected);
+    const auto faces = faces_to_draw(as_mesh(mesh), selected->view(), Execution{});
     REQUIRE(faces);
     std::size_t uncovered = 0;
     for (const Face& f : *faces) {
@@ -102,10 +102,10 @@ TEST_CASE("a cut leaves whole elements on one side") {
         if (f.kind == FaceKind::uncovered) CHECK(f.reference == mesh.linear.elements.references[f.element]);
     }
     CHECK(uncovered > 0);
-    CHECK(std::abs(enclosed(mesh, faces->view()) - volume(mesh, kept->view())) < 1e-12);
+    CHECK(std::abs(enclosed(mesh, faces->view()) - volume(mesh, selected->view())) < 1e-12);
 }
 
-TEST_CASE("a surface alone is its facets, with their references") {
+TEST_CASE("a surface mesh is drawn by its facets with their references") {
     auto solid = block<3>(3, {2, 2, 2});
     const auto outside = faces_to_draw(as_mesh(solid), {}, Execution{});
     REQUIRE(outside);
@@ -123,7 +123,7 @@ TEST_CASE("a surface alone is its facets, with their references") {
     CHECK(faces->size() == outside->size());
     CHECK(std::abs(enclosed(*shell, faces->view()) - 8) < 2);
     CHECK(std::all_of(faces->begin(), faces->end(), [](const Face& f) { return f.reference == 5; }));
-    // The same facets listed by the solid give its boundary faces the reference.
+    // Boundary faces of a solid take the reference of the facet that lists them.
     solid.linear.facets = surface.facets;
     const auto named = faces_to_draw(as_mesh(solid), {}, Execution{});
     REQUIRE(named);
@@ -132,8 +132,7 @@ TEST_CASE("a surface alone is its facets, with their references") {
 
 namespace {
 
-/// A block with random references of its elements, and all its outer triangles as facets with random references, with
-/// some inner ones.
+/// A block with random references of its elements and facets. Facets are all outer triangles and some inner ones.
 QuadraticMesh<3> block_with_groups(std::uint64_t seed) {
     auto mesh = block<3>(seed, {3, 2, 2});
     std::mt19937_64 random(seed);
@@ -141,10 +140,10 @@ QuadraticMesh<3> block_with_groups(std::uint64_t seed) {
     for (Reference& r : of_elements) r = static_cast<Reference>(1 + random() % 2);
     Buffer<SimplexVertices<2>> facets;
     Buffer<Reference> of_facets;
-    const auto kept = any_of(mesh.linear.elements.size(), seed);
+    const auto selected = random_selection(mesh.linear.elements.size(), seed);
     for (const bool is_inner : {false, true}) {
         const auto faces = must(faces_to_draw(
-            as_mesh(mesh), is_inner ? std::span<const std::uint8_t>(kept) : std::span<const std::uint8_t>(),
+            as_mesh(mesh), is_inner ? std::span<const std::uint8_t>(selected) : std::span<const std::uint8_t>(),
             Execution{}));
         for (const Face& f : faces) {
             if (is_inner && f.kind != FaceKind::uncovered) continue;
@@ -158,17 +157,17 @@ QuadraticMesh<3> block_with_groups(std::uint64_t seed) {
     return must(elevate(mesh.linear, Execution{}));
 }
 
-std::size_t count_of(const Column<Reference>& references, Reference wanted) {
-    return static_cast<std::size_t>(std::count(references.begin(), references.end(), wanted));
+std::size_t count_of(const Column<Reference>& references, Reference reference) {
+    return static_cast<std::size_t>(std::count(references.begin(), references.end(), reference));
 }
 
 }  // namespace
 
-TEST_CASE("faces to draw are limited to groups") {
-    property("hidden facets are left out, all other faces stay", [](std::uint64_t seed) {
+TEST_CASE("drawn faces are limited to the selected groups") {
+    property("hidden facets are not drawn, and all other faces are", [](std::uint64_t seed) {
         const auto mesh = block_with_groups(seed);
-        const auto kept = any_of(mesh.linear.elements.size(), seed + 1);
-        const std::span<const std::uint8_t> mask(kept);
+        const auto selected = random_selection(mesh.linear.elements.size(), seed + 1);
+        const std::span<const std::uint8_t> mask(selected);
         const auto all = must(faces_to_draw(as_mesh(mesh), mask, Execution{}));
         const auto some = must(faces_to_draw(as_mesh(mesh), mask, DrawnGroups{{}, {}, {3}}, Execution{}));
         std::size_t at = 0;
@@ -179,14 +178,14 @@ TEST_CASE("faces to draw are limited to groups") {
         }
         RC_ASSERT(at == some.size());
     });
-    property("bodies are closed", [](std::uint64_t seed) {
+    property("the drawn faces of bodies enclose their volume", [](std::uint64_t seed) {
         const auto mesh = block_with_groups(seed);
-        const auto bodies = any_of(mesh.linear.elements.size(), seed + 1);
+        const auto bodies = random_selection(mesh.linear.elements.size(), seed + 1);
         const auto faces = must(
             faces_to_draw(as_mesh(mesh), {}, DrawnGroups{std::span<const std::uint8_t>(bodies), {}, {}}, Execution{}));
         RC_ASSERT(std::abs(enclosed(mesh, faces.view()) - volume(mesh, bodies)) < 1e-12);
     });
-    property("shown facets alone are drawn, also inside of the mesh", [](std::uint64_t seed) {
+    property("only the facets of the selected groups are drawn, also inside the mesh", [](std::uint64_t seed) {
         const auto mesh = block_with_groups(seed);
         const Buffer<std::uint8_t> none(mesh.linear.elements.size(), 0);
         const auto faces = must(faces_to_draw(

@@ -1,4 +1,4 @@
-// Laws of pictures: areas of discs and silhouettes, the same bytes for any number of threads, curves through the nodes.
+// Pictures: areas of discs and silhouettes, the same bytes for any number of threads, curves through the nodes.
 #include <doctest/doctest.h>
 
 #include <array>
@@ -37,7 +37,7 @@ Scene scene_of(const QuadraticMesh<D>& mesh, PictureOptions options) {
     return must(make_scene(as_mesh(mesh), faces.view(), ones(), {}, std::move(options), Execution{}));
 }
 
-/// Model units² that the picture covers.
+/// The covered area in model units².
 double covered_area(const Scene& scene, const Image& image) {
     double pixels = 0;
     for (std::size_t i = 3; i < image.bytes.size(); i += 4) pixels += image.bytes[i] / 255.0;
@@ -61,7 +61,7 @@ QuadraticMesh<2> disc(std::size_t n) {
     return mesh;
 }
 
-/// A cube of tetrahedra blown up to the unit ball: coarse, and round by its nodes.
+/// A cube of tetrahedra mapped to the unit ball; coarse, but round with its nodes on the sphere.
 QuadraticMesh<3> ball(int cells, bool is_curved) {
     const auto blown = [](const Vec<3>& p) {
         const double most = std::fmax(std::fmax(std::abs(p[0]), std::abs(p[1])), std::abs(p[2]));
@@ -83,7 +83,7 @@ QuadraticMesh<3> ball(int cells, bool is_curved) {
     return mesh;
 }
 
-PictureOptions clear_of(std::size_t size) {
+PictureOptions transparent_picture(std::size_t size) {
     PictureOptions options;
     options.width = options.height = size;
     options.background = Background::transparent;
@@ -92,14 +92,14 @@ PictureOptions clear_of(std::size_t size) {
 
 }  // namespace
 
-TEST_CASE("a disc's picture has its area") {
+TEST_CASE("the picture of a disc has the area of the disc") {
     for (const std::size_t n : {5, 9}) {
-        const Scene scene = scene_of(disc(n), clear_of(300));
+        const Scene scene = scene_of(disc(n), transparent_picture(300));
         const double area = covered_area(scene, must(rasterised(scene, Execution{})));
         CHECK(std::abs(area - pi) < 0.01 * pi);
     }
-    // Edges of five chords alone would have 76 % of it.
-    PictureOptions without = clear_of(300);
+    // With five straight edges the area would be 76 % of that.
+    PictureOptions without = transparent_picture(300);
     without.edges = Edges::hidden;
     const Scene scene = scene_of(disc(5), without);
     CHECK(std::abs(covered_area(scene, must(rasterised(scene, Execution{}))) - pi) < 0.01 * pi);
@@ -108,7 +108,7 @@ TEST_CASE("a disc's picture has its area") {
 TEST_CASE("the silhouette of a coarse curved ball is a circle") {
     const auto curved = ball(4, true), straight = ball(4, false);
     for (const Vec<3>& from : {Vec<3>{{1, 0, 0}}, Vec<3>{{1, -1.6, 0.9}}, Vec<3>{{0, 0, 1}}}) {
-        PictureOptions options = clear_of(300);
+        PictureOptions options = transparent_picture(300);
         options.view = view_from(from);
         const Scene scene = scene_of(curved, options), flat = scene_of(straight, options);
         CHECK(std::abs(covered_area(scene, must(rasterised(scene, Execution{}))) - pi) < 0.01 * pi);
@@ -116,7 +116,7 @@ TEST_CASE("the silhouette of a coarse curved ball is a circle") {
     }
 }
 
-TEST_CASE("pictures are the same bytes for any number of threads") {
+TEST_CASE("pictures do not depend on the number of threads") {
     PictureOptions options;
     options.width = 320;
     options.height = 200;
@@ -134,12 +134,12 @@ TEST_CASE("pictures are the same bytes for any number of threads") {
     CHECK(one.second == draw(3).second);
 }
 
-TEST_CASE("a surface seen from behind is there, a solid's far side is not") {
+TEST_CASE("visible faces of a solid point towards the viewer") {
     const auto solid = ball(2, true);
-    const Scene scene = scene_of(solid, clear_of(200));
-    const auto seen = must(visible_faces(scene, Execution{}));
-    CHECK(seen.size() < scene.patches.size());
-    for (const std::uint32_t f : seen) {
+    const Scene scene = scene_of(solid, transparent_picture(200));
+    const auto visible = must(visible_faces(scene, Execution{}));
+    CHECK(visible.size() < scene.patches.size());
+    for (const std::uint32_t f : visible) {
         double most = -1;
         for (const FacePoint& xi : {FacePoint{1, 0, 0}, FacePoint{0, 1, 0}, FacePoint{0, 0, 1}})
             most = std::fmax(most, normal_at(scene.patches[f].nodes, xi)[2]);
@@ -149,7 +149,7 @@ TEST_CASE("a surface seen from behind is there, a solid's far side is not") {
 
 namespace {
 
-/// The points through which the quadratic pieces of all paths go at their middle, and the ends.
+/// End points and midpoints of the quadratic segments of all paths.
 std::vector<Vec<2>> points_of_paths(const std::string& svg) {
     std::vector<Vec<2>> points;
     for (std::size_t at = svg.find(" d=\""); at != std::string::npos; at = svg.find(" d=\"", at + 1)) {
@@ -182,9 +182,9 @@ std::vector<Vec<2>> points_of_paths(const std::string& svg) {
 
 }  // namespace
 
-TEST_CASE("paths of an SVG go through the nodes") {
+TEST_CASE("SVG paths pass through the nodes") {
     const auto mesh = disc(7);
-    const Scene scene = scene_of(mesh, clear_of(400));
+    const Scene scene = scene_of(mesh, transparent_picture(400));
     const auto points = points_of_paths(must(svg_of(scene, Execution{})));
     const auto nearest = [&](const Vec<2>& node) {
         const Vec<3> on_paper = scene.projection(in_space(node));
@@ -197,7 +197,7 @@ TEST_CASE("paths of an SVG go through the nodes") {
         if (mesh.edges.vertices[e][0].index() != 0) CHECK(nearest(mesh.mid_nodes[e].point) < 0.1);
 }
 
-TEST_CASE("colours") {
+TEST_CASE("colours are assigned to ranges, kinds and missing values") {
     const Theme theme = theme_of(Background::light);
     CHECK(hex({1, 0.5, 0}) == "#ff8000");
     const Colouring range = ColourRange{0, 1, Ramp::plain};
@@ -214,9 +214,9 @@ TEST_CASE("colours") {
     CHECK(short_number(0.123456) == "0.123");
 }
 
-TEST_CASE("what is enlarged beyond measure is drawn") {
+TEST_CASE("pictures are drawn at extreme zoom") {
     for (const double radius : {1e-3, 1e-30}) {
-        PictureOptions options = clear_of(60);
+        PictureOptions options = transparent_picture(60);
         options.zoom = PictureOptions::Zoom{{{0.3, 0.2, 0}}, radius};
         const Scene scene = scene_of(disc(5), options);
         const Image image = must(rasterised(scene, Execution{}));
@@ -225,14 +225,14 @@ TEST_CASE("what is enlarged beyond measure is drawn") {
     }
 }
 
-TEST_CASE("nothing to draw is an error") {
+TEST_CASE("drawing an empty scene is an error") {
     const auto mesh = disc(5);
     const auto scene = make_scene<2>(as_mesh(mesh), {}, ones(), {}, {}, Execution{});
     REQUIRE(!scene);
     CHECK(scene.error().kind == ErrorKind::input);
 }
 
-TEST_CASE("a legend's numbers are as exact as its range") {
+TEST_CASE("legend numbers have the precision of the range") {
     PictureOptions options;
     options.colouring = ColourRange{-1.00013, 1.00027};
     std::vector<std::string> texts;
@@ -242,8 +242,8 @@ TEST_CASE("a legend's numbers are as exact as its range") {
 }
 
 TEST_CASE("a zoomed picture covers its box and nothing else") {
-    property("for any size and legend", [](std::uint64_t seed) {
-        PictureOptions options = clear_of(60);
+    property("the box of a zoomed picture is covered for any size and legend", [](std::uint64_t seed) {
+        PictureOptions options = transparent_picture(60);
         options.width = 60 + seed % 97;
         options.height = 60 + seed % 71;
         options.zoom = PictureOptions::Zoom{{{0.1, 0.2, 0}}, 0.05};
@@ -272,7 +272,7 @@ TEST_CASE("a zoomed picture covers its box and nothing else") {
     });
 }
 
-TEST_CASE("a legend lists the kinds that are drawn by name") {
+TEST_CASE("a legend lists the drawn kinds by name") {
     PictureOptions options;
     options.colouring = ColourKinds{{1, 2, 5, 7}, {"inlet", "", "", std::string(100, 'w')}, {1, 1, 0, 1}};
     options.title = "group";

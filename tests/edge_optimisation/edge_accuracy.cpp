@@ -1,4 +1,4 @@
-// The closed form for accuracy: what it does not depend on, where its parts are known, and that it stays in bounds.
+// The closed form for accuracy: invariance, known special cases, and bounds.
 #include <doctest/doctest.h>
 
 #include <array>
@@ -32,7 +32,7 @@ Vec<D> offset_of(const Vec<D>& chord, const EdgeEnd<D>& middle, double size_shar
     return offset_by(chord, middle, {.size_share = size_share});
 }
 
-/// A field at a middle whose sizes and axes change by `change` within a unit of length.
+/// A field at the middle of an edge whose sizes and axes change by `change` per unit length.
 template <int D>
 EdgeEnd<D> random_middle(Dice& dice, double size, double change) {
     EdgeEnd<D> s;
@@ -42,20 +42,20 @@ EdgeEnd<D> random_middle(Dice& dice, double size, double change) {
 }
 
 template <int D>
-void laws() {
-    property("no gradient, no offset; the chord's direction does not count", [](std::uint64_t seed) {
+void check_offsets() {
+    property("the offset is zero without gradient and the same for the reversed chord", [](std::uint64_t seed) {
         Dice dice(seed);
         const Vec<D> chord = dice.vector<D>(-1, 1);
         RC_ASSERT(offset_of(chord, random_middle<D>(dice, 5, 0)) == Vec<D>{});
         const auto middle = random_middle<D>(dice, 3, 1);
         RC_ASSERT(norm(offset_of(chord, middle) - offset_of(-chord, middle)) <= 1e-12 * norm(chord));
     });
-    property("turned, and scaled, with the coordinates; of any multiple of the metric that is coarse enough",
+    property("offsets rotate and scale with the coordinates, for any coarse enough metric",
              [](std::uint64_t seed) {
                  Dice dice(seed);
                  const Vec<D> chord = dice.vector<D>(-1, 1);
                  auto middle = random_middle<D>(dice, 3, 1);
-                 middle.log_metric.l += -10.0 * Sym<D>::identity();  // edges shorter than a unit
+                 middle.log_metric.l += -10.0 * Sym<D>::identity();  // edges shorter than unit
                  const Vec<D> d = offset_of(chord, middle);
                  const Mat<D> r = dice.rotation<D>();
                  EdgeEnd<D> turned;
@@ -70,7 +70,7 @@ void laws() {
                  for (auto& g : scaled.gradient) g = (1 / scale) * g;
                  RC_ASSERT(norm(offset_of(scale * chord, scaled) - scale * d) <= 1e-9 * scale * norm(chord));
              });
-    property("isotropic: a share of the geodesic's first step", [](std::uint64_t seed) {
+    property("the isotropic offset is a share of the first step to the geodesic", [](std::uint64_t seed) {
         Dice dice(seed);
         const Vec<D> chord = dice.vector<D>(-1, 1);
         const Vec<D> slope = dice.vector<D>(-0.05, 0.05);
@@ -81,13 +81,13 @@ void laws() {
         const Vec<D> geodesic = (dot(slope, chord) * chord - 0.5 * norm_squared(chord) * slope) * 0.125;
         const double share = dice.uniform(0.01, 1);
         RC_ASSERT(norm(offset_of(chord, middle, share) - share * geodesic) <= 1e-3 * norm(geodesic) + 1e-15);
-        // The mesh's own: along the growth alone.
+        // The natural metric of the mesh: only along the growth direction.
         const double along = dot(slope, chord);
         const Vec<D> layered = along * along / (16 * norm_squared(slope)) * slope;
         RC_ASSERT(norm(offset_by(chord, middle, {.metric_kind = MetricKind::natural}) - layered) <=
                   1e-3 * norm(geodesic) + 1e-15);
     });
-    property("a cubic's own Hessian: of the offset that leaves no third derivative all that like axes have",
+    property("the offset in the Hessian metric of a cubic is its exact offset",
              [](std::uint64_t seed) {
                  // u = |x|²/2 + T[x, x, x]/6: H = I + T[x, ·, ·], log H ≈ T[x, ·, ·], and d = T[e, e, ·]/24.
                  Dice dice(seed);
@@ -102,12 +102,12 @@ void laws() {
                  middle.log_metric.l = -6.0 * Sym<D>::identity();
                  for (int i = 0; i < D; ++i) middle.gradient[i] = third[i];
                  const Vec<D> e = dice.vector<D>(-1, 1);
-                 Vec<D> wanted;
-                 for (int i = 0; i < D; ++i) wanted[i] = dot(e, third[i] * e) / 24;
+                 Vec<D> expected;
+                 for (int i = 0; i < D; ++i) expected[i] = dot(e, third[i] * e) / 24;
                  const Vec<D> d = offset_by(e, middle, {.metric_kind = MetricKind::hessian, .metric_norm = 0});
-                 RC_ASSERT(norm(d - wanted) <= 1e-3 * norm(wanted) + 1e-12);
+                 RC_ASSERT(norm(d - expected) <= 1e-3 * norm(expected) + 1e-12);
              });
-    property("what both ends tell counts, whatever was recovered: sizes that change evenly along the edge",
+    property("ChangeAlong::of_ends uses the sizes at both ends",
              [](std::uint64_t seed) {
                  Dice dice(seed);
                  const Vec<D> e = dice.vector<D>(-1, 1);
@@ -119,7 +119,7 @@ void laws() {
                  accurate_offsets<D>({&e, 1}, {&ends, 1}, {.size_share = 1, .change = ChangeAlong::of_ends}, {&d, 1});
                  RC_ASSERT(norm(d - change / 16 * e) <= 1e-3 * std::abs(change) * norm(e));
              });
-    property("thin axes along the radius: the sagitta of the circle, whatever the chord's direction",
+    property("the offset with thin radial axes is the sagitta of the circle",
              [](std::uint64_t seed) {
                  Dice dice(seed);
                  const double radius = dice.uniform(1, 10);
@@ -137,7 +137,7 @@ void laws() {
                  RC_ASSERT(std::abs(d[0] - sagitta) <= 0.01 * sagitta);
                  RC_ASSERT(std::abs(d[1]) <= 1e-3 * sagitta);
              });
-    property("finite and in bounds at any anisotropy and any change", [](std::uint64_t seed) {
+    property("offsets are finite and bounded for any anisotropy and gradient", [](std::uint64_t seed) {
         Dice dice(seed);
         const Vec<D> chord = std::exp(dice.uniform(-30, 30)) * dice.vector<D>(-1, 1);
         const auto middle = random_middle<D>(dice, 28, std::exp(dice.uniform(-30, 40)));
@@ -145,9 +145,9 @@ void laws() {
         RC_ASSERT(std::isfinite(norm(d)));
         RC_ASSERT(std::abs(dot(d, chord)) <= 0.2001 * norm_squared(chord));
     });
-    property("an edge has the same bytes in any company and with any instructions", [](std::uint64_t seed) {
+    property("the offset of an edge does not depend on its pack or the instruction set", [](std::uint64_t seed) {
         Dice dice(seed);
-        std::vector<Vec<D>> chords(dice.below(20)), offsets(chords.size()), alone(chords.size());
+        std::vector<Vec<D>> chords(dice.below(20)), offsets(chords.size()), single(chords.size());
         std::vector<EdgeEnds<D>> ends(chords.size());
         for (std::size_t i = 0; i < chords.size(); ++i) {
             chords[i] = dice.vector<D>(-1, 1);
@@ -157,18 +157,18 @@ void laws() {
             for (Vec<D>& column : ends[i].b.jacobian.column) column += dice.vector<D>(-0.3, 0.3);
         }
         for (std::size_t i = 0; i < chords.size(); ++i)
-            accurate_offsets<D>({&chords[i], 1}, {&ends[i], 1}, {}, {&alone[i], 1}, Instructions::baseline);
+            accurate_offsets<D>({&chords[i], 1}, {&ends[i], 1}, {}, {&single[i], 1}, Instructions::baseline);
         for (const Instructions set : {Instructions::baseline, Instructions::avx2, Instructions::avx512}) {
             if (!has(set)) continue;
             accurate_offsets<D>(chords, ends, {}, offsets, set);
-            RC_ASSERT(offsets == alone);
+            RC_ASSERT(offsets == single);
         }
     });
 }
 
 }  // namespace
 
-TEST_CASE("how far sizes draw nodes: what metrics are made of") {
+TEST_CASE("share_of_sizes depends on the kind and norm of the metric") {
     const auto share = [](MetricKind kind, double norm, int dimension) {
         return share_of_sizes({.metric_kind = kind, .metric_norm = norm}, dimension);
     };
@@ -180,10 +180,10 @@ TEST_CASE("how far sizes draw nodes: what metrics are made of") {
     CHECK(share(MetricKind::geometry, 2, 3) == 0);
     CHECK(share_of_sizes({.metric_kind = MetricKind::geometry, .size_share = 0.3}, 2) == 0.3);
 }
-TEST_CASE("edges for accuracy: triangles") { laws<2>(); }
-TEST_CASE("edges for accuracy: tetrahedra") { laws<3>(); }
+TEST_CASE("accurate offsets are invariant, bounded and exact for known fields, 2D") { check_offsets<2>(); }
+TEST_CASE("accurate offsets are invariant, bounded and exact for known fields, 3D") { check_offsets<3>(); }
 
-TEST_CASE("the change of both ends gives an edge across axes that turn evenly the sagitta of its arc") {
+TEST_CASE("the offset in evenly rotating axes is the sagitta of the arc") {
     for (const double turn : {0.05, 0.1, 0.2, 0.3, 0.4}) {
         const auto at = [](double angle) {
             EdgeEnd<2> end;
@@ -205,14 +205,14 @@ TEST_CASE("the change of both ends gives an edge across axes that turn evenly th
 }
 
 // u = e^{-x/ε} and the size of its Hessian, h ~ e^{x/(2ε)}: the third derivative of u∘F vanishes at the middle.
-TEST_CASE("sizes of a Hessian: no third derivative is left in one direction") {
+TEST_CASE("the offset for a Hessian metric removes the third derivative in one direction") {
     for (const double eps : {1.0, 3.0, -2.0}) {
         const double chord = 0.05;
         EdgeEnd<2> middle;
         middle.gradient[0] = (-1 / eps) * Sym<2>::identity();  // log |u''|
         middle.gradient[0](1, 1) = 0;
         middle.log_metric.l(0, 0) = 0;
-        middle.log_metric.l(1, 1) = -20;  // a size that does not change, across
+        middle.log_metric.l(1, 1) = -20;  // a constant size across
         const double d = offset_of<2>({chord, 0}, middle, 2.0 / 3)[0];
         const double third = -chord * chord * chord / (eps * eps * eps) - 24 * chord * d / (eps * eps);
         CHECK(std::abs(third) < 1e-3 * std::abs(chord * chord * chord / (eps * eps * eps)));

@@ -1,4 +1,4 @@
-// Fields for searches of edges' nodes.
+// Metric fields for the searches of edge nodes.
 #pragma once
 
 #include <array>
@@ -14,7 +14,7 @@ import camber.edge_optimisation;
 
 namespace camber::testing {
 
-/// A sphere's layers: thin along the radius near r = 1, coarser outwards.
+/// Layers of a sphere: thin along the radius near r = 1, coarser outwards.
 template <int D>
 KnownBack<D> layers(std::uint64_t seed, int n) {
     std::array<int, D> cells{};
@@ -28,12 +28,12 @@ KnownBack<D> own_metric(std::uint64_t seed, int n) {
     std::array<int, D> cells{};
     cells.fill(n);
     const auto mesh = shell_block<D>(cells, seed);
-    const auto around = must(balls(mesh, alone));
-    const Column<LogMetric<D>> logs(must(natural_log_metrics(mesh, around, alone)));
-    return {must(make_back_mesh(mesh, around, logs, alone)), mesh, logs};
+    const auto around = must(balls(mesh, one_thread));
+    const Column<LogMetric<D>> logs(must(natural_log_metrics(mesh, around, one_thread)));
+    return {must(make_back_mesh(mesh, around, logs, one_thread)), mesh, logs};
 }
 
-/// Axes that turn by 0.3 a cell, with log M between them so far apart that no cell resolves it.
+/// Axes that rotate by 0.3 a cell, with an anisotropy that no cell resolves.
 template <int D>
 KnownBack<D> turning(std::uint64_t seed, int n) {
     const double apart = Dice(seed).uniform(10, 28);
@@ -48,12 +48,13 @@ KnownBack<D> turning(std::uint64_t seed, int n) {
     });
 }
 
-/// A field for the searches, and how much longer the edges of packs may be in the mean. In `turning` by so much since
-/// of these small boxes half of the edges are near the boundary, beyond which only the search alone looks.
+/// A field for the searches, and the maximum ratio of mean lengths of packed and single searches. It is large in
+/// `turning`: in these small boxes half of the edges are near the boundary, and only the single search samples beyond
+/// it.
 template <int D>
 struct Field {
     std::string name;
-    KnownBack<D> (*made)(std::uint64_t seed, int n);
+    KnownBack<D> (*build)(std::uint64_t seed, int n);
     double max_mean;
 };
 template <int D>

@@ -1,4 +1,4 @@
-// Searches in packs beside the search of each edge alone.
+// Packed edge searches compared with single searches.
 #include <doctest/doctest.h>
 
 #include <array>
@@ -31,7 +31,7 @@ struct Edges {
     std::vector<LagrangeNode<D>> middles;
 
     explicit Edges(const KnownBack<D>& back)
-        : set(must(unique_edges(back.mesh, testing::alone))), around(must(shells(set, testing::alone))) {
+        : set(must(unique_edges(back.mesh, testing::one_thread))), around(must(shells(set, testing::one_thread))) {
         for (std::size_t e = 0; e < set.size(); ++e) {
             const auto& [a, b] = set.vertices[e];
             edges.push_back({a, b, around[e]});
@@ -55,17 +55,17 @@ std::vector<EdgeMinimum<D>> searched(const BackMesh<D>& back, const Edges<D>& al
 }
 
 template <int D>
-void laws() {
+void check_packs() {
     for (const auto kind : {EdgeObjectiveKind::energy, EdgeObjectiveKind::length})
         for (const Field<D>& field : fields<D>) {
             CAPTURE(static_cast<int>(kind));
             CAPTURE(field.name);
             EdgeMinimiserOptions options;
             options.objective = kind;
-            property("never longer than the chord, shift bounded, in the mean as short as by the search alone",
+            property("packed searches are as short as single ones, bounded in shift, at most the chord",
                      [&](std::uint64_t seed) {
                          const int n = D == 2 ? 10 : 3;
-                         const auto back = field.made(seed + 1, n);
+                         const auto back = field.build(seed + 1, n);
                          const Edges<D> all(back);
                          const auto minima = searched<D>(back, all, options);
                          const EdgeRules rules = edge_rules(options);
@@ -86,11 +86,11 @@ void laws() {
                          RC_ASSERT(in_packs <= by_itself * field.max_mean);
                      },
                      {.count = 6});
-            property("an edge has the same bytes in any company and with any instructions",
+            property("the search of an edge does not depend on its pack or the instruction set",
                      [&](std::uint64_t seed) {
                          Dice dice(seed);
                          const int n = D == 2 ? 8 : 3;
-                         const auto back = field.made(seed + 1, n);
+                         const auto back = field.build(seed + 1, n);
                          const Edges<D> all(back);
                          const auto together = searched<D>(back, all, options, Instructions::baseline);
                          for (const Instructions set : {Instructions::avx2, Instructions::avx512}) {
@@ -108,7 +108,7 @@ void laws() {
                      },
                      {.count = 6});
         }
-    property("no edge is searched alone because its field is not resolved",
+    property("no packed edge needs a single search because of its field",
              [&](std::uint64_t seed) {
                  const auto back = turning<D>(seed + 1, 4);
                  const Edges<D> all(back);
@@ -118,7 +118,7 @@ void laws() {
                  RC_ASSERT(work.single == 0u);
              },
              {.count = 6});
-    property("in a constant metric edges stay straight to the last bit",
+    property("packed edges stay straight in a constant metric, to the last bit",
              [&](std::uint64_t seed) {
                  Dice dice(seed);
                  const LogMetric<D> l{dice.symmetric<D>(5)};
@@ -128,7 +128,7 @@ void laws() {
                  for (std::size_t i = 0; i < minima.size(); ++i) RC_ASSERT(minima[i].node == all.middles[i]);
              },
              {.count = 10});
-    property("at any anisotropy nodes are numbers, and edges no longer than their chords",
+    property("packed nodes are finite and edges at most their chords at any anisotropy",
              [&](std::uint64_t seed) {
                  Dice dice(seed);
                  const auto back = rough_back(unit_box<D>(3, seed + 1), dice, dice.uniform(1, 8));
@@ -145,5 +145,5 @@ void laws() {
 
 }  // namespace
 
-TEST_CASE("edges searched in packs: triangles") { laws<2>(); }
-TEST_CASE("edges searched in packs: tetrahedra") { laws<3>(); }
+TEST_CASE("packed edge searches are as short as single searches and no longer than the chord, 2D") { check_packs<2>(); }
+TEST_CASE("packed edge searches are as short as single searches and no longer than the chord, 3D") { check_packs<3>(); }

@@ -1,4 +1,4 @@
-// Searches in packs for edges that are not the back mesh's, beside the search of each alone.
+// Packed searches of edges that do not belong to the back mesh, compared with single searches.
 #include <doctest/doctest.h>
 
 #include <cmath>
@@ -20,7 +20,7 @@ using namespace camber::testing;
 
 namespace {
 
-/// Edges about a cell long, from anywhere in a back mesh.
+/// Edges of about one cell length at random positions in a back mesh.
 template <int D>
 std::vector<FreeEdge<D>> edges_in(const KnownBack<D>& back, int n, std::uint64_t seed) {
     Dice dice(seed);
@@ -56,7 +56,7 @@ std::vector<EdgeMinimum<D>> searched(const BackMesh<D>& back, const std::vector<
 template <int D>
 void never_longer(const Field<D>& field, const EdgeMinimiserOptions& options, std::uint64_t seed) {
     const int n = D == 2 ? 10 : 3;
-    const auto back = field.made(seed + 1, n);
+    const auto back = field.build(seed + 1, n);
     const auto edges = edges_in<D>(back, n, seed + 2);
     const auto minima = searched<D>(back, edges, options);
     const EdgeRules rules = edge_rules(options);
@@ -76,7 +76,7 @@ void never_longer(const Field<D>& field, const EdgeMinimiserOptions& options, st
 template <int D>
 void same_bytes(const Field<D>& field, const EdgeMinimiserOptions& options, std::uint64_t seed) {
     const int n = D == 2 ? 8 : 3;
-    const auto back = field.made(seed + 1, n);
+    const auto back = field.build(seed + 1, n);
     const auto edges = edges_in<D>(back, n, seed + 2);
     const auto together = searched<D>(back, edges, options, Instructions::baseline);
     for (const Instructions set : {Instructions::avx2, Instructions::avx512}) {
@@ -89,19 +89,19 @@ void same_bytes(const Field<D>& field, const EdgeMinimiserOptions& options, std:
 }
 
 template <int D>
-void laws() {
+void check_free_edges() {
     for (const auto kind : {EdgeObjectiveKind::energy, EdgeObjectiveKind::length})
         for (const Field<D>& field : fields<D>) {
             CAPTURE(static_cast<int>(kind));
             CAPTURE(field.name);
             EdgeMinimiserOptions options;
             options.objective = kind;
-            property("never longer than the chord, in the mean as short as by the search alone",
+            property("free edges are at most the chord and on average as short as single searches",
                      [&](std::uint64_t seed) { never_longer(field, options, seed); }, {.count = 4});
-            property("an edge has the same bytes in any company and with any instructions",
+            property("the search of a free edge does not depend on its pack or the instruction set",
                      [&](std::uint64_t seed) { same_bytes(field, options, seed); }, {.count = 4});
         }
-    property("those within elements are not searched alone",
+    property("at most a tenth of the free edges needs a single search",
              [](std::uint64_t seed) {
                  const auto back = layers<D>(seed + 1, 4);
                  const auto edges = edges_in<D>(back, 8, seed + 2);
@@ -114,5 +114,5 @@ void laws() {
 
 }  // namespace
 
-TEST_CASE("free edges searched in packs: triangles") { laws<2>(); }
-TEST_CASE("free edges searched in packs: tetrahedra") { laws<3>(); }
+TEST_CASE("packed searches of free edges are as short as single searches, 2D") { check_free_edges<2>(); }
+TEST_CASE("packed searches of free edges are as short as single searches, 3D") { check_free_edges<3>(); }

@@ -1,4 +1,4 @@
-// The node that makes an edge shortest.
+// The node that minimises the length of an edge.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -19,7 +19,7 @@ using namespace camber::testing;
 
 namespace {
 
-/// A sphere's layers: thin along the radius near r = 1, coarser outwards.
+/// Layers of a sphere: thin along the radius near r = 1, coarser outwards.
 template <int D>
 LogMetric<D> layered(const Vec<D>& x) {
     const double r = norm(x);
@@ -38,9 +38,9 @@ KnownBack<D> natural_back(std::uint64_t seed) {
     std::array<int, D> cells{};
     cells.fill(D == 2 ? 16 : 6);
     const auto mesh = shell_block<D>(cells, seed);
-    const auto around = must(balls(mesh, alone));
-    const Column<LogMetric<D>> logs(must(natural_log_metrics(mesh, around, alone)));
-    return {must(make_back_mesh(mesh, around, logs, alone)), mesh, logs};
+    const auto around = must(balls(mesh, one_thread));
+    const Column<LogMetric<D>> logs(must(natural_log_metrics(mesh, around, one_thread)));
+    return {must(make_back_mesh(mesh, around, logs, one_thread)), mesh, logs};
 }
 
 template <int D>
@@ -48,13 +48,14 @@ double length_of(const KnownBack<D>& back, const Vec<D>& a, const Vec<D>& node, 
     return riemannian_length(back, QuadraticEdge<D>{a, {node}, b}, gauss_legendre(report_points), hint).length;
 }
 
-/// The node's shift along the chord, in chords.
+/// The shift of the node along the chord, relative to the chord.
 template <int D>
 double shift_of(const Vec<D>& a, const Vec<D>& node, const Vec<D>& b) {
     return dot(node - midpoint(a, b), b - a) / norm_squared(b - a);
 }
 
-/// A random pattern search on the length by the fine rule, from the given node, within the same bound on the shift.
+/// A random pattern search for the minimum length by the fine rule, from the given node, within the same bound on the
+/// shift.
 template <int D>
 double searched_length(const KnownBack<D>& back, const Vec<D>& a, Vec<D> node, const Vec<D>& b, ElementId hint,
                        Dice& dice, double max_shift) {
@@ -79,11 +80,11 @@ LagrangeNode<D> middle(const KnownBack<D>& back, VertexId a, VertexId b) {
 }
 
 template <int D>
-void minimiser_laws() {
+void check_minimiser() {
     const EdgeMinimiserOptions options;
     const EdgeRules rules = edge_rules(options);
 
-    property("never longer than the chord, honest lengths, shift bounded; near what a long search finds",
+    property("edges are at most the chord and within 10 % of a long search",
              [&](std::uint64_t seed) {
                  Dice dice(seed);
                  const auto back = layered_back<D>(seed + 1);
@@ -107,7 +108,7 @@ void minimiser_laws() {
                  }
              },
              {.count = 10});
-    property("the result does not depend on the hint",
+    property("the minimum length does not depend on the hint",
              [&](std::uint64_t seed) {
                  Dice dice(seed);
                  const auto back = layered_back<D>(seed + 1);
@@ -122,17 +123,17 @@ void minimiser_laws() {
                  }
              },
              {.count = 20, .max_size = 100, .max_discarded = 50});
-    // On the mesh's own metric edges have length 1 and the search is within 0.1 % of the best node known; the layered
-    // field is far coarser than its metric wants (edges of length 5), and some valleys are missed.
+    // In the natural metric of the mesh edges have length 1, and the search is within 0.5 % of the best known node. The
+    // layered field is much coarser than its metric (edges of length 5), and some minima are missed.
     for (const bool natural : {true, false}) {
         CAPTURE(natural);
         property(
-            "back edges: independent of the shell's order, never longer, as good as a free search",
+            "a back edge does not depend on the order of its shell and is as short as a free one",
             [&](std::uint64_t seed) {
                 Dice dice(seed);
                 const auto back = natural ? natural_back<D>(seed + 1) : layered_back<D>(seed + 1);
-                const auto edges = *unique_edges(back.mesh, alone);
-                const auto around = *shells(edges, alone);
+                const auto edges = *unique_edges(back.mesh, one_thread);
+                const auto around = *shells(edges, one_thread);
                 for (int k = 0; k < 10; ++k) {
                     const std::size_t e = dice.below(edges.size());
                     const auto [a, b] = edges.vertices[e];
@@ -151,13 +152,13 @@ void minimiser_laws() {
             },
             {.count = 10});
     }
-    // Guards against volume nodes of a curved input that the search ignores.
-    property("back edges: from a node that is there already, never worse than it",
+    // Guards against a search that ignores volume nodes of a curved input.
+    property("the search of a back edge from an existing node never ends worse than that node",
              [&](std::uint64_t seed) {
                  Dice dice(seed);
                  const auto back = layered_back<D>(seed + 1);
-                 const auto edges = *unique_edges(back.mesh, alone);
-                 const auto around = *shells(edges, alone);
+                 const auto edges = *unique_edges(back.mesh, one_thread);
+                 const auto around = *shells(edges, one_thread);
                  EdgeMinimiserOptions energy = options;
                  energy.length_tolerance = 0;
                  for (int k = 0; k < 10; ++k) {
@@ -171,13 +172,13 @@ void minimiser_laws() {
                          minimise_back_edge<D>(back, {a, b, around[e]}, middle(back, a, b), rules, energy);
                      const LagrangeNode<D> there{found.node.point + 0.02 * distance(p, q) * dice.direction<D>()};
                      const auto again = minimise_back_edge<D>(back, {a, b, around[e]}, there, rules, energy);
-                     if (found.shortened || again.shortened) continue;  // the finer rule had the last word
+                     if (found.shortened || again.shortened) continue;  // the finer rule decided
                      RC_ASSERT(objective.value(again.node.point) <=
                                std::min(objective.value(there.point), objective.value(found.node.point)) * (1 + 1e-6));
                  }
              },
              {.count = 10});
-    property("in a constant metric edges stay straight to the last bit",
+    property("single edges stay straight in a constant metric, to the last bit",
              [&](std::uint64_t seed) {
                  Dice dice(seed);
                  const LogMetric<D> l{dice.symmetric<D>(5)};
@@ -187,15 +188,15 @@ void minimiser_laws() {
                  RC_ASSERT(m.node.point == midpoint(a, b));
                  RC_ASSERT(m.length == m.straight_length);
                  RC_ASSERT(!m.shortened);
-                 const auto edges = *unique_edges(back.mesh, alone);
-                 const auto around = *shells(edges, alone);
+                 const auto edges = *unique_edges(back.mesh, one_thread);
+                 const auto around = *shells(edges, one_thread);
                  const std::size_t e = dice.below(edges.size());
                  const auto [v, w] = edges.vertices[e];
                  const auto own = minimise_back_edge<D>(back, {v, w, around[e]}, middle(back, v, w), rules, options);
                  RC_ASSERT(own.node.point == midpoint(back.mesh.points[v], back.mesh.points[w]));
              },
              {.count = 20});
-    property("every objective and field keeps its promises",
+    property("each objective and field yields finite nodes, bounded shifts and no longer edges",
              [&](std::uint64_t seed) {
                  Dice dice(seed);
                  const auto back = layered_back<D>(seed + 1);
@@ -216,7 +217,7 @@ void minimiser_laws() {
              {.count = 10});
 }
 
-/// Where the smooth field's energy is least, by a fine rule, to convergence.
+/// The minimum of the energy in the smooth field, by a fine rule to convergence.
 template <int D>
 Vec<D> converged(const KnownBack<D>& back, const Vec<D>& a, const Vec<D>& b) {
     const EdgeMinimiserOptions options{
@@ -226,7 +227,7 @@ Vec<D> converged(const KnownBack<D>& back, const Vec<D>& a, const Vec<D>& b) {
 
 template <int D>
 void start_order() {
-    // An affine log-metric is smooth and turns along the edge; its back mesh holds it exactly, gradients too.
+    // An affine log-metric is smooth and rotates along the edge. Its back mesh represents it and its gradients exactly.
     int fourth_order = 0;
     int counted = 0;
     for (std::uint64_t seed = 1; seed <= 20; ++seed) {
@@ -255,16 +256,16 @@ void start_order() {
 
 }  // namespace
 
-TEST_CASE("minimised edges in the plane") { minimiser_laws<2>(); }
-TEST_CASE("minimised edges in space") { minimiser_laws<3>(); }
+TEST_CASE("minimised edges are no longer than the chord and near the shortest edge, 2D") { check_minimiser<2>(); }
+TEST_CASE("minimised edges are no longer than the chord and near the shortest edge, 3D") { check_minimiser<3>(); }
 
-TEST_CASE("the geodesic start errs by h⁴, the straight edge by h²") {
+TEST_CASE("the geodesic start converges with h⁴ and the straight edge with h²") {
     start_order<2>();
     start_order<3>();
 }
 
-TEST_CASE("length by three points has false minima, which the finer rule finds out") {
-    // Theory, section 3: by three points length falls, and by twelve it rises.
+TEST_CASE("minimisation of length by three points gains less than minimisation of energy") {
+    // Theory, section 3: the length by three points decreases while that by twelve increases.
     const auto back = layered_back<2>(1, 40);
     const EdgeMinimiserOptions paper{.objective = EdgeObjectiveKind::length, .quadrature_points = 3};
     const EdgeMinimiserOptions energy;
@@ -286,7 +287,8 @@ TEST_CASE("length by three points has false minima, which the finer rule finds o
 }
 
 TEST_CASE("a tangential edge of a thin layer bends along it") {
-    // Around a circle of radius 1.05 with sizes 0.03 across and 0.2 along, a chord of 0.5 cuts through many layers.
+    // An edge between two points on the circle of radius 1.2, with sizes 0.01 across and 0.2 along the layers: the
+    // chord crosses many layers.
     std::array<int, 2> cells{64, 40};
     const auto back = back_of(shell_block<2>(cells, 3), [](const Vec<2>& x) { return polar(x, 0.01, 0.2); });
     const double angle = 0.25, radius = 1.2;

@@ -1,4 +1,4 @@
-// The edge objectives: gradients against differences, values against another formula, invariances.
+// The edge objectives: gradients compared with differences, values with another formula, and invariance.
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -17,7 +17,7 @@ using namespace camber::testing;
 
 namespace {
 
-/// exp by its series, scaled and squared: another evaluation.
+/// The exponential by its series, scaled and squared.
 template <int D>
 Mat<D> exp_by_series(const Sym<D>& l) {
     Mat<D> q;
@@ -35,12 +35,12 @@ Mat<D> exp_by_series(const Sym<D>& l) {
 }
 
 template <int D>
-void objective_laws() {
+void check_objective() {
     for (const auto kind : {EdgeObjectiveKind::energy, EdgeObjectiveKind::length})
         for (const auto field : {EdgeFieldKind::back, EdgeFieldKind::edge}) {
             CAPTURE(static_cast<int>(kind));
             CAPTURE(static_cast<int>(field));
-            property("the gradient is that of the value",
+            property("the gradient equals the differences of the value",
                      [&](std::uint64_t seed) {
                          Dice dice(seed);
                          const auto back = rough_back(unit_box<D>(2, seed + 1), dice);
@@ -56,7 +56,7 @@ void objective_laws() {
                              Vec<D> step;
                              step[i] = 1e-6;
                              const double ahead = objective.value(node + step), behind = objective.value(node - step);
-                             // Where a sample crosses a face between the two, both one-sided slopes differ.
+                             // If a sample crosses a face between the two points, the one-sided slopes differ.
                              const double kink = std::abs(ahead + behind - 2 * sample.value);
                              if (kink > 1e-9 * (1 + sample.value)) continue;
                              RC_ASSERT(std::abs((ahead - behind) / 2e-6 - sample.gradient[i]) <
@@ -67,13 +67,13 @@ void objective_laws() {
                          for (int i = 0; i < D; ++i) RC_ASSERT(e[i] > 0);
                      },
                      {.count = 50});
-            property("the value is the sum that it says, by another exponential",
+            property("the value equals the quadrature sum with another exponential",
                      [&](std::uint64_t seed) {
                          Dice dice(seed);
                          const auto affine = AffineField<D>::random(dice);
                          const auto back = back_of(unit_box<D>(2, seed + 1), affine);
                          const auto rule = gauss_legendre(5);
-                         // So far inside that the parabola stays inside.
+                         // The points are so far inside that the parabola stays inside.
                          const Vec<D> a = dice.vector<D>(0.35, 0.65), b = dice.vector<D>(0.35, 0.65);
                          const Vec<D> node = dice.vector<D>(0.35, 0.65);
                          const QuadraticEdge<D> edge{a, {node}, b};
@@ -94,7 +94,7 @@ void objective_laws() {
                      },
                      {.count = 50});
         }
-    property("energy is at least length squared, by the same rule", [](std::uint64_t seed) {
+    property("the energy is at least the square of the length", [](std::uint64_t seed) {
         Dice dice(seed);
         const auto back = rough_back(unit_box<D>(2, seed + 1), dice);
         const auto rule = gauss_legendre(6);
@@ -111,5 +111,5 @@ void objective_laws() {
 
 }  // namespace
 
-TEST_CASE("objectives in the plane") { objective_laws<2>(); }
-TEST_CASE("objectives in space") { objective_laws<3>(); }
+TEST_CASE("edge objectives equal their sums and gradients equal differences, 2D") { check_objective<2>(); }
+TEST_CASE("edge objectives equal their sums and gradients equal differences, 3D") { check_objective<3>(); }

@@ -1,4 +1,4 @@
-// Quadrature rules and lengths by them.
+// Quadrature rules and lengths computed with them.
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -14,7 +14,7 @@ import camber.edge_optimisation;
 using namespace camber;
 using namespace camber::testing;
 
-TEST_CASE("Gauss rules are exact to degree 2n − 1, symmetric and positive") {
+TEST_CASE("Gauss rules are symmetric, positive and exact to degree 2n − 1") {
     for (int n = 1; n <= 20; ++n) {
         CAPTURE(n);
         const auto rule = gauss_legendre(n);
@@ -31,11 +31,11 @@ TEST_CASE("Gauss rules are exact to degree 2n − 1, symmetric and positive") {
             return sum;
         };
         for (int degree = 0; degree < 2 * n; ++degree) CHECK(std::abs(moment(degree) * (degree + 1) - 1) < 1e-13);
-        if (n < 10) CHECK(std::abs(moment(2 * n) * (2 * n + 1) - 1) > 1e-12);  // and to no more
+        if (n < 10) CHECK(std::abs(moment(2 * n) * (2 * n + 1) - 1) > 1e-12);  // and not to a higher degree
     }
 }
 
-TEST_CASE("lengths") {
+TEST_CASE("Riemannian lengths agree with closed forms") {
     const auto rule = gauss_legendre(report_points);
     property("in a constant metric a straight edge has length sqrt(eᵀ M e)",
              [&](std::uint64_t seed) {
@@ -50,7 +50,7 @@ TEST_CASE("lengths") {
                  RC_ASSERT(found.lost == 0);
              },
              {.count = 30});
-    property("in an affine isotropic log-metric: ∫ e^{a + b t} = (e^{a+b} − e^a)/b", [&](std::uint64_t seed) {
+    property("in an affine isotropic log-metric the length is that of ∫ e^{a + b t} dt", [&](std::uint64_t seed) {
         Dice dice(seed);
         const auto slope = dice.vector<2>(-2, 2);
         const double constant = dice.uniform(-1, 1);
@@ -66,11 +66,11 @@ TEST_CASE("lengths") {
         const auto edge = QuadraticEdge<2>::straight(p, q);
         RC_ASSERT(std::abs(riemannian_length(back, edge, rule, ElementId(std::size_t{3})).length - expected) <
                   1e-12 * expected);
-        // The field of the three nodes is the same field, and so is its length.
+        // The field of the three nodes is the same, and so is its length.
         const auto field = edge_field(back, edge, ElementId(std::size_t{3}));
         RC_ASSERT(std::abs(riemannian_length(field, edge, rule) - expected) < 1e-12 * expected);
     });
-    property("a parabola in the Euclidean metric", [&](std::uint64_t seed) {
+    property("a parabola in the Euclidean metric has its arc length", [&](std::uint64_t seed) {
         Dice dice(seed);
         const double c = dice.uniform(0.05, 0.5);
         const auto back = back_of(unit_box<2>(2, 1), [](const Vec<2>&) { return LogMetric<2>{}; });
@@ -82,11 +82,11 @@ TEST_CASE("lengths") {
     });
 }
 
-TEST_CASE("samples beyond the back mesh are counted") {
+TEST_CASE("samples outside the back mesh are counted") {
     const auto back = back_of(unit_box<2>(3, 1, 0), [](const Vec<2>&) { return LogMetric<2>{}; });
     const auto edge = QuadraticEdge<2>::straight(Vec<2>{{0.5, 0.5}}, Vec<2>{{0.5, 1.5}});
     const auto found = riemannian_length(back, edge, gauss_legendre(12), ElementId(std::size_t{0}));
-    CHECK(found.outside == 6);
+    CHECK(found.outside == 6);  // half of the edge is outside the box
     CHECK(found.lost == 0);
     CHECK(found.length == doctest::Approx(1).epsilon(1e-14));
 }

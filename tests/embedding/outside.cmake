@@ -1,4 +1,4 @@
-# cmake -DSOURCE=… -DBUILD=… -P outside.cmake -- OPTION…: configures the project in SOURCE with these options in a directory without a past,
+# cmake -DSOURCE=… -DBUILD=… -P outside.cmake -- OPTION…: configures the project in SOURCE with these options in an empty directory,
 # builds it, and runs its tests; with -DONLY_CONFIGURE=ON among the options it only configures.
 cmake_minimum_required(VERSION 3.28)
 set(options "")
@@ -16,6 +16,6 @@ execute_process(COMMAND "${CMAKE_COMMAND}" -S "${SOURCE}" -B "${BUILD}" -G Ninja
 if("-DONLY_CONFIGURE=ON" IN_LIST options)
     return()
 endif()
-set(ENV{GLIBC_TUNABLES} glibc.malloc.hugetlb=1) # as in ./x: the compiler waits less for memory
+set(ENV{GLIBC_TUNABLES} glibc.malloc.hugetlb=1) # faster allocation for the compiler, as in ./x
 execute_process(COMMAND "${CMAKE_COMMAND}" --build "${BUILD}" --parallel 2 COMMAND_ERROR_IS_FATAL ANY)
 execute_process(COMMAND "${CMAKE_CTEST_COMMAND}" --test-dir "${BUILD}" --verbose --no-tests=error COMMAND_ERROR_IS_FATAL ANY)

@@ -1,5 +1,5 @@
-# cmake -DCAMBER=… -DOUTSIDE=… -DCONFIG=… -DFOLDER=… -P same_bytes.cmake: what the outside program makes of meshes by the recipes has the
-# bytes of what the program makes of them: curved, remeshed in both degrees, repaired where curving by energy broke elements, and adapted.
+# cmake -DCAMBER=… -DOUTSIDE=… -DCONFIG=… -DFOLDER=… -P same_bytes.cmake: checks that the outside program, which
+# calls the recipes, writes the bytes of the program: curved, remeshed in both degrees, repaired after curving by energy, and adapted.
 file(MAKE_DIRECTORY "${FOLDER}")
 function(same VERB INPUT)
     execute_process(COMMAND "${CAMBER}" ${VERB} ${INPUT} -o program.meshb ${ARGN} WORKING_DIRECTORY "${FOLDER}" OUTPUT_QUIET COMMAND_ERROR_IS_FATAL ANY)
@@ -7,7 +7,7 @@ function(same VERB INPUT)
     execute_process(COMMAND "${CMAKE_COMMAND}" -E compare_files program.meshb outside.meshb WORKING_DIRECTORY "${FOLDER}"
         COMMAND_ERROR_IS_FATAL ANY)
 endfunction()
-# run(RESULT STAGES MESH): the config with other stages, and its exit code.
+# run(RESULT STAGES MESH): runs the config with other stages and returns its exit code.
 function(run RESULT STAGES MESH)
     execute_process(COMMAND "${CAMBER}" run "${CONFIG}" --set "stages=${STAGES}" --set output/mesh=${MESH} --set output/report= --set output/vtu=
         WORKING_DIRECTORY "${FOLDER}" RESULT_VARIABLE code OUTPUT_QUIET ERROR_QUIET)

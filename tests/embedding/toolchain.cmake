@@ -1,10 +1,10 @@
-# cmake -DOUTSIDE=… -DBUILD=… -DPREFIX=… -DCOMPILER=… -P toolchain.cmake: what is said of toolchains that cannot compile Camber's modules,
-# one line with the remedy, and that a project hears it which finds Camber installed, or has it as a subdirectory.
+# cmake -DOUTSIDE=… -DBUILD=… -DPREFIX=… -DCOMPILER=… -P toolchain.cmake: the error for toolchains that cannot compile Camber's
+# modules is one line with the remedy, also in projects that find Camber installed or use it as a subdirectory.
 cmake_minimum_required(VERSION 3.28)
 cmake_path(SET root NORMALIZE "${CMAKE_CURRENT_LIST_DIR}/../..")
 include("${root}/cmake/Toolchain.cmake")
 
-# camber_expect(START ID VERSION GENERATOR SCAN_DEPS): of such a toolchain the line begins so; START is empty where all is well.
+# camber_expect(START ID VERSION GENERATOR SCAN_DEPS): expects an error that begins with START for such a toolchain; empty: none.
 function(camber_expect START CMAKE_CXX_COMPILER_ID CMAKE_CXX_COMPILER_VERSION CMAKE_GENERATOR CMAKE_CXX_COMPILER_CLANG_SCAN_DEPS)
     set(CMAKE_CXX_COMPILER_LOADED 1)
     camber_toolchain_fault(fault)
@@ -23,7 +23,7 @@ camber_expect("Camber wants clang 18 or later, not AppleClang 17.0.0: " AppleCla
 camber_expect("Camber wants the generator Ninja, not Unix Makefiles" Clang 19.1.0 "Unix Makefiles" /usr/bin/clang-scan-deps)
 camber_expect("Camber wants clang-scan-deps beside " Clang 19.1.0 Ninja CMAKE_CXX_COMPILER_CLANG_SCAN_DEPS-NOTFOUND)
 
-# A compiler without its scanner is what every machine of the tests can be made to look like.
+# A missing scanner can be simulated on every machine.
 foreach(option IN ITEMS -DCMAKE_PREFIX_PATH=${PREFIX} -DCAMBER_SOURCE=${root})
     file(REMOVE_RECURSE "${BUILD}")
     execute_process(COMMAND "${CMAKE_COMMAND}" -S "${OUTSIDE}" -B "${BUILD}" -G Ninja -DCMAKE_CXX_COMPILER=${COMPILER}

@@ -24,7 +24,7 @@ namespace {
 template <Shape shape>
 constexpr int dimension = shape_table<shape>.dimension;
 
-/// The matrix of an element, made of the rows of its moving nodes.
+/// The matrix of an element, assembled from the rows of its moving nodes.
 template <Shape shape, int degree>
 Eigen::MatrixXd matrix_of(const ElementEnergy<shape, degree>& energy) {
     constexpr int moving = moving_nodes<shape, degree>;
@@ -34,7 +34,7 @@ Eigen::MatrixXd matrix_of(const ElementEnergy<shape, degree>& energy) {
     return matrix;
 }
 
-/// Calls f<shape, degree>() for all shapes that are supported and degrees 2 to 5.
+/// Calls f<shape, degree>() for all supported shapes and degrees 2 to 5.
 template <class F>
 void each_shape_and_degree(const F& f) {
     const auto each_degree = [&]<Shape shape>() {
@@ -50,7 +50,7 @@ void each_shape_and_degree(const F& f) {
     each_degree.template operator()<Shape::hexahedron>();
 }
 
-/// The reference element under a random affine map, with corners that are off by up to `noise`.
+/// The reference element under a random affine map, with corners displaced by up to `noise`.
 template <Shape shape, int D>
 CornerPoints<shape, D> random_corners(Dice& dice, double noise) {
     CornerPoints<shape, D> corners;
@@ -67,7 +67,7 @@ CornerPoints<shape, D> random_corners(Dice& dice, double noise) {
     return corners;
 }
 
-/// ∫ ∇φ_m · ∇φ_n dx of the moving nodes, with a rule of many points.
+/// ∫ ∇φ_m · ∇φ_n dx of the moving nodes, by a rule with the given number of points.
 template <Shape shape, int degree, int D>
 Eigen::MatrixXd integrated_matrix(const CornerPoints<shape, D>& corners, int points) {
     constexpr int S = dimension<shape>, moving = moving_nodes<shape, degree>;
@@ -92,7 +92,7 @@ constexpr double unit(int dimension) { return dimension == 2 ? 24.0 / 16 : 120.0
 
 template <Shape shape, int degree, int D>
 void check_against_integral(Dice& dice) {
-    // A rule of degree + 1 points is not exact where the element is not affine: then the points are the same.
+    // A rule of degree + 1 points is not exact for non-affine elements, so both use the same points.
     const double noise = is_simplex(shape) || dice.below(2) == 0 ? 0 : 0.1;
     const auto corners = random_corners<shape, D>(dice, noise);
     const Eigen::MatrixXd matrix = matrix_of(element_energy<shape, degree, D>(corners, {}));
@@ -127,7 +127,7 @@ std::vector<CornerPoints<shape, dimension<shape>>> mesh_with_zeros() {
                 for (const double z : {low, high})
                     for (const Vec<2>& p : polygon) points.push_back({{p[0], p[1], z}});
                 if constexpr (shape == Shape::tetrahedron) {
-                    // Neighbours of the fan agree on the diagonals over their common radius, which starts at the axis.
+                    // Neighbours in the fan agree on the diagonals over their common radius, which starts at the axis.
                     mesh.push_back({points[0], points[1], points[2], points[3]});
                     mesh.push_back({points[3], points[1], points[2], points[4]});
                     mesh.push_back({points[3], points[4], points[2], points[5]});
@@ -191,8 +191,8 @@ bool is_on_boundary(const Vec<D>& node) {
 
 }  // namespace
 
-TEST_CASE("the matrix of an element is the integral of the products of gradients") {
-    property("of all shapes and degrees",
+TEST_CASE("the element matrix is the integral of the products of gradients") {
+    property("element matrices of all shapes and degrees equal the integral",
              [](std::uint64_t seed) {
                  Dice dice(seed);
                  each_shape_and_degree([&]<Shape shape, int degree>() {
@@ -227,17 +227,17 @@ TEST_CASE("an extension reproduces harmonic polynomials of the degree of the ele
         const auto harmonic = [](const auto& p) {
             return std::pow(std::hypot(p[0], p[1]), degree) * std::cos(degree * std::atan2(p[1], p[0]));
         };
-        std::vector<int> unknowns, given;
+        std::vector<int> unknowns, known;
         for (std::size_t n = 0; n < mesh.nodes.size(); ++n)
-            (is_on_boundary<shape, degree>(mesh.nodes[n]) ? given : unknowns).push_back(static_cast<int>(n));
+            (is_on_boundary<shape, degree>(mesh.nodes[n]) ? known : unknowns).push_back(static_cast<int>(n));
         REQUIRE(!unknowns.empty());
-        Eigen::VectorXd boundary(given.size()), expected(unknowns.size());
-        for (std::size_t n = 0; n < given.size(); ++n)
-            boundary[static_cast<Eigen::Index>(n)] = harmonic(mesh.nodes[given[n]]);
+        Eigen::VectorXd boundary(known.size()), expected(unknowns.size());
+        for (std::size_t n = 0; n < known.size(); ++n)
+            boundary[static_cast<Eigen::Index>(n)] = harmonic(mesh.nodes[known[n]]);
         for (std::size_t n = 0; n < unknowns.size(); ++n)
             expected[static_cast<Eigen::Index>(n)] = harmonic(mesh.nodes[unknowns[n]]);
         REQUIRE(boundary.norm() > 0.01);
-        const Eigen::MatrixXd among = mesh.matrix(unknowns, unknowns), beside = mesh.matrix(unknowns, given);
+        const Eigen::MatrixXd among = mesh.matrix(unknowns, unknowns), beside = mesh.matrix(unknowns, known);
         const Eigen::VectorXd solution = among.ldlt().solve(-(beside * boundary));
         CHECK((solution - expected).norm() < 1e-11);
     });

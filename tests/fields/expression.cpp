@@ -1,4 +1,4 @@
-// Metric fields by expressions: values against formulas, and what is said of a wrong one.
+// Metric fields by expressions: values compared with formulas, and errors.
 #include <array>
 #include <bit>
 #include <cmath>
@@ -35,13 +35,13 @@ std::vector<Vec<D>> places(std::size_t n) {
 
 template <int D>
 std::string error_of(const MetricExpression& expression, const std::vector<Vec<D>>& points) {
-    const auto made = log_metrics_of<D>(expression, points, alone);
+    const auto made = log_metrics_of<D>(expression, points, one_thread);
     REQUIRE_FALSE(made.has_value());
     CHECK(made.error().kind == ErrorKind::usage);
     return describe(made.error());
 }
 
-/// A formula of the coordinates with operators, functions, comparisons and choices, as deep as `depth`.
+/// A random formula of the coordinates with operators, functions, comparisons and choices, of depth `depth`.
 std::string formula(Dice& dice, int depth) {
     constexpr std::array<const char*, 6> leaves{"x", "y", "z", "pi", "0.5", "2"};
     if (depth == 0) return leaves[dice.below(leaves.size())];
@@ -56,7 +56,7 @@ std::string formula(Dice& dice, int depth) {
     }
 }
 
-/// Words of the parser one after the other, which seldom are a formula.
+/// A random sequence of the parser's words, which is rarely a formula.
 std::string words_at_random(Dice& dice) {
     constexpr std::array<std::string_view, 24> words{
         "x", "y", "z", "1",  "0.5", "+", "-",    "*",    "/", "^",  "(",     ")",
@@ -74,7 +74,7 @@ std::uint64_t value_at(const ScalarExpression<3>& expression, const std::vector<
 
 }  // namespace
 
-TEST_CASE("an assignment is refused with its position and the comparison") {
+TEST_CASE("an assignment is rejected with its position and the comparison operator") {
     const auto points = places<3>(3);
     for (const auto& [text, position] : std::vector<std::pair<std::string, int>>{{"x=0.5 ? 1 : 0", 2},
                                                                                  {"x = 0.5", 3},
@@ -94,20 +94,20 @@ TEST_CASE("an assignment is refused with its position and the comparison") {
     }
 }
 
-TEST_CASE("statements, texts and calls that change a variable are no formulas") {
+TEST_CASE("statements, texts and calls that change a variable are rejected") {
     const auto points = places<3>(3);
     for (const std::string text :
          {"x; y", "x = 1; x", "var a := 1; a", "return 1", "for (x; 1; 2) 1", "while (1) 1", "'text'", "\"text\"",
           "{x}", "[x]", "x++", "++x", "swap(x, y)", "x <=> y", "1, 2", "(1, 2)", "x // y", "# x"}) {
         CAPTURE(text);
-        CHECK_FALSE(log_metrics_of<3>(SizeExpression{text}, points, alone).has_value());
+        CHECK_FALSE(log_metrics_of<3>(SizeExpression{text}, points, one_thread).has_value());
     }
     CHECK(error_of<3>(SizeExpression{std::string("1\0 + x", 6)}, points).find("has a NUL character at position 2") !=
           std::string::npos);
 }
 
-TEST_CASE("a formula stays one until a statement is put into it") {
-    property("a formula is read, and none with an assignment or a statement anywhere in it", [](std::uint64_t seed) {
+TEST_CASE("inserting a statement makes a formula invalid") {
+    property("a formula is valid, and invalid with an assignment or statement in it", [](std::uint64_t seed) {
         Dice dice(seed);
         std::string text = formula(dice, 3);
         RC_ASSERT(ScalarExpression<3>::parsed(text).has_value());
@@ -117,8 +117,8 @@ TEST_CASE("a formula stays one until a statement is put into it") {
     });
 }
 
-TEST_CASE("an expression that is read changes nothing") {
-    property("its value at a point is the same before and after others",
+TEST_CASE("evaluating an expression has no side effects") {
+    property("the value at a point does not depend on other evaluations",
              [](std::uint64_t seed) {
                  Dice dice(seed);
                  const auto expression = ScalarExpression<3>::parsed(words_at_random(dice));
@@ -132,11 +132,11 @@ TEST_CASE("an expression that is read changes nothing") {
 
 TEST_CASE("expressions give the metrics of their formulas") {
     const auto points = places<3>(10000);
-    const auto one = must(log_metrics_of<3>(SizeExpression{"0.1 + 0.2*x"}, points, alone));
+    const auto one = must(log_metrics_of<3>(SizeExpression{"0.1 + 0.2*x"}, points, one_thread));
     const auto sizes =
-        must(log_metrics_of<3>(SizesExpression{{"0.1", "0.001 + abs(z - 0.5)", "max(x, 0.1)^2"}}, points, alone));
+        must(log_metrics_of<3>(SizesExpression{{"0.1", "0.001 + abs(z - 0.5)", "max(x, 0.1)^2"}}, points, one_thread));
     const auto tensor = must(log_metrics_of<3>(
-        TensorExpression{{"2 + x", "sin(pi*y)", "4", "0", "0", "x > 0.5 ? 1 : exp(z)"}}, points, alone));
+        TensorExpression{{"2 + x", "sin(pi*y)", "4", "0", "0", "x > 0.5 ? 1 : exp(z)"}}, points, one_thread));
     for (std::size_t v = 0; v < points.size(); ++v) {
         const Vec<3>& p = points[v];
         CHECK(norm(one[v].l + 2 * std::log(0.1 + 0.2 * p[0]) * Sym<3>::identity()) < 1e-12);
@@ -146,12 +146,12 @@ TEST_CASE("expressions give the metrics of their formulas") {
         CHECK(norm(exp(tensor[v]).m - m) < 1e-11);
     }
     CHECK(must(log_metrics_of<3>(SizeExpression{"0.1 + 0.2*x"}, points, Execution{.threads = 3})) == one);
-    const auto flat = must(log_metrics_of<2>(SizesExpression{{"1", "exp(-y)"}}, places<2>(3), alone));
+    const auto flat = must(log_metrics_of<2>(SizesExpression{{"1", "exp(-y)"}}, places<2>(3), one_thread));
     CHECK(flat.size() == 3);
 }
 
 // Guards against an error that echoes 300 kB of an expression.
-TEST_CASE("what cannot be read is named, with the place in it and what may be written") {
+TEST_CASE("unreadable expressions are rejected with the position and the allowed names") {
     const auto points = places<3>(3);
     const std::string unknown = error_of<3>(SizeExpression{"0.1 + 0.2*q"}, points);
     CHECK(unknown.find("\"0.1 + 0.2*q\"") != std::string::npos);
@@ -168,7 +168,7 @@ TEST_CASE("what cannot be read is named, with the place in it and what may be wr
     CHECK(error_of<3>(TensorExpression{{"1", "0", "1"}}, points).find("expected 6 expressions") != std::string::npos);
 }
 
-TEST_CASE("a value that is no size names its vertex and the coordinates there") {
+TEST_CASE("an invalid size is reported with its vertex and coordinates") {
     const std::vector<Vec<3>> points{Vec<3>{{1, 2, 3}}, Vec<3>{{0.25, 0, -1.5}}};
     const std::string negative = error_of<3>(SizeExpression{"x - 0.5"}, points);
     CHECK(negative.find("vertex 2") != std::string::npos);
@@ -180,8 +180,8 @@ TEST_CASE("a value that is no size names its vertex and the coordinates there") 
     CHECK(tensor.find("(0.25, 0, -1.5)") != std::string::npos);
 }
 
-// The same bytes on every processor: none is the C library's.
-TEST_CASE("functions and powers of expressions are those of camber.core") {
+// The functions of the C library are not used, so the bytes are the same on every processor.
+TEST_CASE("functions and powers in expressions equal those of camber.core") {
     const auto value = [](const std::string& text, double x, double y) {
         std::vector<double> values(1);
         must(ScalarExpression<2>::parsed(text)).evaluator()(std::vector{Vec<2>{{x, y}}}, values);

@@ -20,7 +20,7 @@ std::string text_of(Bytes bytes) {
     return text;
 }
 
-/// The lines before the first that begins with a brace, which stays in the text.
+/// Removes the lines before the first line that begins with `{` from the text and returns them.
 std::vector<std::string> settings_of(std::string& text) {
     std::vector<std::string> settings;
     while (!text.empty() && text[0] != '{') {
@@ -35,8 +35,8 @@ std::vector<std::string> settings_of(std::string& text) {
 template <class T>
 void expect_reason(const Outcome<T>& outcome) {
     if (outcome) return;
-    expect(outcome.error().kind == ErrorKind::usage, "what is wrong with a config is an error of usage");
-    expect(!outcome.error().what.empty(), "an error says what is wrong");
+    expect(outcome.error().kind == ErrorKind::usage, "a bad config is a usage error");
+    expect(!outcome.error().what.empty(), "an error has a description");
 }
 
 }  // namespace
@@ -52,7 +52,7 @@ void config(Bytes bytes) {
     if (!pipeline) return;
     const std::string written = camber::config::write_pipeline(*pipeline);
     const auto again = camber::config::read_pipeline(written, "again");
-    expect(again.has_value(), "what was written can be read");
+    expect(again.has_value(), "encoded output can be decoded");
     expect(camber::config::write_pipeline(*again) == written, "the pipeline is the same");
     static_cast<void>(camber::config::parts_of(*pipeline));
     static_cast<void>(camber::config::with_inputs_below(*pipeline, "folder"));

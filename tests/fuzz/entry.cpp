@@ -1,4 +1,4 @@
-// The libFuzzer program of the target that CAMBER_FUZZ_TARGET names.
+// libFuzzer program of the target named by CAMBER_FUZZ_TARGET.
 #include "targets.hpp"
 
 #include <cstddef>

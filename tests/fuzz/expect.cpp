@@ -6,9 +6,9 @@
 
 namespace fuzz {
 
-void expect(bool holds, std::string_view promise) {
+void expect(bool holds, std::string_view expectation) {
     if (holds) return;
-    std::fprintf(stderr, "fuzz: broken promise: %s\n", std::string(promise).c_str());
+    std::fprintf(stderr, "fuzz: failed expectation: %s\n", std::string(expectation).c_str());
     std::abort();
 }
 

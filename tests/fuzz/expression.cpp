@@ -27,8 +27,8 @@ void expect_metrics(const MetricExpression& expression) {
         expect(metrics->size() == points.size(), "a metric at each point");
         return;
     }
-    expect(metrics.error().kind == ErrorKind::usage, "what is wrong with an expression is an error of usage");
-    expect(!metrics.error().what.empty(), "an error says what is wrong");
+    expect(metrics.error().kind == ErrorKind::usage, "a bad expression is a usage error");
+    expect(!metrics.error().what.empty(), "an error has a description");
 }
 
 }  // namespace

@@ -16,7 +16,7 @@ namespace {
 
 using namespace camber;
 
-const Execution alone{.threads = 1};
+const Execution one_thread{.threads = 1};
 
 template <int D>
 void expect_consistent(const LinearMesh<D>& mesh) {
@@ -48,14 +48,14 @@ std::vector<std::byte> joined(const Chunks& chunks) {
 
 template <int D>
 void expect_survival(const Mesh<D>& mesh, GmfOptions options) {
-    const auto written = encode_gmf_mesh(mesh, options, alone);
-    expect(written.has_value(), "what was read can be written");
+    const auto written = encode_gmf_mesh(mesh, options, one_thread);
+    expect(written.has_value(), "decoded input can be encoded");
     const auto bytes = joined(*written);
-    const auto again = decode_gmf_mesh(bytes, "again", alone);
-    expect(again.has_value(), "what was written can be read");
+    const auto again = decode_gmf_mesh(bytes, "again", one_thread);
+    expect(again.has_value(), "encoded output can be decoded");
     const auto* const same = std::get_if<Mesh<D>>(&again->mesh);
     expect(same != nullptr, "the dimension is the same");
-    // Without simplices of degree 2 a file does not tell that its mesh is of degree 2; there is then no edge either.
+    // A file without quadratic simplices does not store the degree 2. Its mesh then has no edge either.
     if (same->degree != mesh.degree) {
         const auto linear = straight_simplices(mesh);
         expect(linear.elements.size() + linear.facets.size() + linear.edges.size() == 0, "the degree is the same");
@@ -64,13 +64,13 @@ void expect_survival(const Mesh<D>& mesh, GmfOptions options) {
     expect(*same == mesh, "the mesh is the same");
 }
 
-/// What a format makes of a mesh of its own, it makes again: nothing more is lost.
-void expect_settled(const MeshFormat& format, const DecodedMesh& decoded) {
+/// Writing and reading a mesh a second time changes nothing.
+void expect_stable(const MeshFormat& format, const DecodedMesh& decoded) {
     const auto again = [&](const DecodedMesh& from) {
-        const auto written = format.encode(from.mesh, from.fields, {}, alone);
-        expect(written.has_value(), "what was read can be written");
-        auto read = format.decode(joined(*written), "again", {}, alone);
-        expect(read.has_value(), "what was written can be read");
+        const auto written = format.encode(from.mesh, from.fields, {}, one_thread);
+        expect(written.has_value(), "decoded input can be encoded");
+        auto read = format.decode(joined(*written), "again", {}, one_thread);
+        expect(read.has_value(), "encoded output can be decoded");
         return *read;
     };
     const DecodedMesh second = again(decoded), third = again(second);
@@ -78,30 +78,30 @@ void expect_settled(const MeshFormat& format, const DecodedMesh& decoded) {
 }
 
 template <int D>
-void judge(const Mesh<D>& mesh) {
-    expect(examine(mesh, alone).has_value(), "a mesh can be examined");
+void check_validity(const Mesh<D>& mesh) {
+    expect(examine(mesh, one_thread).has_value(), "a mesh can be examined");
     if (mesh.degree == 1) return;
     expect(mesh.edge_nodes.size() == mesh.entities.edges.size(), "a node for each edge");
     const auto quadratic = as_quadratic(mesh);
     expect(quadratic.has_value(), "a mesh of degree 2 is a quadratic one");
-    const auto validation = validate(*quadratic, 0, alone);
-    expect(validation.has_value(), "elements can be judged");
+    const auto validation = validate(*quadratic, 0, one_thread);
+    expect(validation.has_value(), "elements can be validated");
     expect(validation->verdicts.size() == judged_count(quadratic->linear), "a verdict for each element");
 }
 
 }  // namespace
 
 void mesh(Bytes bytes) {
-    // CGNS is read by a library that promises nothing of damaged files.
+    // CGNS is read by an external library that does not guard against damaged files.
     if (is_cgns(bytes)) return;
-    const auto decoded = decode_mesh(bytes, "file", alone);
+    const auto decoded = decode_mesh(bytes, "file", one_thread);
     if (!decoded) {
-        expect(!decoded.error().what.empty(), "an error says what is wrong");
-        expect(decoded.error().where.starts_with("file"), "an error says where");
+        expect(!decoded.error().what.empty(), "an error has a description");
+        expect(decoded.error().where.starts_with("file"), "an error states its place");
         return;
     }
     const MeshFormat* const format = format_with_content(mesh_formats(), bytes);
-    expect(format != nullptr, "what can be read is known by its content");
+    expect(format != nullptr, "the content of decoded input identifies its format");
     std::visit(
         [&](const auto& mesh) {
             expect_consistent(straight_simplices(mesh));
@@ -109,15 +109,15 @@ void mesh(Bytes bytes) {
                 expect_survival(mesh, {GmfEncoding::binary, 0});
                 expect_survival(mesh, {GmfEncoding::ascii, 0});
             }
-            judge(mesh);
+            check_validity(mesh);
         },
         decoded->mesh);
-    if (format->encode != nullptr) expect_settled(*format, *decoded);
-    const auto flat = with_flat_in_2d(*decoded, alone);
-    expect(flat.has_value(), "any mesh can be asked whether it is flat");
-    const auto raised_again = flat->lift ? raised(flat->mesh, *flat->lift, alone) : flat->mesh;
+    if (format->encode != nullptr) expect_stable(*format, *decoded);
+    const auto flat = with_flat_in_2d(*decoded, one_thread);
+    expect(flat.has_value(), "the test for flat meshes accepts every mesh");
+    const auto raised_again = flat->lift ? raised(flat->mesh, *flat->lift, one_thread) : flat->mesh;
     expect(raised_again.has_value() && *raised_again == decoded->mesh, "a flat mesh raised is the same");
-    if (flat->lift) std::visit([](const auto& mesh) { judge(mesh); }, flat->mesh);
+    if (flat->lift) std::visit([](const auto& mesh) { check_validity(mesh); }, flat->mesh);
     const std::size_t numbers = decoded->node_numbers.size();
     std::visit(
         [&](const auto& mesh) {

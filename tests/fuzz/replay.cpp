@@ -1,4 +1,4 @@
-// The corpus as a test: no seed, and nothing that a fuzzer once found, breaks a promise.
+// Runs all fuzz targets on the corpus as an ordinary test.
 #include "seeds.hpp"
 #include "targets.hpp"
 
@@ -31,18 +31,19 @@ void run(const fuzz::Target& target, const std::string& bytes) { target.run(std:
 
 }  // namespace
 
-TEST_CASE("every target holds its promises on its corpus") {
+TEST_CASE("every fuzz target accepts all files of its corpus") {
     for (const fuzz::Target& target : fuzz::targets) {
         const auto files = corpus_of(target.name);
         CHECK_MESSAGE(!files.empty(), target.name);
         for (const auto& file : files) {
-            INFO(file.string());  // a broken promise ends the process: doctest tells the case, the promise is on stderr
+            INFO(file.string());  // a failed expectation ends the process: doctest prints the file, stderr the
+                                  // expectation
             run(target, content(file));
         }
     }
 }
 
-TEST_CASE("and on whatever is left when a seed is cut or a byte of it is another") {
+TEST_CASE("every fuzz target accepts truncated seeds and seeds with a changed byte") {
     for (const fuzz::Seed& seed : fuzz::seeds()) {
         const fuzz::Target* target = nullptr;
         for (const fuzz::Target& t : fuzz::targets)

@@ -54,7 +54,7 @@ void add_mesh_of_others(std::vector<Seed>& seeds, const std::string& name, const
                          text_of(*encode_stl(mesh, encoding, {.threads = 1}))});
 }
 
-/// Files in forms that Camber does not write.
+/// Adds files in forms that Camber reads and does not write.
 void add_meshes_of_others(std::vector<Seed>& seeds) {
     const std::string grid = R"(<VTKFile type="UnstructuredGrid" byte_order="BigEndian" header_type="UInt32">
 <UnstructuredGrid><Piece NumberOfPoints="4" NumberOfCells="2"><PointData>
@@ -114,8 +114,8 @@ void add_meshes_of_others(std::vector<Seed>& seeds) {
 template <int D>
 void add_meshes(std::vector<Seed>& seeds) {
     const std::string dimension = std::to_string(D) + "d";
-    // Coordinates without sense, and every block there is; a grid that is a mesh; its curved twin; a surface alone; in
-    // 2D the grid and its twin as flat meshes.
+    // A mesh with arbitrary coordinates and every block; a valid grid; the same grid curved; a standalone surface. In
+    // 2D also the straight and curved grids as flat meshes.
     add_mesh(seeds, dimension + "-features", as_mesh(generated::mesh<D>(7, 2)));
     BoxOptions<D> box;
     for (auto& cells : box.cells) cells = 1;

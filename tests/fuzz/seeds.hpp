@@ -1,4 +1,4 @@
-// What fuzzing begins with, made by Camber's own encoders: `fuzz_seeds DIRECTORY` writes them.
+// Initial corpus of the fuzzers, made by Camber's encoders. `fuzz_seeds DIRECTORY` writes it.
 #pragma once
 
 #include <string>

@@ -1,6 +1,6 @@
-// What is fuzzed: each target takes any bytes, and aborts when a promise is broken (crashes, hangs, and memory asked
-// for on a header's word are seen by the fuzzer itself). `entry.cpp` makes a libFuzzer program of one; `replay.cpp`
-// runs all of them over the corpus as an ordinary test.
+// Fuzz targets. Each target accepts arbitrary bytes and aborts if an expectation fails. The fuzzer itself detects
+// crashes, hangs and memory allocated for a false count in a header. `entry.cpp` builds a libFuzzer program of one
+// target; `replay.cpp` runs all targets on the corpus as an ordinary test.
 #pragma once
 
 #include <array>
@@ -12,17 +12,17 @@ namespace fuzz {
 
 using Bytes = std::span<const std::byte>;
 
-/// decode_mesh, all formats but CGNS, whose library reads: what is accepted is consistent, survives writing and
-/// reading, and can be examined and judged.
+/// `decode_mesh` for all formats except CGNS, which an external library reads. Accepted meshes are consistent, survive
+/// writing and reading, and can be examined and validated.
 void mesh(Bytes bytes);
-/// decode_gmf_solution: what is accepted survives writing and reading.
+/// `decode_gmf_solution`. Accepted solutions survive writing and reading.
 void solution(Bytes bytes);
-/// read_pipeline with settings (lines before the first `{`), read_metric and read_geometry: what is accepted survives
-/// writing and reading.
+/// `read_pipeline` with settings (lines before the first `{`), `read_metric` and `read_geometry`. Accepted configs
+/// survive writing and reading.
 void config(Bytes bytes);
-/// histograms_of_report: what is accepted can be drawn.
+/// `histograms_of_report`. Accepted histograms can be drawn.
 void report(Bytes bytes);
-/// Expressions of metrics: a value at every point, or an error.
+/// Metric expressions: a value at every point, or an error.
 void expression(Bytes bytes);
 
 struct Target {
@@ -32,7 +32,7 @@ struct Target {
 inline constexpr std::array<Target, 5> targets{
     {{"mesh", mesh}, {"solution", solution}, {"config", config}, {"report", report}, {"expression", expression}}};
 
-/// Ends the process, with the promise that was broken.
-void expect(bool holds, std::string_view promise);
+/// Ends the process and prints the failed expectation if `holds` is false.
+void expect(bool holds, std::string_view expectation);
 
 }  // namespace fuzz

@@ -1,4 +1,5 @@
-"""The guides are run from their own text: files in bold before a block, `sh` blocks in an empty folder, and the lines that they quote.
+"""Runs the guides: writes files named in bold before a block, runs `sh` blocks in an empty folder, and compares quoted
+output.
 
     python3 tests/guides/test_guides.py build/bin/camber [unittest arguments]
     python3 tests/guides/test_guides.py build/bin/camber --pictures        # and put the pictures into docs/pictures/guides
@@ -15,32 +16,32 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 CAMBER = Path(sys.argv[1] if len(sys.argv) > 1 else "build/bin/camber").resolve()
-BUILD = CAMBER.parents[1]  # the guides say $CAMBER/build, and a build may be elsewhere
+BUILD = CAMBER.parents[1]  # the guides use $CAMBER/build, the actual build may be elsewhere
 PICTURES = ROOT / "docs" / "pictures" / "guides" if "--pictures" in sys.argv else None
 GUIDES = ROOT / "docs" / "guides"
 BLOCK = re.compile(r"(?:^\*\*(?P<file>[^*\n]+)\*\*\n\n)?^```(?P<kind>\w*)\n(?P<text>.*?)^```$", re.MULTILINE | re.DOTALL)
-TOLERANCE = 0.25  # Gmsh's meshes differ from version to version
+TOLERANCE = 0.25  # relative: meshes of different Gmsh versions differ
 
 
 def is_there(what):
-    if what == "installed":  # what installs must be built, all of it
+    if what == "installed":  # installation requires a complete build
         return (CAMBER.parent / "test_core").exists() and shutil.which("clang++-19") is not None
     if what == "opencascade":
         return any((BUILD / "lib").glob("libcamber_occ*"))
-    if what == "scipy":  # of the interpreter that the guides name
+    if what == "scipy":  # for the interpreter that the guides use
         return subprocess.run(["/usr/bin/python3", "-c", "import scipy"], capture_output=True, check=False).returncode == 0
     return shutil.which(what) is not None or importlib.util.find_spec(what) is not None
 
 
 def words(line):
-    """A line's words; 1 090 is one."""
+    """Splits a line into words; 1 090 is one word."""
     return re.sub(r"(?<=\d) (?=\d{3}\b)", "", line).split()
 
 
-def is_alike(said, found):
-    if said == found:
+def is_alike(quoted, found):
+    if quoted == found:
         return True
-    parts = [re.findall(r"[-+]?\d+\.?\d*(?:[eE][-+]?\d+)?|\D+", word) for word in (said, found)]
+    parts = [re.findall(r"[-+]?\d+\.?\d*(?:[eE][-+]?\d+)?|\D+", word) for word in (quoted, found)]
     if len(parts[0]) != len(parts[1]):
         return False
     for a, b in zip(*parts):
@@ -54,8 +55,8 @@ def is_alike(said, found):
 
 
 def is_quoted(line, printed):
-    said = words(line)
-    return any(len(said) == len(found) and all(map(is_alike, said, found)) for found in map(words, printed.splitlines()))
+    quoted = words(line)
+    return any(len(quoted) == len(found) and all(map(is_alike, quoted, found)) for found in map(words, printed.splitlines()))
 
 
 class Guides(unittest.TestCase):
@@ -82,7 +83,7 @@ class Guides(unittest.TestCase):
             self.look_at_pictures(name, page, Path(folder))
 
     def look_at_pictures(self, name, page, folder):
-        """Those of the page are made by its commands, and small."""
+        """Checks that the commands of the page write its pictures, and that stored pictures are small."""
         for picture in re.findall(r"\]\(\.\./pictures/guides/([^)]+)\)", page):
             self.assertTrue((folder / picture).exists(), f"{name} does not make {picture}")
             if PICTURES:
@@ -96,7 +97,7 @@ for guide in sorted(GUIDES.glob("*.md")):
 
 
 class Quoting(unittest.TestCase):
-    def test_numbers_may_differ_a_little_and_words_may_not(self):
+    def test_quoted_numbers_may_differ_by_a_quarter_and_words_may_not(self):
         self.assertTrue(is_quoted("valid elements 1 086", "  valid elements      1 190\n"))
         self.assertFalse(is_quoted("valid elements 1 086", "  valid elements      2 190\n"))
         self.assertFalse(is_quoted("valid elements 4", "  invalid elements 4\n"))

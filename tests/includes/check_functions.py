@@ -1,11 +1,11 @@
-"""Does each source of the program take its elementary functions from `core:tensors`? The C library chooses its own by the processor, and
-with them the last digits: a mesh made with them has other bytes on another machine.
+"""Checks that sources of the program take elementary functions from `core:tensors`. The C library selects its
+implementation by the processor. Their last digits differ, and with them the bytes of meshes.
 
     python3 tests/includes/check_functions.py [FILE…]        all sources of modules/ and apps/ without FILE; exit code 1: some do not
 
-Square roots, `fma`, rounding, and what takes a number apart are exact, and are those of the library. Exception: modules/cad/occ, whose
-OpenCASCADE calls the library by itself. Expressions of users are evaluated by muParser with our functions (modules/fields/expression.cpp).
-What this text cannot see, a call without `std::` in a unit that does not import `camber.core`, tests/pipelines/test_processors.py finds in
+Square roots, `fma`, rounding and the functions that decompose a number are exact and come from the library. Exception: modules/cad/occ,
+since OpenCASCADE calls the library itself. muParser evaluates expressions of users with our functions (modules/fields/expression.cpp).
+This check does not find calls without `std::` in a unit that does not import `camber.core`; tests/pipelines/test_processors.py finds them in
 the program.
 """
 import re
@@ -22,7 +22,7 @@ OF_LIBRARY = re.compile(r"\bstd::(?:complex|polar|\w+_distribution)\b|#include <
 
 
 def refused(path):
-    """[(line, text)] of what the C or C++ library would compute."""
+    """[(line, text)] of functions of the C or C++ library."""
     text = NOISE.sub(lambda m: re.sub(r"[^\n]", " ", m[0]), path.read_text())
     return [(text.count("\n", 0, m.start()) + 1, m[0]) for pattern in (CALL, OF_LIBRARY) for m in pattern.finditer(text)]
 

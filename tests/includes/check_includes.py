@@ -1,10 +1,11 @@
-"""Does each source file include the standard headers of the names that it uses? Where the standard library is one header module
-(cmake/HeaderModule.cmake) no compiler says so, and a build without it would break.
+"""Checks that each source file includes the standard headers of the names that it uses. If the standard library is one
+header module (cmake/HeaderModule.cmake), the compiler does not report missing headers, and a build without the module
+fails.
 
     python3 tests/includes/check_includes.py [FILE…]        all sources of the project without FILE; exit code 1: something is missing
 
-A header counts if the file itself includes it, or a header of ours that it includes ("…"). Names are looked for in the text, so
-that calls in templates, which a syntax tree leaves open, count too. A standard name that the table does not know is an error.
+A header counts if the file includes it directly or through a project header ("…"). Names are searched in the text, so that calls in
+templates count too. A standard name that the table does not contain is an error.
 """
 import re
 import sys
@@ -12,7 +13,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 
-# header: the names that it gives. One with several headers has what it needs from any of them.
+# header: its names. A name with several headers needs any of them.
 TABLE = """
 algorithm: adjacent_find all_of any_of binary_search clamp copy copy_n count copy_if count_if fill find inplace_merge find_if is_sorted lower_bound make_heap pop_heap push_heap max
     max_element min min_element minmax minmax_element next_permutation none_of nth_element partial_sort remove_if reverse shuffle
@@ -109,7 +110,7 @@ sstream: ios
 vector: size begin end
 array: size begin end data
 """
-# Without std::, since they are macros or C's.
+# Macros and names of C without std::.
 PLAIN = {
     "cerrno": r"errno|E(?:ACCES|AGAIN|BADF|CANCELED|DQUOT|EXIST|FBIG|INTR|INVAL|ISDIR|NOENT|NOMEM|NOSPC|NOTDIR|NXIO|OPNOTSUPP|PERM|PIPE|ROFS)",
     "csignal": r"SIG(?:INT|TERM|PIPE|XFSZ|SEGV|ABRT|_IGN|_DFL)",
@@ -122,7 +123,7 @@ NESTED = {"ranges"}  # namespaces whose members come from several headers
 ALSO = {"cerrno": {"errno.h"}, "csignal": {"signal.h"}, "climits": {"limits.h"}}
 
 
-# The ends of an edge are an array, and taking it apart asks for std::get of it.
+# The ends of an edge are an array: a structured binding needs std::get.
 ENDS = re.compile(r"auto\s*&?\s*\[\w+, \w+\] = [^;{]*?\b(?:vertices|local_edges<\w+>)\[")
 
 
@@ -136,29 +137,29 @@ def headers_by_name():
 
 
 HEADERS = headers_by_name()
-# Comments and literals, but not the name of an included file.
+# Comments and literals, except for names of included files.
 NOISE = re.compile(r'//[^\n]*|/\*.*?\*/|R"(\w*)\(.*?\)\1"|"(?:\\.|[^"\\\n])*"|(?<![0-9a-fA-F])\'(?:\\.|[^\'\\\n])+\'', re.S)
 NAME = re.compile(r"\bstd::(\w+)(?:::(\w+))?")
 
 
-def included(path, seen=None):
-    """The standard headers that a file includes, itself and by headers of ours."""
-    seen = set() if seen is None else seen
-    if path in seen:
+def included(path, visited=None):
+    """The standard headers that a file includes directly or through project headers."""
+    visited = set() if visited is None else visited
+    if path in visited:
         return set()
-    seen.add(path)
+    visited.add(path)
     text = path.read_text()
     found = set(re.findall(r"^#include <([\w./]+)>", text, re.M))
-    for ours in re.findall(r'^#include "([\w./]+)"', text, re.M):
+    for header_name in re.findall(r'^#include "([\w./]+)"', text, re.M):
         for folder in (path.parent, ROOT / "tests" / "support"):
-            if (folder / ours).exists():
-                found |= included(folder / ours, seen)
+            if (folder / header_name).exists():
+                found |= included(folder / header_name, visited)
                 break
     return found
 
 
 def missing(path):
-    """[(line, name, headers that have it or nothing)], the first use of each name."""
+    """[(line, name, possible headers)] of the first use of each name without its header."""
     text = NOISE.sub(lambda m: re.sub(r"[^\n]", " ", m[0]), path.read_text())
     there = included(path)
     found = {}

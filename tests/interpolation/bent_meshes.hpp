@@ -1,4 +1,4 @@
-// Lattices whose edges are bent, and the errors of fields on them.
+// Lattices with bent edges, and interpolation errors on them.
 #pragma once
 
 #include <doctest/doctest.h>
@@ -27,12 +27,12 @@ QuadraticMesh<D> mesh_of_cells(int cells, double jitter, std::uint64_t seed) {
     options.cells.fill(cells);
     options.jitter = jitter;
     options.seed = seed;
-    auto mesh = elevate(lattice_mesh<D>(options), alone);
+    auto mesh = elevate(lattice_mesh<D>(options), one_thread);
     REQUIRE(mesh.has_value());
     return *mesh;
 }
 
-/// Nodes moved by up to `amplitude`.
+/// Moves the nodes by up to `amplitude`.
 template <int D>
 QuadraticMesh<D> bent(QuadraticMesh<D> mesh, double amplitude, std::uint64_t seed) {
     std::mt19937_64 random(seed);
@@ -55,7 +55,7 @@ ScalarField<D> field_of(F f) {
 
 template <int D>
 InterpolationError error_of(const QuadraticMesh<D>& mesh, const ScalarField<D>& field, double tolerance = 1e-3,
-                            const Execution& execution = alone) {
+                            const Execution& execution = one_thread) {
     auto error = interpolation_error<D>(as_mesh(mesh), field, {.tolerance = tolerance}, execution);
     REQUIRE(error.has_value());
     return *error;

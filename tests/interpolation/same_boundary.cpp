@@ -1,5 +1,4 @@
-// Laws of the mesh that curved ones are compared with where their walls are curved: the same boundary and interfaces,
-// straight edges elsewhere.
+// The comparison mesh of curved walls: the same boundary and interfaces, with straight edges elsewhere.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -23,7 +22,7 @@ using namespace camber::testing;
 
 namespace {
 
-/// 1: an edge of the lattice's boundary, by a way of its own: the middle of its chord is on a side of the box.
+/// 1 for boundary edges of the lattice, found independently: the middle of the chord is on a side of the box.
 template <int D>
 std::vector<std::uint8_t> edges_on_sides(const QuadraticMesh<D>& mesh, int cells) {
     std::vector<std::uint8_t> on(mesh.edges.size(), 0);
@@ -36,7 +35,7 @@ std::vector<std::uint8_t> edges_on_sides(const QuadraticMesh<D>& mesh, int cells
     return on;
 }
 
-/// Nodes of the chosen edges moved at random, where `allowed` in each direction.
+/// Moves nodes at random in the directions that `allowed` selects.
 template <int D, class Allowed>
 QuadraticMesh<D> moved(QuadraticMesh<D> mesh, const Allowed& allowed, std::uint64_t seed) {
     std::mt19937_64 random(seed);
@@ -63,7 +62,7 @@ constexpr int cells = 3;
 
 template <int D>
 void check_straight_boundary() {
-    property("edges bent inside, and within flat sides",
+    property("only inner edges and edges within flat sides are bent",
              [](std::uint64_t seed) {
                  const auto within = [&](std::size_t, const Vec<D>& p, int c) { return p[c] != 0 && p[c] != cells; };
                  const auto mesh = moved(mesh_of_cells<D>(cells, 0, 0), within, seed);
@@ -78,7 +77,7 @@ void check_straight_boundary() {
 
 template <int D>
 void check_straight_inside() {
-    property("edges bent on the boundary alone",
+    property("only boundary edges are bent",
              [](std::uint64_t seed) {
                  const auto straight = mesh_of_cells<D>(cells, 0, 0);
                  const auto on = edges_on_sides(straight, cells);
@@ -96,8 +95,8 @@ void check_straight_inside() {
 }
 
 template <int D>
-void check_second_making() {
-    property("edges bent everywhere",
+void check_straightened_inside() {
+    property("all edges are bent",
              [](std::uint64_t seed) {
                  const auto straight = mesh_of_cells<D>(cells, 0, 0);
                  const auto mesh = moved(straight, [](auto&&...) { return true; }, seed);
@@ -108,15 +107,15 @@ void check_second_making() {
                  auto inside = straight;
                  inside.mid_nodes = std::move(nodes);
                  const auto error = error_of<D>(mesh, any_field<D>(), 1e-5);
-                 const auto wanted = error_of<D>(inside, any_field<D>(), 1e-5);
-                 RC_ASSERT(agree(error.same_boundary.l2.value, wanted.curved.l2.value, 2e-5));
-                 RC_ASSERT(agree(error.same_boundary.h1.value, wanted.curved.h1.value, 2e-5));
-                 RC_ASSERT(agree(error.volume.curved, wanted.volume.curved, 1e-13));
+                 const auto expected = error_of<D>(inside, any_field<D>(), 1e-5);
+                 RC_ASSERT(agree(error.same_boundary.l2.value, expected.curved.l2.value, 2e-5));
+                 RC_ASSERT(agree(error.same_boundary.h1.value, expected.curved.h1.value, 2e-5));
+                 RC_ASSERT(agree(error.volume.curved, expected.volume.curved, 1e-13));
              },
              {.count = 5});
 }
 
-/// Two materials, divided by a curved interface; outside all is flat.
+/// Two materials with a curved interface in a flat boundary.
 template <int D>
 void check_interface() {
     auto mesh = mesh_of_cells<D>(2, 0, 0);
@@ -137,7 +136,8 @@ void check_interface() {
     CHECK(same(two.same_boundary, two.curved));
 }
 
-/// Layers around a cylinder, of which the first is thinner than the wall's sagitta: r = 1 + 0.02 i, angles of 0.8.
+/// Layers around a cylinder, r = 1 + 0.02 i, with angles of 0.8. The first layer is thinner than the sagitta of the
+/// wall.
 template <int D>
 void check_inverted_layers() {
     const auto mesh = mapped<D>(mesh_of_cells<D>(2, 0, 0), [](Vec<D> x) {
@@ -159,30 +159,18 @@ void check_inverted_layers() {
 
 }  // namespace
 
-TEST_CASE("where the boundary is flat the comparison is the straight mesh, to the bit, in 2D") {
-    check_straight_boundary<2>();
-}
-TEST_CASE("where the boundary is flat the comparison is the straight mesh, to the bit, in 3D") {
-    check_straight_boundary<3>();
-}
-TEST_CASE("where inner edges are straight the comparison is the mesh itself, to the bit, in 2D") {
-    check_straight_inside<2>();
-}
-TEST_CASE("where inner edges are straight the comparison is the mesh itself, to the bit, in 3D") {
-    check_straight_inside<3>();
-}
-TEST_CASE("the comparison is the mesh with inner edges made straight, in 2D") { check_second_making<2>(); }
-TEST_CASE("the comparison is the mesh with inner edges made straight, in 3D") { check_second_making<3>(); }
-TEST_CASE("interfaces are kept as the boundary is, in 2D") { check_interface<2>(); }
-TEST_CASE("interfaces are kept as the boundary is, in 3D") { check_interface<3>(); }
-TEST_CASE("thin layers whose inner edges go straight are counted where they are inverted, in 2D") {
-    check_inverted_layers<2>();
-}
-TEST_CASE("thin layers whose inner edges go straight are counted where they are inverted, in 3D") {
-    check_inverted_layers<3>();
-}
+TEST_CASE("the comparison mesh is the straight mesh where the boundary is flat, 2D") { check_straight_boundary<2>(); }
+TEST_CASE("the comparison mesh is the straight mesh where the boundary is flat, 3D") { check_straight_boundary<3>(); }
+TEST_CASE("the comparison mesh is the mesh itself where inner edges are straight, 2D") { check_straight_inside<2>(); }
+TEST_CASE("the comparison mesh is the mesh itself where inner edges are straight, 3D") { check_straight_inside<3>(); }
+TEST_CASE("the comparison mesh has straight inner edges, 2D") { check_straightened_inside<2>(); }
+TEST_CASE("the comparison mesh has straight inner edges, 3D") { check_straightened_inside<3>(); }
+TEST_CASE("the comparison mesh keeps curved interfaces, 2D") { check_interface<2>(); }
+TEST_CASE("the comparison mesh keeps curved interfaces, 3D") { check_interface<3>(); }
+TEST_CASE("elements inverted in the comparison mesh are counted, 2D") { check_inverted_layers<2>(); }
+TEST_CASE("elements inverted in the comparison mesh are counted, 3D") { check_inverted_layers<3>(); }
 
-TEST_CASE("volumes are those of a quadratic map") {
+TEST_CASE("the volume of a mesh under a quadratic map is exact") {
     // x + a y z, y + b z x, z + c x y: det J = 1 - bc x² - ac y² - ab z² + 2 abc xyz.
     const double a = 0.1, b = -0.05, c = 0.07, n = 2;
     const auto mesh = mapped<3>(mesh_of_cells<3>(2, 0, 0), [=](const Vec<3>& x) {
@@ -193,11 +181,11 @@ TEST_CASE("volumes are those of a quadratic map") {
     CHECK(agree(error_of<3>(mesh, any_field<3>()).volume.curved, exact, 1e-13));
 }
 
-TEST_CASE("areas differ by the segments of the walls: two thirds of chord by sagitta") {
+TEST_CASE("the area of a curved edge differs from the chord by two thirds of chord times sagitta") {
     auto mesh = mesh_of_cells<2>(2, 0, 0);
     auto nodes = take(std::move(mesh.mid_nodes));
     for (auto& node : nodes)
-        if (node.point[1] == 0) node.point[1] -= 0.09;  // both edges below bulge outwards
+        if (node.point[1] == 0) node.point[1] -= 0.09;  // both lower edges bulge outwards
     mesh.mid_nodes = std::move(nodes);
     const auto volume = error_of<2>(mesh, any_field<2>()).volume;
     CHECK(volume.straight == 4);

@@ -1,4 +1,4 @@
-// Meshes from arrays and back: what programs hand on in memory.
+// Tests of the conversion between meshes and arrays in memory.
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -43,7 +43,7 @@ LinearMesh<D> linear_of(const DecodedMesh& mesh) {
 }
 
 template <int D>
-void shares_its_columns() {
+void check_shared_columns() {
     const auto arrays = fan<D>(5);
     const auto made = mesh_of_arrays<D>(arrays, {});
     REQUIRE(made);
@@ -52,7 +52,7 @@ void shares_its_columns() {
     CHECK(linear_of<D>(*made).point_references.size() == arrays.points.size());
 }
 
-/// An elevated mesh as arrays, its nodes among the points.
+/// Returns the arrays of an elevated mesh, with its mid nodes after the points.
 template <int D>
 MeshArrays<D> arrays_of(const QuadraticMesh<D>& mesh) {
     Buffer<Vec<D>> points(mesh.linear.points.begin(), mesh.linear.points.end());
@@ -65,7 +65,7 @@ MeshArrays<D> arrays_of(const QuadraticMesh<D>& mesh) {
 }
 
 template <int D>
-void comes_back() {
+void check_round_trip() {
     const auto made = mesh_of_arrays<D>(fan<D>(6), {});
     REQUIRE(made);
     const auto curved = elevate(linear_of<D>(*made), {});
@@ -76,24 +76,24 @@ void comes_back() {
 }
 
 template <int D>
-std::string refused(MeshArrays<D> arrays) {
+std::string error_message(MeshArrays<D> arrays) {
     const auto made = mesh_of_arrays<D>(std::move(arrays), {});
     return made ? "not refused" : describe(made.error());
 }
 
 }  // namespace
 
-TEST_CASE("a mesh of degree 1 shares the columns that it is made of") {
-    shares_its_columns<2>();
-    shares_its_columns<3>();
+TEST_CASE("a degree-1 mesh made from arrays shares their columns") {
+    check_shared_columns<2>();
+    check_shared_columns<3>();
 }
 
-TEST_CASE("a mesh of degree 2 comes back as it was") {
-    comes_back<2>();
-    comes_back<3>();
+TEST_CASE("the arrays of a degree-2 mesh give the same mesh") {
+    check_round_trip<2>();
+    check_round_trip<3>();
 }
 
-TEST_CASE("coordinates are shared with an owner, and copied without one") {
+TEST_CASE("points_of shares coordinates that have an owner and copies others") {
     const auto owner = std::make_shared<std::vector<double>>(std::vector<double>{0, 1, 2, 3, 4, 5});
     const auto shared = points_of<3>(*owner, owner);
     CHECK(shared.size() == 2);
@@ -104,13 +104,13 @@ TEST_CASE("coordinates are shared with an owner, and copied without one") {
     CHECK(static_cast<const void*>(copied.data()) != owner->data());
 }
 
-TEST_CASE("what is wrong with arrays is told by its row") {
+TEST_CASE("invalid arrays are rejected with their row") {
     auto arrays = fan<3>(4);
     Buffer<Vec<3>> points(arrays.points.begin(), arrays.points.end());
     points[3][1] = std::numeric_limits<double>::infinity();
     auto infinite = arrays;
     infinite.points = Column<Vec<3>>(std::move(points));
-    CHECK(refused(infinite) == "points: row 3: has a coordinate that is not finite");
+    CHECK(error_message(infinite) == "points: row 3: has a coordinate that is not finite");
     const auto with_node = [&](std::size_t cell, std::size_t i, VertexId v) {
         auto rows = take(arrays.elements.straight.nodes);
         rows[cell][i] = v;
@@ -118,10 +118,10 @@ TEST_CASE("what is wrong with arrays is told by its row") {
         wrong.elements.straight.nodes = Column<SimplexVertices<3>>(std::move(rows));
         return wrong;
     };
-    CHECK(refused(with_node(2, 1, VertexId(std::size_t{7}))) ==
-          "tetra: row 2: has a node that is none of the 7 points (nodes count the points from 0)");
-    CHECK(refused(with_node(1, 3, VertexId(std::size_t{0}))) == "tetra: row 1: has a node twice");
-    auto short_of = arrays;
-    short_of.elements.straight.references = Column<Reference>(Buffer<Reference>(2, 0));
-    CHECK(refused(short_of) == "tetra: 2 references of 4 cells (give one a cell, or none)");
+    CHECK(error_message(with_node(2, 1, VertexId(std::size_t{7}))) ==
+          "tetra: row 2: has a node that is none of the 7 points (points are numbered from 0)");
+    CHECK(error_message(with_node(1, 3, VertexId(std::size_t{0}))) == "tetra: row 1: has a node twice");
+    auto too_few_references = arrays;
+    too_few_references.elements.straight.references = Column<Reference>(Buffer<Reference>(2, 0));
+    CHECK(error_message(too_few_references) == "tetra: 2 references of 4 cells (give one per cell, or none)");
 }

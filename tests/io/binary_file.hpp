@@ -1,4 +1,4 @@
-// Writes binary GMF files of any version and byte order word by word: a second, independent encoder.
+// A second, independent encoder: writes binary GMF files of any version and byte order word by word.
 #pragma once
 
 #include <algorithm>
@@ -53,7 +53,7 @@ struct BinaryFile {
         keyword(number);
         integer(count);
     }
-    /// Enters where the block ends.
+    /// Writes the position where the block ends.
     void close() {
         const std::size_t end = bytes.size();
         const std::vector<std::byte> all = bytes;

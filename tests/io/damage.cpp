@@ -1,4 +1,4 @@
-// Damaged files give errors (or the same value), whatever the damage.
+// Damaged GMF files give errors or the same value.
 #include "any_mesh.hpp"
 #include "binary_file.hpp"
 #include "generated.hpp"
@@ -17,15 +17,15 @@ const GmfOptions all_options[] = {
     {GmfEncoding::ascii, 2}, {GmfEncoding::binary, 2}, {GmfEncoding::binary, 3}, {GmfEncoding::binary, 4}};
 
 template <class Mesh>
-void cut_everywhere(const Mesh& mesh) {
+void check_truncation(const Mesh& mesh) {
     for (const GmfOptions options : all_options) {
         const auto whole = generated::joined(*encode_gmf_mesh(as_mesh(mesh), options, {}));
         for (std::size_t n = 0; n < whole.size(); ++n) {
             const generated::Bytes cut(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(n));
             const auto decoded = decode_gmf_mesh(cut, "file", {.threads = 1});
             CAPTURE(n);
-            if (decoded && !decoded->notices.empty()) {  // cut where a block ends, which is told
-                REQUIRE(decoded->notices[0].what == "the file has no End: nobody can tell whether it is whole");
+            if (decoded && !decoded->notices.empty()) {  // cut at the end of a block, which is reported
+                REQUIRE(decoded->notices[0].what == "the file has no keyword End, so it may be incomplete");
                 REQUIRE(options.encoding == GmfEncoding::ascii);
             } else if (decoded) {
                 REQUIRE(testing::holds<Mesh>(decoded->mesh));
@@ -38,28 +38,28 @@ void cut_everywhere(const Mesh& mesh) {
     }
 }
 
-/// Every index of a decoded mesh refers to something.
+/// True if all indices of a decoded mesh are in range.
 template <int D>
-bool is_consistent(const Mesh<D>& given) {
-    const LinearMesh<D> mesh = straight_simplices(given);
+bool is_consistent(const Mesh<D>& decoded_mesh) {
+    const LinearMesh<D> mesh = straight_simplices(decoded_mesh);
     const std::size_t n = mesh.points.size();
-    bool sound = mesh.point_references.size() == n;
+    bool consistent = mesh.point_references.size() == n;
     const auto check = [&](const auto& kind) {
-        sound = sound && kind.references.size() == kind.size();
+        consistent = consistent && kind.references.size() == kind.size();
         for (const auto& simplex : kind.vertices)
-            for (const VertexId v : simplex) sound = sound && v.index() < n;
-        for (const std::uint32_t i : kind.required) sound = sound && i < kind.size();
+            for (const VertexId v : simplex) consistent = consistent && v.index() < n;
+        for (const std::uint32_t i : kind.required) consistent = consistent && i < kind.size();
     };
     check(mesh.elements);
     check(mesh.facets);
     check(mesh.edges);
-    for (const VertexId v : mesh.corners) sound = sound && v.index() < n;
+    for (const VertexId v : mesh.corners) consistent = consistent && v.index() < n;
     for (const auto& at : mesh.geometry.normals.at)
-        sound = sound && at.vertex.index() < n && at.row < mesh.geometry.normals.table.size();
-    return sound && given.edge_nodes.size() == given.entities.edges.size();
+        consistent = consistent && at.vertex.index() < n && at.row < mesh.geometry.normals.table.size();
+    return consistent && decoded_mesh.edge_nodes.size() == decoded_mesh.entities.edges.size();
 }
 
-void survives(const generated::Bytes& bytes) {
+void check_decoding(const generated::Bytes& bytes) {
     if (const auto mesh = decode_gmf_mesh(bytes, "file", {.threads = 1}))
         RC_ASSERT(std::visit([](const auto& m) { return is_consistent(m); }, mesh->mesh));
     if (const auto solution = decode_gmf_solution(bytes, "file", {.threads = 1}))
@@ -81,25 +81,25 @@ generated::Bytes some_file(std::uint64_t seed) {
 
 }  // namespace
 
-TEST_CASE("a file cut anywhere") {
-    cut_everywhere(generated::mesh<2>(2, 3));
-    cut_everywhere(generated::mesh<3>(2, 2));
-    cut_everywhere(generated::quadratic<2>(2, 2));
-    cut_everywhere(generated::quadratic<3>(2, 2));
+TEST_CASE("a GMF file cut at any byte gives an error or the same mesh") {
+    check_truncation(generated::mesh<2>(2, 3));
+    check_truncation(generated::mesh<3>(2, 2));
+    check_truncation(generated::quadratic<2>(2, 2));
+    check_truncation(generated::quadratic<3>(2, 2));
 }
 
-TEST_CASE("noise") {
-    testing::property("some bytes changed",
+TEST_CASE("a GMF file with noise gives an error or a consistent mesh") {
+    testing::property("random bytes are replaced",
                       [](std::uint64_t seed) {
                           auto bytes = some_file(seed);
                           generated::Random random(seed);
                           for (std::size_t i = 0, n = 1 + random.below(6); i < n; ++i)
                               bytes[random.below(bytes.size())] =
                                   static_cast<std::byte>(random.below(4) == 0 ? 0xff : random.below(256));
-                          survives(bytes);
+                          check_decoding(bytes);
                       },
                       {.count = 3000});
-    testing::property("pieces moved about",
+    testing::property("a piece of the file is copied to another position",
                       [](std::uint64_t seed) {
                           auto bytes = some_file(seed);
                           generated::Random random(seed);
@@ -109,10 +109,10 @@ TEST_CASE("noise") {
                                                        bytes.begin() + static_cast<std::ptrdiff_t>(from + length));
                           bytes.insert(bytes.begin() + static_cast<std::ptrdiff_t>(random.below(bytes.size())),
                                        piece.begin(), piece.end());
-                          survives(bytes);
+                          check_decoding(bytes);
                       },
                       {.count = 500});
-    testing::property("nothing but noise after the first words",
+    testing::property("random bytes follow the header",
                       [](std::uint64_t seed) {
                           generated::Random random(seed);
                           generated::Bytes bytes = random.below(2) == 0
@@ -120,12 +120,12 @@ TEST_CASE("noise") {
                                                        : BinaryFile(1 + static_cast<int>(random.below(4)), false).bytes;
                           for (std::size_t i = 0, n = random.below(300); i < n; ++i)
                               bytes.push_back(static_cast<std::byte>(random.below(3) == 0 ? 0 : random.below(256)));
-                          survives(bytes);
+                          check_decoding(bytes);
                       },
                       {.count = 2000});
 }
 
-TEST_CASE("absurd counts are refused before anything is allocated") {
+TEST_CASE("GMF files with excessive counts are rejected") {
     for (const int version : {2, 4})
         for (const std::int32_t keyword : {4, 5, 6, 8, 13, 14, 20, 24, 25, 30, 42, 60, 62, 127, 129, 133})
             for (const std::int64_t count :
@@ -138,7 +138,7 @@ TEST_CASE("absurd counts are refused before anything is allocated") {
                     file.integer(0);
                     file.close();
                 }
-                if (keyword >= 127) {  // orderings are read where there is something to order
+                if (keyword >= 127) {  // orderings are read only if there are rows to order
                     file.block(keyword == 127 ? 25 : keyword == 129 ? 24 : 30, 0);
                     file.close();
                 }

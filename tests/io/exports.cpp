@@ -1,4 +1,4 @@
-// What becomes of a mesh as STL of its boundary, and XDMF, which is written only.
+// Tests of the export formats: STL of the boundary, and XDMF.
 #include <doctest/doctest.h>
 
 #include <cmath>
@@ -19,7 +19,7 @@ using namespace camber;
 
 namespace {
 
-/// Two tetrahedra on a common face, one of them numbered the wrong way round; one face is listed.
+/// Two tetrahedra with a common face, one of them inverted; one face is listed.
 LinearMesh<3> two_tetrahedra() {
     LinearMesh<3> mesh;
     mesh.points = Buffer<Vec<3>>{{{0, 0, 0}}, {{1, 0, 0}}, {{0, 1, 0}}, {{0, 0, 1}}, {{1, 1, 1}}};
@@ -37,7 +37,7 @@ struct Triangle {
     double normal[3], corners[3][3];
 };
 
-/// A reader of STL as text of its own.
+/// An independent reader of text STL.
 std::vector<Triangle> triangles_of(const std::string& text) {
     std::istringstream words(text);
     std::vector<Triangle> triangles;
@@ -55,7 +55,7 @@ std::vector<Triangle> triangles_of(const std::string& text) {
     }
     return triangles;
 }
-/// By the divergence theorem: right only where all triangles are turned outwards.
+/// Volume by the divergence theorem; correct only if all triangles face outwards.
 double volume_of(const std::vector<Triangle>& triangles) {
     double sum = 0;
     for (const Triangle& t : triangles) {
@@ -74,14 +74,14 @@ std::size_t count(const std::string& text, const std::string& what) {
 
 }  // namespace
 
-TEST_CASE("the boundary as STL: closed, turned outwards, each reference a solid") {
+TEST_CASE("STL of a volume mesh is its closed outward boundary with one solid per reference") {
     const auto mesh = two_tetrahedra();
     const std::string text = generated::text_of(generated::joined(*encode_stl(as_mesh(mesh), StlEncoding::ascii, {})));
     const auto triangles = triangles_of(text);
     CHECK(triangles.size() == 6);
     CHECK(volume_of(triangles) == doctest::Approx(1.0 / 6 + 1.0 / 3));
     CHECK(text.starts_with("solid reference_0\n"));
-    CHECK(count(text, "solid the floor\n") == 2);  // endsolid, too
+    CHECK(count(text, "solid the floor\n") == 2);  // with endsolid
     const auto curved = *elevate(mesh, {});
     const auto four =
         triangles_of(generated::text_of(generated::joined(*encode_stl(as_mesh(curved), StlEncoding::ascii, {}))));
@@ -99,7 +99,7 @@ TEST_CASE("the boundary as STL: closed, turned outwards, each reference a solid"
     CHECK(losses[1].what == "STL in binary has no place for references");
 }
 
-TEST_CASE("surfaces and flat meshes as STL are all of their triangles") {
+TEST_CASE("STL of a surface or 2D mesh lists all triangles") {
     LinearMesh<3> surface = two_tetrahedra();
     surface.elements = {};
     CHECK(triangles_of(generated::text_of(generated::joined(*encode_stl(as_mesh(surface), StlEncoding::ascii, {}))))
@@ -117,7 +117,7 @@ TEST_CASE("surfaces and flat meshes as STL are all of their triangles") {
     CHECK(generated::joined(*encode_stl(as_mesh(LinearMesh<3>{}), StlEncoding::binary, {})).size() == 84);
 }
 
-TEST_CASE("an XDMF file has as many numbers as its items say") {
+TEST_CASE("XDMF items declare the dimensions of their data") {
     const auto mesh = two_tetrahedra();
     const auto fields =
         MeshFields{}
@@ -137,5 +137,5 @@ TEST_CASE("an XDMF file has as many numbers as its items say") {
     CHECK(second.find("TopologyType=\"Tetrahedron_10\" NumberOfElements=\"2\"") < second.size());
     REQUIRE(not_in_xdmf(as_mesh(curved)).size() == 2);
     CHECK(not_in_xdmf(as_mesh(curved))[1].what ==
-          "XDMF has one kind of cells of degree 2 in a grid: 1 facets are left out");
+          "XDMF allows only one kind of cells of degree 2 in a grid: 1 facets are left out");
 }

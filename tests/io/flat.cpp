@@ -1,4 +1,4 @@
-// Flat meshes: in 2D and back in space, whatever they carry; what is not flat stays as it is.
+// Conversion of plane meshes to 2D and back to 3D with all their data.
 #include <doctest/doctest.h>
 
 #include <cstddef>
@@ -20,7 +20,7 @@ using namespace camber;
 
 namespace {
 
-/// A surface of the generator in the plane of this z, but for vertices that nothing uses.
+/// A generated surface in the plane of this z; unused vertices stay off the plane.
 LinearMesh<3> flat_surface(std::uint64_t seed, std::size_t cells, double z) {
     LinearMesh<3> mesh = generated::mesh<3>(seed, cells);
     mesh.elements = {};
@@ -38,7 +38,7 @@ LinearMesh<3> flat_surface(std::uint64_t seed, std::size_t cells, double z) {
     return mesh;
 }
 
-/// The same with its tables of directions in the plane, one of the two, or none.
+/// Projects its tables of normals, tangents, both or none onto the plane.
 LinearMesh<3> with_directions_in_plane(LinearMesh<3> mesh, bool normals, bool tangents) {
     const auto flatten = [](Column<Vec<3>>& directions) {
         auto flat = take(std::move(directions));
@@ -78,8 +78,8 @@ Vec<3> moved_off(Vec<3> p) {
 
 }  // namespace
 
-TEST_CASE("what is flattened and raised is the same mesh") {
-    testing::property("straight and curved", [](std::uint64_t seed) {
+TEST_CASE("raising a flattened mesh restores it") {
+    testing::property("raising a flattened surface restores it, straight and curved", [](std::uint64_t seed) {
         const bool normals = *rc::gen::arbitrary<bool>(), tangents = *rc::gen::arbitrary<bool>();
         const double z = generated::Random(seed).real();
         const LinearMesh<3> mesh = with_directions_in_plane(flat_surface(seed, 1 + seed % 9, z), normals, tangents);
@@ -93,7 +93,7 @@ TEST_CASE("what is flattened and raised is the same mesh") {
         RC_ASSERT(flat_too.lift == flat.lift);
         RC_ASSERT(*raised(flat_too.mesh, flat_too.lift, {}) == as_mesh(quadratic));
     });
-    testing::property("the other way round", [](std::uint64_t seed) {
+    testing::property("flattening a raised mesh restores it", [](std::uint64_t seed) {
         const bool high = *rc::gen::arbitrary<bool>();
         const auto mesh = generated::quadratic<2>(seed, 1 + seed % 9);
         RC_PRE(mesh.linear.elements.size() > 0);
@@ -104,8 +104,8 @@ TEST_CASE("what is flattened and raised is the same mesh") {
     });
 }
 
-TEST_CASE("triangles are elements, edges facets, ridges count them; the edges of a curved mesh are its unique ones") {
-    testing::property("kind by kind", [](std::uint64_t seed) {
+TEST_CASE("flattening makes triangles elements, edges facets and all unique edges curved") {
+    testing::property("each kind of entity becomes its 2D kind", [](std::uint64_t seed) {
         const QuadraticMesh<3> mesh = curved(flat_surface(seed, 1 + seed % 9, 0), seed, 0);
         RC_PRE(mesh.linear.facets.size() > 0);
         const QuadraticMesh<2> flat = *as_quadratic(flattened_or_fail(as_mesh(mesh)).mesh);
@@ -118,8 +118,8 @@ TEST_CASE("triangles are elements, edges facets, ridges count them; the edges of
     });
 }
 
-TEST_CASE("what is not flat") {
-    testing::property("a used vertex or node off the plane, however little", [](std::uint64_t seed) {
+TEST_CASE("meshes with vertices off the plane, tetrahedra or no triangles are not flat") {
+    testing::property("a mesh with a used vertex or node off the plane is not flat", [](std::uint64_t seed) {
         const QuadraticMesh<3> mesh = curved(flat_surface(seed, 1 + seed % 9, 3), seed, 3);
         RC_PRE(mesh.linear.facets.size() > 0);
         generated::Random random(seed);
@@ -136,7 +136,7 @@ TEST_CASE("what is not flat") {
         quadratic.mid_nodes = std::move(nodes);
         RC_ASSERT(!is_flat(quadratic));
     });
-    testing::property("tetrahedra, or no triangles", [](std::uint64_t seed) {
+    testing::property("a mesh with tetrahedra or without triangles is not flat", [](std::uint64_t seed) {
         LinearMesh<3> mesh = flat_surface(seed, 1 + seed % 9, 0);
         RC_PRE(mesh.facets.size() > 0);
         RC_ASSERT(is_flat(mesh));
@@ -149,31 +149,32 @@ TEST_CASE("what is not flat") {
     CHECK_FALSE(is_flat(LinearMesh<3>{}));
 }
 
-TEST_CASE("a flat mesh of a file is in 2D with its lift, any other as it is") {
-    testing::property("degree 1 and 2, node numbers and notices kept", [](std::uint64_t seed) {
+TEST_CASE("a flat mesh is converted to 2D with its lift, another mesh is unchanged") {
+    testing::property("conversion preserves node numbers and notices in degrees 1 and 2", [](std::uint64_t seed) {
         const bool flat = *rc::gen::arbitrary<bool>();
         QuadraticMesh<3> mesh = curved(flat_surface(seed, 1 + seed % 9, 0), seed, 0);
         if (!flat) mesh = generated::quadratic<3>(seed, 1 + seed % 9);
         RC_PRE(mesh.linear.facets.size() > 0);
-        const auto law = [](const auto& given) {
-            const DecodedMesh read{as_mesh(given), {{"a notice"}}, Buffer<std::uint32_t>{3, 1, 2}};
-            const auto got = with_flat_in_2d(read, {});
-            RC_ASSERT(got.has_value());
-            RC_ASSERT(got->notices.at(0) == read.notices.at(0));
-            RC_ASSERT(!is_flat(given) || got->notices.size() == 1);
-            RC_ASSERT(got->node_numbers == read.node_numbers);
-            RC_ASSERT(got->lift.has_value() == is_flat(given));
-            RC_ASSERT((got->lift ? *raised(got->mesh, *got->lift, {}) : got->mesh) == read.mesh);
+        const auto check = [](const auto& input) {
+            const DecodedMesh read{as_mesh(input), {{"a notice"}}, Buffer<std::uint32_t>{3, 1, 2}};
+            const auto converted = with_flat_in_2d(read, {});
+            RC_ASSERT(converted.has_value());
+            RC_ASSERT(converted->notices.at(0) == read.notices.at(0));
+            RC_ASSERT(!is_flat(input) || converted->notices.size() == 1);
+            RC_ASSERT(converted->node_numbers == read.node_numbers);
+            RC_ASSERT(converted->lift.has_value() == is_flat(input));
+            RC_ASSERT((converted->lift ? *raised(converted->mesh, *converted->lift, {}) : converted->mesh) ==
+                      read.mesh);
         };
-        law(mesh);
-        law(mesh.linear);
+        check(mesh);
+        check(mesh.linear);
     });
     const AnyMesh in_2d = as_mesh(generated::mesh<2>(1, 4));
     CHECK_FALSE(with_flat_in_2d({in_2d, {}}, {})->lift.has_value());
     CHECK(*raised(AnyMesh(as_mesh(generated::mesh<3>(1, 4))), {}, {}) == AnyMesh(as_mesh(generated::mesh<3>(1, 4))));
 }
 
-TEST_CASE("a mesh whose z differ by rounding stays in space, and is told of") {
+TEST_CASE("a mesh whose z coordinates differ by rounding stays in 3D with a notice") {
     const auto notices = [](double z) {
         LinearMesh<3> mesh = flat_surface(3, 5, 0);
         REQUIRE(mesh.facets.size() > 0);
@@ -181,10 +182,10 @@ TEST_CASE("a mesh whose z differ by rounding stays in space, and is told of") {
         for (std::size_t v = 0; v < points.size(); ++v) points[v] = {{static_cast<double>(v), 0, 0}};
         points[mesh.facets.vertices[0][1].index()][2] = z;
         mesh.points = std::move(points);
-        const auto got = with_flat_in_2d({as_mesh(mesh), {}}, {});
-        REQUIRE(got.has_value());
-        CHECK(got->lift.has_value() == (z == 0));
-        return got->notices.size();
+        const auto converted = with_flat_in_2d({as_mesh(mesh), {}}, {});
+        REQUIRE(converted.has_value());
+        CHECK(converted->lift.has_value() == (z == 0));
+        return converted->notices.size();
     };
     CHECK(notices(0) == 0);
     CHECK(notices(1e-17) == 1);
@@ -193,10 +194,14 @@ TEST_CASE("a mesh whose z differ by rounding stays in space, and is told of") {
     CHECK(with_flat_in_2d({Mesh<3>{}, {}}, {})->notices.empty());
 }
 
-TEST_CASE("a lift of another mesh, and the request to stop") {
+TEST_CASE("raising rejects the lift of another mesh") {
     const Mesh<2> mesh = as_mesh(generated::mesh<2>(1, 4));
     const Lift other{.heights = Buffer<double>{0, 1}};
     CHECK(raised(mesh, other, {}).error().kind == ErrorKind::internal);
+}
+
+TEST_CASE("raising and flattening stop on request") {
+    const Mesh<2> mesh = as_mesh(generated::mesh<2>(1, 4));
     std::stop_source stop;
     stop.request_stop();
     const Execution stopped{.stop = stop.get_token()};
@@ -204,8 +209,8 @@ TEST_CASE("a lift of another mesh, and the request to stop") {
     CHECK(flattened(*raised(mesh, {}, {}), stopped).error().kind == ErrorKind::stopped);
 }
 
-TEST_CASE("fields raised are what VTU files of a 2D mesh show") {
-    testing::property("the same bytes", [](std::uint64_t seed) {
+TEST_CASE("VTU files of raised fields equal those of the 2D mesh") {
+    testing::property("VTU files of raised fields have the bytes of the 2D mesh", [](std::uint64_t seed) {
         const auto mesh = generated::quadratic<2>(seed, 1 + seed % 9);
         generated::Random random(seed);
         const std::size_t nodes = mesh.linear.points.size() + mesh.edges.size();
@@ -225,8 +230,8 @@ TEST_CASE("fields raised are what VTU files of a 2D mesh show") {
     });
 }
 
-TEST_CASE("a solution in space says of directions in the plane what it said") {
-    testing::property("tensors: the entries of x and y", [](std::uint64_t seed) {
+TEST_CASE("flattened solutions keep their in-plane components") {
+    testing::property("a flattened tensor has the entries of x and y", [](std::uint64_t seed) {
         generated::Random random(seed);
         Sym<3> space;
         for (double& value : space.c) value = random.real();

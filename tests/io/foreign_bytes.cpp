@@ -1,4 +1,4 @@
-// Binary files that this machine and this encoder would not write: every version in both byte orders.
+// Binary GMF files that the encoder does not write: every version in both byte orders.
 #include "any_mesh.hpp"
 #include "binary_file.hpp"
 #include "generated.hpp"
@@ -18,7 +18,7 @@ BinaryFile sample(int version, bool swapped) {
     file.block(6, 1);  // before the vertices
     for (const int i : {1, 2, 3, -4}) file.integer(i);
     file.close();
-    file.block(99, 2);  // elements of degree 4 that are none: see below
+    file.block(99, 2);  // elements of degree 4, none of them
     file.bytes.resize(file.bytes.size() - (version == 4 ? 8 : 4));
     file.integer(0);
     file.close();
@@ -50,7 +50,7 @@ BinaryFile sample(int version, bool swapped) {
 
 }  // namespace
 
-TEST_CASE("every version in either byte order") {
+TEST_CASE("GMF meshes of every version are read in either byte order") {
     for (const int version : {1, 2, 3, 4})
         for (const bool swapped : {false, true}) {
             CAPTURE(version);
@@ -74,7 +74,7 @@ TEST_CASE("every version in either byte order") {
         }
 }
 
-TEST_CASE("solutions of every version in either byte order") {
+TEST_CASE("GMF solutions of every version are read in either byte order") {
     for (const int version : {1, 2, 3, 4})
         for (const bool swapped : {false, true}) {
             BinaryFile file(version, swapped);

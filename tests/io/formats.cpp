@@ -1,4 +1,4 @@
-// The tables of formats: what each row promises, whichever it is.
+// Properties that every row of the format tables has.
 #include "any_mesh.hpp"
 #include "generated.hpp"
 #include "property.hpp"
@@ -32,7 +32,7 @@ bool holds_simplices(const AnyMesh& mesh) {
     return std::visit([](const auto& m) { return generated::holds_simplices(straight_simplices(m)); }, mesh);
 }
 
-/// A mesh in 2D is in space in files that know no plane.
+/// Formats without 2D store a 2D mesh in space.
 AnyMesh as_in_file(const MeshFormat& format, const AnyMesh& mesh) {
     return format.always_in_space ? *raised(mesh, {}, {}) : mesh;
 }
@@ -49,7 +49,7 @@ Solution some_solution(std::uint64_t seed) {
 }
 
 template <class Format>
-void names_and_endings_are_of_one_row(std::span<const Format> formats) {
+void check_unique_names_and_endings(std::span<const Format> formats) {
     std::set<std::string_view> names;
     std::vector<std::string_view> endings;
     for (const Format& format : formats) {
@@ -63,63 +63,63 @@ void names_and_endings_are_of_one_row(std::span<const Format> formats) {
             endings.push_back(ending);
         }
     }
-    // No ending ends another: which row is found does not depend on their order.
+    // No ending is a suffix of another, so the result does not depend on the order of rows.
     for (const std::string_view a : endings)
         CHECK(std::count_if(endings.begin(), endings.end(), [&](auto b) { return b.ends_with(a); }) == 1);
 }
 
 template <class Format>
-std::size_t rows_that_know(std::span<const Format> formats, const generated::Bytes& bytes) {
+std::size_t count_recognising(std::span<const Format> formats, const generated::Bytes& bytes) {
     return static_cast<std::size_t>(
         std::count_if(formats.begin(), formats.end(), [&](const Format& format) { return format.sniff(bytes); }));
 }
 
 }  // namespace
 
-TEST_CASE("each name and each ending is one row's") {
-    names_and_endings_are_of_one_row(mesh_formats());
-    names_and_endings_are_of_one_row(solution_formats());
+TEST_CASE("format names and endings are unique") {
+    check_unique_names_and_endings(mesh_formats());
+    check_unique_names_and_endings(solution_formats());
 }
 
-TEST_CASE("what a row of meshes writes it knows again, and no other does; what it reads is what was written") {
+TEST_CASE("each mesh format recognises only its own files and reads what it has written") {
     for (const MeshFormat& format : mesh_formats())
         if (format.encode && (format.name != "cgns" || knows_cgns()))
             testing::property(std::string(format.name), [&](std::uint64_t seed) {
                 const AnyMesh mesh = some_mesh(seed);
                 RC_PRE(holds_simplices(mesh));
                 const auto chunks = format.encode(mesh, {}, {}, {});
-                if (!chunks) {  // a format may hold one degree or dimension only
+                if (!chunks) {  // a format may support one degree or dimension only
                     RC_ASSERT(chunks.error().kind == ErrorKind::unsupported);
                     return;
                 }
                 const auto bytes = generated::joined(*chunks);
                 RC_ASSERT(format_with_content(mesh_formats(), bytes) == &format);
-                RC_ASSERT(rows_that_know(mesh_formats(), bytes) == 1U);
+                RC_ASSERT(count_recognising(mesh_formats(), bytes) == 1U);
                 if (!format.decode) return;
                 const auto back = decode_mesh(bytes, "file.of-no-format", {});
                 if (!back) RC_FAIL(describe(back.error()));
-                // Where something is lost, what is left is at least the same from then on.
+                // If data is lost, the remaining mesh is unchanged by further round trips.
                 if (format.losses(mesh).empty()) RC_ASSERT(as_in_file(format, back->mesh) == as_in_file(format, mesh));
                 RC_ASSERT(format.losses(back->mesh).empty());
                 const auto again = generated::joined(*format.encode(back->mesh, {}, {}, {}));
-                if (format.name == "cgns") {  // HDF5 notes when objects were made
+                if (format.name == "cgns") {  // HDF5 stores the creation time of objects
                     const auto third = decode_mesh(again, "file.of-no-format", {});
                     RC_ASSERT((third.has_value() && third->mesh == back->mesh));
                     return;
                 }
-                const bool same = again == bytes;  // not shown: files are long
+                const bool same = again == bytes;  // not printed, because files are long
                 RC_ASSERT(same);
             });
 }
 
-TEST_CASE("what a row of solutions writes it knows again, and no other does; what it reads is what was written") {
+TEST_CASE("each solution format recognises only its own files and reads what it has written") {
     for (const SolutionFormat& format : solution_formats())
         if (format.encode)
             testing::property(std::string(format.name), [&](std::uint64_t seed) {
                 const Solution solution = some_solution(seed);
                 const auto bytes = generated::joined(*format.encode(solution, {}));
                 RC_ASSERT(format_with_content(solution_formats(), bytes) == &format);
-                RC_ASSERT(rows_that_know(solution_formats(), bytes) == 1U);
+                RC_ASSERT(count_recognising(solution_formats(), bytes) == 1U);
                 if (!format.decode) return;
                 const auto back = decode_solution(bytes, "file.of-no-format", {});
                 if (!back) RC_FAIL(describe(back.error()));
@@ -127,29 +127,29 @@ TEST_CASE("what a row of solutions writes it knows again, and no other does; wha
             });
 }
 
-TEST_CASE("any bytes can be asked what they are, and two rows never both say: mine") {
-    testing::property("noise after a beginning", [](std::uint64_t seed) {
+TEST_CASE("at most one format recognises any bytes") {
+    testing::property("random bytes follow the beginning of a file", [](std::uint64_t seed) {
         generated::Random random(seed);
         const auto& format = mesh_formats()[random.below(mesh_formats().size())];
         const bool is_written = format.encode != nullptr;
         RC_PRE(is_written);
         const auto chunks = format.encode(as_mesh(generated::mesh<3>(seed, 3)), {}, {}, {});
-        RC_PRE(chunks.has_value());  // some are edges alone
+        RC_PRE(chunks.has_value());  // some meshes are edges only
         auto bytes = generated::joined(*chunks);
         bytes.resize(random.below(bytes.size()));
         for (std::size_t i = random.below(40); i < bytes.size(); ++i)
             bytes[i] = static_cast<std::byte>(random.below(256));
-        RC_ASSERT(rows_that_know(mesh_formats(), bytes) <= 1U);
+        RC_ASSERT(count_recognising(mesh_formats(), bytes) <= 1U);
     });
-    CHECK(rows_that_know(mesh_formats(), {}) == 0);
-    CHECK(rows_that_know(mesh_formats(), generated::bytes_of("<?xml version=\"1.0\"?><VTKFile type=\"PolyData\">")) ==
-          0);
-    CHECK(rows_that_know(mesh_formats(), generated::bytes_of("MFEM mesh v1.0\n\ndimension\n2\n")) == 1);
-    CHECK(rows_that_know(mesh_formats(), generated::bytes_of("% made by hand\n\nNDIME= 2\n")) == 1);
-    CHECK(rows_that_know(mesh_formats(), generated::bytes_of("MFEM finite element space\n")) == 0);
+    CHECK(count_recognising(mesh_formats(), {}) == 0);
+    CHECK(count_recognising(mesh_formats(),
+                            generated::bytes_of("<?xml version=\"1.0\"?><VTKFile type=\"PolyData\">")) == 0);
+    CHECK(count_recognising(mesh_formats(), generated::bytes_of("MFEM mesh v1.0\n\ndimension\n2\n")) == 1);
+    CHECK(count_recognising(mesh_formats(), generated::bytes_of("% made by hand\n\nNDIME= 2\n")) == 1);
+    CHECK(count_recognising(mesh_formats(), generated::bytes_of("MFEM finite element space\n")) == 0);
 }
 
-TEST_CASE("a file is read by its content, and by its ending where that says nothing") {
+TEST_CASE("a file is read by its content, or by its ending if the content is unknown") {
     const auto text = generated::bytes_of("MeshVersionFormatted 2\nDimension 2\nVertices 0\nEnd\n");
     CHECK(decode_mesh(text, "a.vtu", {}).has_value());
     CHECK(decode_mesh(text, "/dev/stdin", {}).has_value());
@@ -159,16 +159,16 @@ TEST_CASE("a file is read by its content, and by its ending where that says noth
     };
     const std::string remedy = " (give a " + listed(endings_read(mesh_formats())) + " file)";
     CHECK(remedy.find(".meshb") < remedy.size());
-    CHECK(message("of a cube", "in.mesh").starts_with("in.mesh: line 1: this is no GMF file"));
+    CHECK(message("of a cube", "in.mesh").starts_with("in.mesh: line 1: this is not a GMF file"));
     CHECK(message("of a cube", "in.xyz") ==
-          "in.xyz: it begins as no known format does, nor is its ending known" + remedy);
+          "in.xyz: neither its first bytes nor its extension belongs to a known format" + remedy);
     CHECK(message("of a cube", "a b/in.PLY") ==
-          "a b/in.PLY: it begins as no known format does, nor is its ending known (make it one: meshio convert "
-          "'a b/in.PLY' 'a b/in.vtu')");
+          "a b/in.PLY: neither its first bytes nor its extension belongs to a known format (convert it: meshio "
+          "convert 'a b/in.PLY' 'a b/in.vtu')");
     const std::string_view xdmf = "<?xml version=\"1.0\"?>\n<Xdmf Version=\"3.0\">\n";
-    CHECK(message(xdmf, "in.xyz") == "in.xyz: XDMF 3 as text is written, but not read" + remedy);
+    CHECK(message(xdmf, "in.xyz") == "in.xyz: XDMF 3 as text can be written, but not read" + remedy);
     CHECK(message(xdmf, "a.xmf") ==
-          "a.xmf: XDMF 3 as text is written, but not read (make it one: meshio convert a.xmf a.vtu)");
+          "a.xmf: XDMF 3 as text can be written, but not read (convert it: meshio convert a.xmf a.vtu)");
     CHECK(how_to_convert("it's.step") == "gmsh 'it'\\''s.step' -3 -format msh41 -o 'it'\\''s.msh'");
     CHECK(how_to_convert("in.mesh").empty());
     CHECK(message("", "/dev/stdin") == "/dev/stdin: the file is empty" + remedy);
@@ -178,30 +178,32 @@ TEST_CASE("a file is read by its content, and by its ending where that says noth
     const auto only_written = format_to_read(std::span<const MeshFormat>(formats),
                                              generated::bytes_of("<VTKFile type=\"UnstructuredGrid\">"), "in.mesh");
     REQUIRE(!only_written);
-    CHECK(describe(only_written.error()).starts_with("in.mesh: VTU (ParaView) is written, but not read (give a "));
+    CHECK(describe(only_written.error()).starts_with("in.mesh: VTU (ParaView) can be written, but not read (give a "));
 }
 
-TEST_CASE("files of programs that share an ending with another's are told by name") {
+TEST_CASE("files of other programs with a shared ending are rejected by program name") {
     const auto message = [](std::string_view bytes) {
         const auto decoded = decode_mesh(generated::bytes_of(bytes), "in.msh", {});
         return decoded ? "no error" : describe(decoded.error());
     };
     CHECK(message("3 1 3\n0 0 1\n1 0 1\n0 1 2\n1 2 3 0\n1 2 1\n2 3 1\n3 1 2\n") ==
-          "in.msh: is a mesh of FreeFEM, which is not read (in FreeFEM: savemesh(Th, \"FILE.mesh\"))");
-    CHECK(
-        message("(0 \"made by hand\")\n(2 3)\n").starts_with("in.msh: is a mesh of Fluent, which is not read (meshio"));
+          "in.msh: is a mesh of FreeFEM, which Camber cannot read (in FreeFEM: savemesh(Th, \"FILE.mesh\"))");
+    CHECK(message("(0 \"made by hand\")\n(2 3)\n")
+              .starts_with("in.msh: is a mesh of Fluent, which Camber cannot read "
+                           "(meshio"));
     CHECK(message("/COM,ANSYS RELEASE 19\n/PREP7\n").starts_with("in.msh: is a mesh of ANSYS (a .cdb archive), which"));
     CHECK(message("*NODE\n1,0,0,0\n") ==
-          "in.msh: is a mesh of Abaqus (.inp), which is not read (meshio convert "
-          "--input-format abaqus FILE NEW.vtu)");
+          "in.msh: is a mesh of Abaqus (.inp), which Camber cannot read (meshio convert --input-format abaqus FILE "
+          "NEW.vtu)");
     CHECK(message(std::string("\x89HDF\r\n\x1a\n", 8) + std::string(700, '\0') + "INFOS_GENERALES") ==
-          "in.msh: is a mesh of Salome (.med), which is not read (meshio convert --input-format med FILE NEW.vtu)");
+          "in.msh: is a mesh of Salome (.med), which Camber cannot read (meshio convert --input-format med FILE "
+          "NEW.vtu)");
     CHECK(message("MESH dimension 3 ElemType Tetrahedra Nnode 4\n").starts_with("in.msh: is a mesh of GiD, which"));
     CHECK(message("\n3 1\n") ==
-          "in.msh: line 1: this is no MSH file: it does not begin with $MeshFormat (give a .msh file)");
+          "in.msh: line 1: this is not an MSH file: it does not begin with $MeshFormat (give a .msh file)");
 }
 
-TEST_CASE("a file is written by its ending, or by a name that is given") {
+TEST_CASE("the ending or an explicit name selects the output format") {
     const auto written = [](std::string_view path, std::string_view name) {
         const auto format = format_to_write(mesh_formats(), path, name);
         return format ? std::string((*format)->name) : describe(format.error());
@@ -221,7 +223,7 @@ TEST_CASE("a file is written by its ending, or by a name that is given") {
     CHECK(of_solutions.error().remedy == "use .sol or .solb");
 }
 
-TEST_CASE("a table with rows of one's own") {
+TEST_CASE("a format table accepts additional formats") {
     std::vector<MeshFormat> formats(mesh_formats().begin(), mesh_formats().begin() + 2);
     MeshFormat only_read;
     only_read.name = "toy";
@@ -240,7 +242,7 @@ TEST_CASE("a table with rows of one's own") {
     CHECK(!format_to_write(all, "a.toy"));
 }
 
-TEST_CASE("associations of which something is not known: GMF has no word for it, and that is told") {
+TEST_CASE("GMF reports associations with unknown parameters or distances") {
     auto mesh = generated::mesh<3>(1, 5);
     const VertexId v(std::size_t{1});
     mesh.geometry.on_points = Buffer<Association<0>>{{v, 4}};
@@ -250,17 +252,16 @@ TEST_CASE("associations of which something is not known: GMF has no word for it,
     REQUIRE(losses.size() == 2);
     CHECK(losses[0].what ==
           "GMF has no place for 1 associations with curves and surfaces whose parameters are not known");
-    CHECK(losses[1].what ==
-          "GMF has no word for the distances from curves and surfaces that are not known: 1 are written as 0");
+    CHECK(losses[1].what == "GMF cannot mark distances from curves and surfaces as unknown: 1 are written as 0");
     for (const GmfEncoding encoding : {GmfEncoding::ascii, GmfEncoding::binary}) {
         const auto back =
             decode_gmf_mesh(generated::joined(*encode_gmf_mesh(as_mesh(mesh), {encoding}, {})), "file", {});
         REQUIRE(back);
-        const auto& given = testing::mesh_in<LinearMesh<3>>(back->mesh).geometry;
-        CHECK(given.on_points == mesh.geometry.on_points);
-        REQUIRE(given.on_curves.size() == 2);
-        CHECK(given.on_curves[0] == mesh.geometry.on_curves[1]);
-        CHECK(given.on_curves[1] == Association<1>{v, 9, {{0.75}}, 0.0});
+        const auto& restored = testing::mesh_in<LinearMesh<3>>(back->mesh).geometry;
+        CHECK(restored.on_points == mesh.geometry.on_points);
+        REQUIRE(restored.on_curves.size() == 2);
+        CHECK(restored.on_curves[0] == mesh.geometry.on_curves[1]);
+        CHECK(restored.on_curves[1] == Association<1>{v, 9, {{0.75}}, 0.0});
         CHECK(not_in_gmf(as_mesh(testing::mesh_in<LinearMesh<3>>(back->mesh))).empty());
     }
 }
@@ -300,7 +301,7 @@ Mesh<3> square_in_space() {
 
 }  // namespace
 
-TEST_CASE("a format refuses other shapes and degrees, and names them") {
+TEST_CASE("formats reject unsupported shapes and degrees by name") {
     const Mesh<3> cubic = *elevate(as_mesh(generated::mesh<3>(3, 5)), 3, {});
     for (const MeshFormat& format : mesh_formats()) {
         if (format.encode == nullptr || (format.name == "cgns" && !knows_cgns())) continue;
@@ -315,7 +316,7 @@ TEST_CASE("a format refuses other shapes and degrees, and names them") {
     }
 }
 
-TEST_CASE("a flat square of quadrilaterals is a mesh in 2D, and returns to its plane") {
+TEST_CASE("a flat square of quadrilaterals is converted to 2D and returns to its plane") {
     const auto flat = with_flat_in_2d({square_in_space(), {}}, {});
     REQUIRE((flat.has_value() && flat->lift.has_value()));
     CHECK(flat->lift->z == 2);

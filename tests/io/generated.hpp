@@ -1,4 +1,4 @@
-// Meshes of every feature from a seed, and bytes of encoded files.
+// Meshes with all features generated from a seed, and bytes of encoded files.
 #pragma once
 
 #include <algorithm>
@@ -44,7 +44,7 @@ class Random {
     explicit Random(std::uint64_t seed) : engine_(seed) {}
     std::size_t below(std::size_t n) { return n == 0 ? 0 : engine_() % n; }
     camber::Reference reference() { return static_cast<camber::Reference>(engine_()); }
-    /// Any magnitude, any digits, now and then zero of either sign or the smallest there is.
+    /// Any magnitude, any digits, sometimes zero of either sign or the smallest subnormal number.
     double real() {
         const auto kind = below(12);
         if (kind == 0) return -0.0;
@@ -82,7 +82,7 @@ camber::Simplices<K> simplices(Random& random, camber::Buffer<camber::SimplexVer
     return made;
 }
 
-/// The K-faces of a simplex's vertices, each set of K + 1 of them.
+/// Appends K-faces of a simplex, each of K + 1 cyclically consecutive vertices.
 template <int K, std::size_t N>
 void faces(const std::array<camber::VertexId, N>& simplex, camber::Buffer<camber::SimplexVertices<K>>& into) {
     for (std::size_t left_out = 0; left_out < N; ++left_out) {
@@ -118,8 +118,8 @@ camber::GivenGeometry<D> geometry(Random& random, std::size_t vertices) {
             std::move(on_surfaces)};
 }
 
-/// A strip of `cells` simplices, each on D + 1 vertices in a row of vertices, with coordinates of no geometric sense
-/// (decoding must not care) and features of every kind. No elements: a surface alone.
+/// A strip of `cells` simplices, each on D + 1 consecutive vertices, with features of every kind. Coordinates have no
+/// geometric meaning, because decoding does not depend on them. One mesh in five has no elements and is a surface mesh.
 template <int D>
 camber::LinearMesh<D> mesh(std::uint64_t seed, std::size_t cells) {
     Random random(seed);
@@ -165,13 +165,13 @@ camber::QuadraticMesh<D> quadratic(std::uint64_t seed, std::size_t cells) {
     return made;
 }
 
-/// Whether the two hold the same bits: −0 is not 0 here.
+/// True if both hold the same bits; −0 differs from 0.
 template <class T>
 bool same_bits(const camber::Column<T>& a, const camber::Column<T>& b) {
     return a.size() == b.size() && (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(T)) == 0);
 }
 
-/// The parameters and distances of associations, one after the other.
+/// The parameters and distances of associations, in order.
 template <int G>
 camber::Column<double> numbers_of(const camber::Column<camber::Association<G>>& associations) {
     camber::Buffer<double> numbers;

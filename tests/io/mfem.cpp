@@ -1,5 +1,4 @@
-// MFEM's meshes: what is written comes back, nodes as MFEM numbers them, and what is refused. An independent reader is
-// in tests/pipelines/mfem_reader.py.
+// Round trips, node order and errors of MFEM meshes. An independent reader is in tests/pipelines/mfem_reader.py.
 #include "any_mesh.hpp"
 #include "generated.hpp"
 #include "property.hpp"
@@ -43,7 +42,7 @@ bool is_face(const SimplexVertices<K - 1>& face, const Simplices<K>& elements) {
     });
 }
 
-/// The boundary without what is no face of the elements.
+/// Returns the boundary simplices that are faces of elements.
 template <int K>
 Simplices<K - 1> faces_among(const Simplices<K - 1>& boundary, const Simplices<K>& elements) {
     Buffer<SimplexVertices<K - 1>> vertices;
@@ -64,8 +63,7 @@ LinearMesh<D> with_faces_alone(LinearMesh<D> mesh) {
     return mesh;
 }
 
-/// The mesh with no more than MFEM holds, but for simplices of the boundary that are none of an element, all its
-/// references positive.
+/// The mesh with the data that MFEM stores and positive references; boundary simplices need not be faces of elements.
 template <int D>
 LinearMesh<D> with_any_boundary(LinearMesh<D> mesh) {
     const auto simplices = [](auto kind) {
@@ -85,11 +83,11 @@ LinearMesh<D> with_any_boundary(LinearMesh<D> mesh) {
 }
 
 template <int D>
-LinearMesh<D> held(const LinearMesh<D>& mesh) {
+LinearMesh<D> storable(const LinearMesh<D>& mesh) {
     return with_faces_alone(with_any_boundary(mesh));
 }
 
-/// Some simplices of the boundary with other vertices than they had.
+/// Replaces the vertices of some boundary simplices.
 template <int D>
 LinearMesh<D> with_noise_in_boundary(LinearMesh<D> mesh, std::uint64_t seed) {
     generated::Random random(seed);
@@ -113,7 +111,7 @@ LinearMesh<D> with_noise_in_boundary(LinearMesh<D> mesh, std::uint64_t seed) {
     return mesh;
 }
 
-/// Of degree 2 with nodes anywhere.
+/// Returns the degree-2 mesh with random mid nodes.
 template <int D>
 QuadraticMesh<D> curved(const LinearMesh<D>& mesh, std::uint64_t seed) {
     auto made = *elevate(mesh, {});
@@ -125,7 +123,7 @@ QuadraticMesh<D> curved(const LinearMesh<D>& mesh, std::uint64_t seed) {
 }
 
 template <class Mesh>
-void comes_back(const Mesh& mesh) {
+void check_round_trip(const Mesh& mesh) {
     RC_ASSERT(not_in_mfem(as_mesh(mesh)).empty());
     const auto bytes = generated::joined(*encode_mfem(as_mesh(mesh), {.threads = 1}));
     RC_ASSERT(bytes == generated::joined(*encode_mfem(as_mesh(mesh), {.threads = 3})));
@@ -137,37 +135,38 @@ void comes_back(const Mesh& mesh) {
 }
 
 template <int D>
-void laws() {
-    testing::property("straight", [](std::uint64_t seed) {
-        const auto mesh = held(generated::mesh<D>(seed, seed % 9));
+void check_properties() {
+    testing::property("an MFEM file restores a straight mesh", [](std::uint64_t seed) {
+        const auto mesh = storable(generated::mesh<D>(seed, seed % 9));
         RC_PRE(generated::holds_simplices(mesh));
-        comes_back(mesh);
+        check_round_trip(mesh);
     });
-    testing::property("curved", [](std::uint64_t seed) {
-        const auto mesh = held(generated::mesh<D>(seed, 1 + seed % 9));
+    testing::property("an MFEM file restores a curved mesh", [](std::uint64_t seed) {
+        const auto mesh = storable(generated::mesh<D>(seed, 1 + seed % 9));
         RC_PRE(generated::holds_simplices(mesh));
-        comes_back(curved(mesh, seed));
+        check_round_trip(curved(mesh, seed));
     });
-    testing::property("a boundary that is no element's is left out and counted", [](std::uint64_t seed) {
+    testing::property("facets that are not faces of elements are omitted and counted", [](std::uint64_t seed) {
         const auto mesh = with_noise_in_boundary(with_any_boundary(generated::mesh<D>(seed, 1 + seed % 9)), seed);
         RC_PRE(mesh.elements.size() > 0 || (D == 3 && mesh.facets.size() > 0));
-        const auto left = with_faces_alone(mesh);
-        const std::size_t lost = mesh.facets.size() - left.facets.size() + mesh.edges.size() - left.edges.size();
+        const auto faces_only = with_faces_alone(mesh);
+        const std::size_t dropped =
+            mesh.facets.size() - faces_only.facets.size() + mesh.edges.size() - faces_only.edges.size();
         const auto losses = not_in_mfem(as_mesh(mesh));
-        RC_ASSERT(losses.size() == (lost > 0 ? 1 : 0));
-        if (lost > 0)
+        RC_ASSERT(losses.size() == (dropped > 0 ? 1 : 0));
+        if (dropped > 0)
             RC_ASSERT(losses[0].what ==
-                      "MFEM has no place for " + std::to_string(lost) + " facets that are no element's face");
-        RC_ASSERT(written(mesh) == written(left));
+                      "MFEM has no place for " + std::to_string(dropped) + " facets that are not faces of elements");
+        RC_ASSERT(written(mesh) == written(faces_only));
         const auto nodes = curved(mesh, seed);
         const auto back = decode_mfem(generated::joined(*encode_mfem(as_mesh(nodes), {})), "in.mfem", {});
         if (!back) RC_FAIL(describe(back.error()));
-        if (!testing::holds<QuadraticMesh<D>>(back->mesh)) return;  // nothing was left
-        RC_ASSERT(testing::mesh_in<QuadraticMesh<D>>(back->mesh).linear == left);
+        if (!testing::holds<QuadraticMesh<D>>(back->mesh)) return;  // the file has no mesh
+        RC_ASSERT(testing::mesh_in<QuadraticMesh<D>>(back->mesh).linear == faces_only);
     });
 }
 
-/// Two triangles of a square with all their edges, and where their mid nodes are.
+/// Two triangles of a square with all their edges and their mid nodes.
 const std::string square =
     "MFEM mesh v1.0\n\n# a comment\ndimension\n2\n\nelements\n2\n1 2 0 1 2\n2 2 0 2 3\n\nboundary\n1\n7 1 2 3\n\n"
     "vertices\n4\n\nnodes\nFiniteElementSpace\nFiniteElementCollection: H1_2D_P2\nVDim: 2\nOrdering: 1\n\n"
@@ -175,16 +174,16 @@ const std::string square =
 
 }  // namespace
 
-TEST_CASE("what is written for MFEM comes back, in 2D") { laws<2>(); }
-TEST_CASE("what is written for MFEM comes back, in 3D") { laws<3>(); }
+TEST_CASE("MFEM files restore 2D meshes") { check_properties<2>(); }
+TEST_CASE("MFEM files restore 3D meshes") { check_properties<3>(); }
 
-TEST_CASE("nodes behind the vertices are those of edges as the elements name them") {
+TEST_CASE("MFEM nodes after the vertices follow the edge order of the elements") {
     const auto decoded = read(square);
     REQUIRE_MESSAGE(decoded.has_value(), message(square));
     const auto& mesh = testing::mesh_in<QuadraticMesh<2>>(decoded->mesh);
     CHECK(mesh.linear.elements.references == Column<Reference>(Buffer<Reference>{1, 2}));
     CHECK(mesh.linear.facets.references == Column<Reference>(Buffer<Reference>{7}));
-    // Of triangle 0 2 3: 02 is the third edge of the first triangle, 23 and 30 are new.
+    // In triangle 0 2 3 edge 02 is the third edge of the first triangle, edges 23 and 30 are new.
     const auto node = [&](std::size_t element, int edge) {
         return mesh.mid_nodes[mesh.edges.of_elements[element][edge]].point;
     };
@@ -201,7 +200,7 @@ TEST_CASE("nodes behind the vertices are those of edges as the elements name the
     CHECK(read(by_nodes)->mesh == decoded->mesh);
     CHECK(read(replaced(square, "H1_2D_P2", "Quadratic"))->mesh == decoded->mesh);
 
-    // A tetrahedron: 01 02 03 12 13 23.
+    // MFEM's edges of a tetrahedron: 01 02 03 12 13 23.
     const auto solid = read(
         "MFEM mesh v1.0\ndimension\n3\nelements\n1\n1 4 0 1 2 3\nboundary\n0\nvertices\n4\nnodes\nFiniteElementSpace\n"
         "FiniteElementCollection: H1_3D_P2\nVDim: 3\nOrdering: 1\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n0 1 9\n0 2 9\n0 3 9\n"
@@ -215,7 +214,7 @@ TEST_CASE("nodes behind the vertices are those of edges as the elements name the
     }
 }
 
-TEST_CASE("nodes of order 1, surfaces, vertices of their own") {
+TEST_CASE("MFEM reads meshes of order 1 and surface meshes") {
     const std::string triangle =
         "MFEM mesh v1.0\ndimension\n2\nelements\n1\n3 2 0 1 2\nboundary\n1\n4 1 0 1\nvertices\n3\n";
     const auto flat = read(triangle + "2\n0 0\n1 0\n0 1\n");
@@ -232,11 +231,11 @@ TEST_CASE("nodes of order 1, surfaces, vertices of their own") {
     CHECK(mesh.facets.size() == 1);
     CHECK(mesh.edges.size() == 1);
     REQUIRE(surface->notices.size() == 1);
-    CHECK(surface->notices[0].what == "what follows the vertices was left out");
+    CHECK(surface->notices[0].what == "all data after the vertices was left out");
 }
 
-TEST_CASE("references that are not positive become the next free ones, and that is told") {
-    LinearMesh<2> mesh = held(generated::mesh<2>(4, 5));
+TEST_CASE("MFEM replaces non-positive references by free numbers with a notice") {
+    LinearMesh<2> mesh = storable(generated::mesh<2>(4, 5));
     REQUIRE(mesh.elements.size() == 5);
     mesh.elements.references = Buffer<Reference>{1, 0, -4, 3, 0};
     const auto losses = not_in_mfem(as_mesh(mesh));
@@ -251,9 +250,9 @@ TEST_CASE("references that are not positive become the next free ones, and that 
     CHECK(not_in_mfem(as_mesh(mesh))[0].what.ends_with("-3 becomes 4 (1), -2147483648 becomes 5 (1)"));
 }
 
-TEST_CASE("references that become attributes take the number of no name") {
-    testing::property("of elements and boundary", [](std::uint64_t seed) {
-        auto mesh = held(generated::mesh<3>(seed, 1 + seed % 5));
+TEST_CASE("replaced references do not take the number of a named attribute") {
+    testing::property("replaced references of elements and boundary avoid named attributes", [](std::uint64_t seed) {
+        auto mesh = storable(generated::mesh<3>(seed, 1 + seed % 5));
         RC_PRE(mesh.elements.size() > 0);
         generated::Random random(seed);
         const auto some_references = [&](std::size_t n) {
@@ -278,10 +277,10 @@ TEST_CASE("references that become attributes take the number of no name") {
     });
 }
 
-TEST_CASE("what MFEM has no place for") {
+TEST_CASE("MFEM reports edges and names that it cannot store") {
     std::uint64_t seed = 1;
-    while (generated::mesh<3>(seed, 4).elements.size() == 0) ++seed;  // some are surfaces alone
-    auto mesh = held(generated::mesh<3>(seed, 4));
+    while (generated::mesh<3>(seed, 4).elements.size() == 0) ++seed;  // some are surface meshes
+    auto mesh = storable(generated::mesh<3>(seed, 4));
     mesh.edges.vertices = Buffer<SimplexVertices<1>>{{VertexId(0), VertexId(1)}};
     mesh.edges.references = Buffer<Reference>{0};
     mesh.groups = Buffer<Group>{{1, 1, "iron"}, {2, 1, "two \"signs\""}};
@@ -296,7 +295,7 @@ TEST_CASE("what MFEM has no place for") {
     CHECK(testing::mesh_in<LinearMesh<3>>(back->mesh).edges.size() == 0);
 }
 
-TEST_CASE("a facet that is none of an element has no place in MFEM") {
+TEST_CASE("MFEM leaves out facets that bound no element") {
     LinearMesh<2> mesh;
     mesh.points = Buffer<Vec<2>>{{{0, 0}}, {{1, 0}}, {{0, 1}}, {{2, 2}}};
     mesh.point_references = Buffer<Reference>(4, 0);
@@ -307,22 +306,25 @@ TEST_CASE("a facet that is none of an element has no place in MFEM") {
     CHECK(written(mesh).find("boundary\n0\n") < written(mesh).size());
     CHECK(written(*elevate(mesh, {})).find("boundary\n0\n") < written(*elevate(mesh, {})).size());
     REQUIRE(not_in_mfem(as_mesh(mesh)).size() == 1);
-    CHECK(not_in_mfem(as_mesh(mesh))[0].what == "MFEM has no place for 1 facets that are no element's face");
+    CHECK(not_in_mfem(as_mesh(mesh))[0].what == "MFEM has no place for 1 facets that are not faces of elements");
     LinearMesh<2> boundary = mesh;
     boundary.elements = {};
-    CHECK(written(boundary) == "has no elements, and MFEM no boundary without them (write another format)");
-    // Nor is its reference spoken of.
+    CHECK(written(boundary) ==
+          "has no elements, and MFEM does not support a boundary without elements (write another "
+          "format)");
+    // The reference of this facet is not reported.
     mesh.facets.references = Buffer<Reference>{-5};
     CHECK(not_in_mfem(as_mesh(mesh)).size() == 1);
-    const auto stray = read(replaced(square, "7 1 2 3", "7 1 1 3"));
-    REQUIRE(stray.has_value());
-    CHECK(testing::mesh_in<QuadraticMesh<2>>(stray->mesh).linear.facets.size() == 0);
-    REQUIRE(stray->notices.size() == 1);
-    CHECK(stray->notices[0].what ==
-          "1 boundary elements with an edge of no element were left out: MFEM has no nodes of it");
+    const auto without_facet = read(replaced(square, "7 1 2 3", "7 1 1 3"));
+    REQUIRE(without_facet.has_value());
+    CHECK(testing::mesh_in<QuadraticMesh<2>>(without_facet->mesh).linear.facets.size() == 0);
+    REQUIRE(without_facet->notices.size() == 1);
+    CHECK(
+        without_facet->notices[0].what ==
+        "1 boundary elements with an edge that belongs to no element were left out: MFEM has no nodes for such edges");
 }
 
-TEST_CASE("what is no mesh of MFEM that Camber can hold") {
+TEST_CASE("MFEM rejects unsupported versions, spaces and shapes, and invalid data") {
     const auto kind = [](const std::string& text) {
         const auto decoded = read(text);
         return decoded ? ErrorKind::internal : decoded.error().kind;
@@ -331,7 +333,7 @@ TEST_CASE("what is no mesh of MFEM that Camber can hold") {
          {"MFEM mesh v1.1", "MFEM NC mesh v1.0", "MFEM NURBS mesh v1.0", "MFEM INLINE mesh v1.0"}) {
         const std::string text = replaced(square, "MFEM mesh v1.0", first);
         CHECK(message(text) ==
-              "in.mfem: line 1: is of another version or kind than \"MFEM mesh v1.0\", 1.2 and 1.3 (write the "
+              "in.mfem: line 1: has a version or kind other than \"MFEM mesh v1.0\", 1.2 and 1.3 (write the "
               "conforming mesh by Mesh::Print)");
         CHECK(kind(text) == ErrorKind::unsupported);
         CHECK(is_mfem(generated::bytes_of(text)));
@@ -341,13 +343,14 @@ TEST_CASE("what is no mesh of MFEM that Camber can hold") {
     const std::string mixed =
         "MFEM mesh v1.0\ndimension\n2\nelements\n3\n1 3 0 1 2 3\n1 2 0 1 2\n1 3 0 1 2 3\nboundary\n1\n1 0 2\n"
         "vertices\n4\n2\n0 0 1 0 1 1 0 1\n";
-    CHECK(message(mixed).find("holds 2 quadrilaterals, 1 points, which Camber cannot hold") < 30);
+    CHECK(message(mixed).find("holds 2 quadrilaterals, 1 points, which Camber does not support") < 30);
     CHECK(kind(mixed) == ErrorKind::unsupported);
     CHECK(kind(replaced(square, "dimension\n2", "dimension\n1")) == ErrorKind::unsupported);
-    CHECK(message(replaced(square, "1 2 0 1 2", "1 9 0 1 2")).find("element 1: its geometry 9 is none of MFEM's") < 30);
+    CHECK(message(replaced(square, "1 2 0 1 2", "1 9 0 1 2")).find("element 1: its geometry 9 is not one of MFEM") <
+          30);
     CHECK(message(replaced(square, "2 2 0 2 3", "2 2 0 2 4")) ==
-          "in.mfem: line 10: element 2: a node is not one of those that the file lists (the file is damaged, or joined "
-          "of two)");
+          "in.mfem: line 10: element 2: a node is not one of those that the file lists (the file is damaged, or was "
+          "joined from two files)");
     CHECK(message(replaced(square, "2 2 0 2 3", "2 2 0 2 2")).find("line 10: element 2: a node occurs twice") < 30);
     CHECK(message(replaced(square, "2 2 0 2 3", "3000000000 2 0 2 3")).find("does not fit 32 bits") < 60);
     CHECK(message(replaced(square, "-.1 .5\n", "nan .5\n")).find("a coordinate is infinite or not a number") < 60);
@@ -355,7 +358,7 @@ TEST_CASE("what is no mesh of MFEM that Camber can hold") {
     CHECK(message("").find("the file is empty") < 30);
 }
 
-TEST_CASE("names of attributes, as version 1.3 has them") {
+TEST_CASE("MFEM 1.3 attribute sets become groups") {
     const std::string named = replaced(replaced(replaced(square, "MFEM mesh v1.0", "MFEM mesh v1.3"), "boundary\n",
                                                 "attribute_sets\n2\n\"Left side\" 1 1\nboth 2 1 2\n\nboundary\n"),
                                        "vertices\n", "bdr_attribute_sets\n1\n\"Wall\" 2 7 9\n\nvertices\n");
@@ -369,13 +372,13 @@ TEST_CASE("names of attributes, as version 1.3 has them") {
     const auto older = read(replaced(square, "v1.0", "v1.2") + "\nmfem_mesh_end\n");
     REQUIRE(older.has_value());
     CHECK(older->mesh == read(square)->mesh);
-    CHECK(message(replaced(named, "\"Wall\" 2", "\"Wall 2")).find("the name of a set does not end in its line") < 40);
-    CHECK(message(replaced(named, "\"Wall\" 2", "\"Wall\" 9000000")).find("more than follow") < 90);
+    CHECK(message(replaced(named, "\"Wall\" 2", "\"Wall 2")).find("the name of a set does not end on its line") < 40);
+    CHECK(message(replaced(named, "\"Wall\" 2", "\"Wall\" 9000000")).find("but fewer follow") < 90);
 }
 
-TEST_CASE("named meshes of MFEM come back") {
-    testing::property("references with names", [](std::uint64_t seed) {
-        auto mesh = held(generated::mesh<3>(seed, 1 + seed % 5));
+TEST_CASE("MFEM files restore named groups") {
+    testing::property("references with names are restored", [](std::uint64_t seed) {
+        auto mesh = storable(generated::mesh<3>(seed, 1 + seed % 5));
         RC_PRE(mesh.elements.size() > 0);
         Buffer<Group> groups{{3, mesh.elements.references[0], "a solid"}, {3, 4, "a solid"}, {2, 5, "%wall"}};
         mesh.groups = std::move(groups);
@@ -388,8 +391,8 @@ TEST_CASE("named meshes of MFEM come back") {
     });
 }
 
-TEST_CASE("every prefix of an MFEM file is an error, or reported if it ends within the last number") {
-    const std::string straight = written(held(generated::mesh<3>(2, 2)));
+TEST_CASE("truncated MFEM files are rejected, or reported if cut in the last number") {
+    const std::string straight = written(storable(generated::mesh<3>(2, 2)));
     REQUIRE(message(straight) == "no error");
     for (const std::string& text : {square, straight})
         for (std::size_t n = 0; n < text.size(); ++n) {
@@ -407,13 +410,16 @@ TEST_CASE("every prefix of an MFEM file is an error, or reported if it ends with
         }
 }
 
-TEST_CASE("absurd counts and noise") {
+TEST_CASE("MFEM files with invalid counts are rejected") {
     for (const std::string count : {"4000000000", "9000000000000000000", "99999999999999999999", "-1", "x"}) {
         CHECK(message(replaced(square, "elements\n2", "elements\n" + count)) != "no error");
         CHECK(message(replaced(square, "boundary\n1", "boundary\n" + count)) != "no error");
         CHECK(message(replaced(square, "vertices\n4", "vertices\n" + count)) != "no error");
     }
-    testing::property("some bytes changed",
+}
+
+TEST_CASE("an MFEM file with noise gives an error or a mesh") {
+    testing::property("random characters of an MFEM file are replaced",
                       [](std::uint64_t seed) {
                           generated::Random random(seed);
                           std::string text = square;

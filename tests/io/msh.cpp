@@ -1,5 +1,4 @@
-// Gmsh's files: what is written is read as it was, whatever the version, the kind and the byte order; foreign files are
-// read as their format says; damaged ones give errors.
+// Gmsh files: round trips of every version, encoding and byte order, foreign files, and errors.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -31,7 +30,7 @@ constexpr std::array kinds{
     MshOptions{MshVersion::v4, MshEncoding::binary}, MshOptions{MshVersion::v4, MshEncoding::ascii},
     MshOptions{MshVersion::v2, MshEncoding::binary}, MshOptions{MshVersion::v2, MshEncoding::ascii}};
 
-/// References 1 to 5, and entities of which each has one reference.
+/// References 1 to 5, with entities that each have one reference.
 template <int K>
 Simplices<K> with_groups(generated::Random& random, Simplices<K> simplices) {
     Buffer<Reference> references, entities;
@@ -42,7 +41,7 @@ Simplices<K> with_groups(generated::Random& random, Simplices<K> simplices) {
     return {simplices.vertices, std::move(references), {}, std::move(entities)};
 }
 
-/// Each vertex on one entity; on points alone, and all of them with a reference, where the version knows no others.
+/// Associates each vertex with one entity. Version 2 stores only points, all with a reference.
 template <int D>
 GivenGeometry<D> classified(generated::Random& random, std::size_t vertices, MshVersion version,
                             Buffer<Reference>& references) {
@@ -67,9 +66,9 @@ GivenGeometry<D> classified(generated::Random& random, std::size_t vertices, Msh
     return {{}, {}, std::move(on_points), std::move(on_curves), std::move(on_surfaces)};
 }
 
-/// A mesh that a file of this version holds without any loss.
+/// A mesh that a file of this version stores without loss.
 template <int D>
-LinearMesh<D> held(LinearMesh<D> mesh, std::uint64_t seed, MshVersion version) {
+LinearMesh<D> storable(LinearMesh<D> mesh, std::uint64_t seed, MshVersion version) {
     generated::Random random(seed + 2);
     Buffer<Reference> references(mesh.points.size(), 0);
     mesh.corners = {};
@@ -84,21 +83,21 @@ LinearMesh<D> held(LinearMesh<D> mesh, std::uint64_t seed, MshVersion version) {
     return mesh;
 }
 template <int D>
-QuadraticMesh<D> held(QuadraticMesh<D> mesh, std::uint64_t seed, MshVersion version) {
-    mesh.linear = held(std::move(mesh.linear), seed, version);
+QuadraticMesh<D> storable(QuadraticMesh<D> mesh, std::uint64_t seed, MshVersion version) {
+    mesh.linear = storable(std::move(mesh.linear), seed, version);
     return mesh;
 }
 
-/// As the file has it: in space.
+/// The mesh in space, as the file stores it.
 AnyMesh in_space(const AnyMesh& mesh) { return *raised(mesh, Lift{}, {}); }
 
 template <int D>
-void held_meshes_come_back() {
-    testing::property("held meshes of dimension " + std::to_string(D) + " come back", [](std::uint64_t seed) {
+void check_round_trips() {
+    testing::property("MSH files restore meshes of dimension " + std::to_string(D), [](std::uint64_t seed) {
         for (const MshOptions kind : kinds) {
             const std::size_t cells = 1 + seed % 20;
-            const auto straight = held(generated::mesh<D>(seed, cells), seed, kind.version);
-            const auto curved = held(generated::quadratic<D>(seed, cells), seed, kind.version);
+            const auto straight = storable(generated::mesh<D>(seed, cells), seed, kind.version);
+            const auto curved = storable(generated::quadratic<D>(seed, cells), seed, kind.version);
             RC_ASSERT(not_in_msh(as_mesh(straight), kind.version).empty());
             RC_PRE(generated::holds_simplices(straight));
             const auto first = generated::joined(*encode_msh(as_mesh(straight), {}, kind, {}));
@@ -128,14 +127,14 @@ DecodedMesh decoded(std::string_view text) {
     REQUIRE(made.has_value());
     return std::move(*made);
 }
-bool tells(const DecodedMesh& mesh, std::string_view what) {
+bool has_notice(const DecodedMesh& mesh, std::string_view what) {
     return std::any_of(mesh.notices.begin(), mesh.notices.end(), [&](const Notice& n) { return n.what == what; });
 }
 
 std::string of_version(std::string_view version) {
     return "$MeshFormat\n" + std::string(version) + " 0 8\n$EndMeshFormat\n";
 }
-/// Three nodes, with tags far from each other and out of order; the rest of the file.
+/// Three nodes with distant tags out of order, followed by the rest of the file.
 std::string triangle_2(std::string_view elements) {
     return of_version("2.2") + "$Nodes\n3\n9000000000000000000 0 1 0\n7 0 0 0\n100000 1 0 0\n$EndNodes\n" +
            std::string(elements);
@@ -153,15 +152,15 @@ const std::string elements_4 =
 
 }  // namespace
 
-TEST_CASE("a mesh that Gmsh's files hold comes back as it was, in either byte order") {
-    held_meshes_come_back<2>();
-    held_meshes_come_back<3>();
+TEST_CASE("MSH files restore meshes in either byte order") {
+    check_round_trips<2>();
+    check_round_trips<3>();
 }
 
-TEST_CASE("simplices in several groups are in all of them after writing and reading version 4") {
-    testing::property("names of groups", [](std::uint64_t seed) {
+TEST_CASE("MSH 4 preserves the membership of simplices in several groups") {
+    testing::property("MSH 4 restores the group names of each simplex", [](std::uint64_t seed) {
         generated::Random random(seed);
-        auto mesh = held(generated::mesh<3>(seed, 1 + seed % 20), seed, MshVersion::v4);
+        auto mesh = storable(generated::mesh<3>(seed, 1 + seed % 20), seed, MshVersion::v4);
         RC_PRE(generated::holds_simplices(mesh));
         Buffer<Group> groups;
         const auto name = [](std::size_t tag) { return "group " + std::to_string(tag); };
@@ -169,7 +168,8 @@ TEST_CASE("simplices in several groups are in all of them after writing and read
             for (std::size_t reference = 1; reference <= 5; ++reference) {
                 const auto tag = static_cast<Reference>(reference);
                 groups.push_back({dimension, tag, name(reference)});
-                for (std::size_t other = 1; other <= 7; ++other)  // 6 and 7 are no reference's main group
+                for (std::size_t other = 1; other <= 7; ++other)  // groups 6 and 7 are not the main group of a
+                                                                  // reference
                     if (other != reference && random.below(4) == 0) groups.push_back({dimension, tag, name(other)});
             }
         mesh.groups = groups;
@@ -200,7 +200,7 @@ TEST_CASE("simplices in several groups are in all of them after writing and read
     });
 }
 
-TEST_CASE("version 2.2 and formats with one name for a reference report the groups that they leave out") {
+TEST_CASE("MSH 2.2, CGNS and STL report the groups that they leave out") {
     LinearMesh<3> mesh;
     mesh.points = Buffer<Vec<3>>{{{0, 0, 0}}, {{1, 0, 0}}, {{0, 1, 0}}};
     mesh.point_references = Buffer<Reference>(3, 0);
@@ -217,29 +217,29 @@ TEST_CASE("version 2.2 and formats with one name for a reference report the grou
     CHECK(reports(not_in_stl(as_mesh(mesh), StlEncoding::ascii), "STL"));
 }
 
-TEST_CASE("4.1: groups of entities in several get references of their own") {
+TEST_CASE("MSH 4.1 gives entities in several groups a reference of their own") {
     const auto with = [](const std::string& first, const std::string& second) {
         return of_version("4.1") + "$PhysicalNames\n2\n1 6 \"in\"\n1 7 \"hot\"\n$EndPhysicalNames\n" +
                "$Entities\n0 2 0 0\n1 0 0 0 1 0 0 " + first + " 0\n2 0 0 0 1 0 0 " + second + " 0\n$EndEntities\n" +
                "$Nodes\n1 3 1 3\n1 1 0 3\n1\n2\n3\n0 0 0\n1 0 0\n2 0 0\n$EndNodes\n" +
                "$Elements\n2 2 1 2\n1 1 1 1\n1 1 2\n1 2 1 1\n2 2 3\n$EndElements\n";
     };
-    const auto alone = decoded(with("2 6 7", "0"));
-    const auto& one = testing::mesh_in<LinearMesh<3>>(alone.mesh);
-    CHECK(alone.notices.empty());
+    const auto single = decoded(with("2 6 7", "0"));
+    const auto& one = testing::mesh_in<LinearMesh<3>>(single.mesh);
+    CHECK(single.notices.empty());
     CHECK(one.edges.references == Column<Reference>(Buffer<Reference>{6, 0}));
     CHECK(one.groups == Column<Group>(Buffer<Group>{{1, 6, "in"}, {1, 7, "hot"}, {1, 6, "hot"}}));
     const auto beside = decoded(with("2 6 7", "1 6"));
     const auto& two = testing::mesh_in<LinearMesh<3>>(beside.mesh);
     CHECK(two.edges.references == Column<Reference>(Buffer<Reference>{8, 6}));
     CHECK(two.groups == Column<Group>(Buffer<Group>{{1, 6, "in"}, {1, 7, "hot"}, {1, 8, "in"}, {1, 8, "hot"}}));
-    CHECK(tells(beside, "1 edges in the physical groups 6 and 7 have the reference 8"));
+    CHECK(has_notice(beside, "1 edges in the physical groups 6 and 7 have the reference 8"));
     const auto text =
         generated::text_of(generated::joined(*encode_msh(as_mesh(two), {}, {MshVersion::v4, MshEncoding::ascii}, {})));
     CHECK(text.find("\n1 0 0 0 2 0 0 2 6 7 0\n2 1 0 0 2 0 0 1 6 0\n") < text.size());
 }
 
-TEST_CASE("fields come back: vectors and tensors with zeros for z in 2D, symmetric ones as full ones") {
+TEST_CASE("MSH restores fields, with 2D vectors and tensors extended to 3D") {
     for (const MshOptions kind : kinds) {
         const auto mesh = generated::quadratic<2>(3, 5);
         const std::size_t nodes = mesh.linear.points.size() + mesh.edges.size();
@@ -266,9 +266,9 @@ TEST_CASE("fields come back: vectors and tensors with zeros for z in 2D, symmetr
         const auto& rows = std::get<Column<double>>(metric->values);
         REQUIRE(rows.size() == 9 * nodes);
         for (std::size_t n = 0; n < nodes; ++n) {
-            const std::array wanted{
+            const std::array expected{
                 tensor[3 * n], tensor[3 * n + 1], 0.0, tensor[3 * n + 1], tensor[3 * n + 2], 0.0, 0.0, 0.0, 0.0};
-            REQUIRE(std::equal(wanted.begin(), wanted.end(), rows.begin() + 9 * n));
+            REQUIRE(std::equal(expected.begin(), expected.end(), rows.begin() + 9 * n));
         }
         const MeshField* const number = back->fields.find("number", Centring::cell);
         REQUIRE(number != nullptr);
@@ -278,7 +278,7 @@ TEST_CASE("fields come back: vectors and tensors with zeros for z in 2D, symmetr
     }
 }
 
-TEST_CASE("fields that the mesh cannot have are left out and told of; of several times the last is taken") {
+TEST_CASE("MSH reports unsupported fields and takes the last time step") {
     const std::string head = of_version("4.1") + entities_4 + nodes_4 + elements_4;
     const auto data = [](const std::string& section, const std::string& name, int components, const std::string& rows) {
         return "$" + section + "\n1\n\"" + name + "\"\n1\n0.5\n3\n0\n" + std::to_string(components) + "\n" +
@@ -293,13 +293,13 @@ TEST_CASE("fields that the mesh cannot have are left out and told of; of several
           Column<double>(Buffer<double>{6, 4, 5}));
     CHECK(std::get<Column<double>>(mesh.fields.find("c", Centring::cell)->values) ==
           Column<double>(Buffer<double>{10, 30, 20}));
-    CHECK(tells(mesh, "the field \"some\" does not have a value for each node: left out"));
-    CHECK(tells(mesh, "the field \"two\" has 2 components: left out"));
-    CHECK(tells(mesh, "fields have several time steps: the last of each was taken, 1 were left out"));
-    CHECK(tells(mesh, "the section $ElementNodeData was skipped"));
+    CHECK(has_notice(mesh, "the field \"some\" does not have a value for each node: left out"));
+    CHECK(has_notice(mesh, "the field \"two\" has 2 components: left out"));
+    CHECK(has_notice(mesh, "fields have several time steps: the last one of each was used, 1 were left out"));
+    CHECK(has_notice(mesh, "the section $ElementNodeData was skipped"));
 }
 
-TEST_CASE("4.1: nodes by tag, physical tags without sign, entities, parameters, point elements") {
+TEST_CASE("MSH 4.1 reads node tags, physical tags, entities, parameters and points") {
     const auto mesh = decoded("$Comments\nanything $MeshFormat\n$EndComments\n" + of_version("4.1") +
                               "$PhysicalNames\n2\n1 3 \"a name\"\n2 2 \"face\"\n$EndPhysicalNames\n" + entities_4 +
                               nodes_4 + elements_4 + "$Periodic\n0\n$EndPeriodic\n");
@@ -320,13 +320,15 @@ TEST_CASE("4.1: nodes by tag, physical tags without sign, entities, parameters, 
           Column<Group>(Buffer<Group>{{1, 3, "a name"}, {2, 2, "face"}, {1, 4, "group_4"}, {1, 3, "group_4"}}));
     CHECK(mesh.tags.vertices == Column<std::uint64_t>(Buffer<std::uint64_t>{3, 7, 40}));
     CHECK(mesh.tags.simplices[1] == Column<std::uint64_t>(Buffer<std::uint64_t>{4, 5}));
-    CHECK(mesh.tags.simplices[2].empty());  // the triangle's tag is its number
-    CHECK(tells(mesh, "the physical group 4 shares edges with others and has no name: it is called \"group_4\""));
-    CHECK(tells(mesh, "the section $Periodic was skipped"));
+    CHECK(mesh.tags.simplices[2].empty());  // the tag of the triangle is its number
+    CHECK(has_notice(mesh,
+                     "the physical group 4 shares edges with others and has no name. It gets the name "
+                     "\"group_4\""));
+    CHECK(has_notice(mesh, "the section $Periodic was skipped"));
     CHECK(mesh.notices.size() == 2);
 }
 
-TEST_CASE("2.2: tags from 1 to 2^63, simplices that are listed once for each of their groups") {
+TEST_CASE("MSH 2.2 reads tags up to 2^63 and simplices listed once per group") {
     const auto mesh =
         decoded(triangle_2("$Elements\n4\n"
                            "9 2 2 5 1 7 100000 9000000000000000000\n"
@@ -342,35 +344,36 @@ TEST_CASE("2.2: tags from 1 to 2^63, simplices that are listed once for each of 
     CHECK(m.point_references == Column<Reference>(Buffer<Reference>{6, 0, 0}));
     CHECK(m.geometry.on_points == Column<Association<0>>(Buffer<Association<0>>{{VertexId(0), 3}}));
     CHECK(m.groups == Column<Group>(Buffer<Group>{{2, 4, "group_4"}, {2, 5, "group_5"}, {2, 4, "group_5"}}));
-    CHECK(tells(mesh, "the physical group 5 shares triangles with others and has no name: it is called \"group_5\""));
-    CHECK(tells(mesh, "the mesh is partitioned: the partitions were joined"));
+    CHECK(has_notice(
+        mesh, "the physical group 5 shares triangles with others and has no name. It gets the name \"group_5\""));
+    CHECK(has_notice(mesh, "the mesh is partitioned: the partitions were joined"));
 }
 
-TEST_CASE("versions are numbers, of any number of digits") {
+TEST_CASE("MSH versions are read with any number of digits") {
     const std::string text = triangle_2("$Elements\n1\n3 2 2 5 1 7 100000 9000000000000000000\n$EndElements\n");
     const auto mesh = decoded(text).mesh;
     for (const std::string_view version : {"2.200000", "2.20", "2.1000", "2.000000"})
         CHECK(decoded(of_version(version) + text.substr(of_version("2.2").size())).mesh == mesh);
 }
 
-TEST_CASE("2.2: places of nodes from $ParametricNodes") {
+TEST_CASE("MSH 2.2 reads parametric nodes as associations") {
     const auto mesh =
         decoded(of_version("2.2") +
                 "$ParametricNodes\n4\n1 0 0 0 0 11\n2 1 0 0 1 12 0.5\n3 0 1 0 2 13 0.25 0.75\n4 0 0 1 3 14\n"
                 "$EndParametricNodes\n$Elements\n1\n1 4 2 1 1 1 2 3 4\n$EndElements\n");
-    const auto& given = testing::mesh_in<LinearMesh<3>>(mesh.mesh).geometry;
-    CHECK(given.on_points == Column<Association<0>>(Buffer<Association<0>>{{VertexId(0), 11}}));
-    CHECK(given.on_curves == Column<Association<1>>(Buffer<Association<1>>{{VertexId(1), 12, {{0.5}}}}));
-    CHECK(given.on_surfaces == Column<Association<2>>(Buffer<Association<2>>{{VertexId(2), 13, {{0.25, 0.75}}}}));
+    const auto& geometry = testing::mesh_in<LinearMesh<3>>(mesh.mesh).geometry;
+    CHECK(geometry.on_points == Column<Association<0>>(Buffer<Association<0>>{{VertexId(0), 11}}));
+    CHECK(geometry.on_curves == Column<Association<1>>(Buffer<Association<1>>{{VertexId(1), 12, {{0.5}}}}));
+    CHECK(geometry.on_surfaces == Column<Association<2>>(Buffer<Association<2>>{{VertexId(2), 13, {{0.25, 0.75}}}}));
 }
 
-TEST_CASE("without any physical group references are the tags of entities") {
+TEST_CASE("MSH references are entity tags if there is no physical group") {
     const auto mesh = decoded(triangle_2("$Elements\n1\n3 2 2 0 17 7 100000 9000000000000000000\n$EndElements\n"));
     CHECK(testing::mesh_in<LinearMesh<3>>(mesh.mesh).facets.references == Column<Reference>(Buffer<Reference>{17}));
-    CHECK(tells(mesh, "no simplex is in a physical group: references are the tags of entities"));
+    CHECK(has_notice(mesh, "no simplex is in a physical group: references are the tags of entities"));
 }
 
-TEST_CASE("tetrahedra of degree 2: Gmsh's last two nodes change places") {
+TEST_CASE("MSH swaps the last two nodes of degree-2 tetrahedra") {
     std::string nodes = "$Nodes\n10\n";
     for (int i = 1; i <= 10; ++i) nodes += std::to_string(i) + " " + std::to_string(i) + " 0 0\n";
     const auto mesh =
@@ -384,7 +387,7 @@ TEST_CASE("tetrahedra of degree 2: Gmsh's last two nodes change places") {
     CHECK(x(5) == 9);   // e23
 }
 
-TEST_CASE("entities of partitions are those of their parents; what is between partitions is left out") {
+TEST_CASE("MSH maps partitioned entities to their parents and leaves out interfaces") {
     const auto mesh =
         decoded(of_version("4.1") +
                 "$Entities\n0 0 1 0\n8 0 0 0 1 1 0 1 2 0\n$EndEntities\n"
@@ -402,58 +405,63 @@ TEST_CASE("entities of partitions are those of their parents; what is between pa
     CHECK(m.geometry.on_surfaces[0] == Association<2>{VertexId(0), 8, {{0.5, 0.5}}});
     CHECK(m.geometry.on_surfaces[3] == Association<2>{VertexId(3), 8});
     CHECK(m.geometry.on_curves.empty());
-    CHECK(tells(mesh, "the mesh is partitioned: the partitions were joined, and 1 elements between them left out"));
+    CHECK(
+        has_notice(mesh, "the mesh is partitioned: the partitions were joined, and 1 elements between them left out"));
 }
 
-TEST_CASE("what cannot be held is refused with its number, other versions with a remedy") {
+TEST_CASE("MSH rejects unsupported elements with counts and versions with a remedy") {
     CHECK(
         message(triangle_2(
             "$Elements\n3\n1 2 2 1 1 7 100000 9000000000000000000\n2 3 2 1 1 7 7 7 7\n3 21 2 1 1 7 7 7 7 7 7 7 7 7 7\n"
             "$EndElements\n")) ==
-        "file: holds 1 quadrangles, 1 triangles of degree 3, which Camber cannot hold (give a mesh of edges, triangles "
-        "and tetrahedra of degree 1 or 2; \"camber info FILE\" counts its cells and tells what splits them)");
+        "file: holds 1 quadrangles, 1 triangles of degree 3, which Camber does not support (give a mesh of edges, "
+        "triangles and tetrahedra of degree 1 or 2; \"camber info FILE\" counts its cells and names a program that "
+        "splits them)");
     CHECK(message(of_version("4.1") + entities_4 + nodes_4 +
                   "$Elements\n1 2 1 2\n2 8 3 2\n1 3 3 3 3\n2 7 7 7 7\n$EndElements\n") ==
-          "file: holds 2 quadrangles, which Camber cannot hold (give a mesh of edges, triangles and tetrahedra of "
-          "degree 1 or 2; \"camber info FILE\" counts its cells and tells what splits them)");
+          "file: holds 2 quadrangles, which Camber does not support (give a mesh of edges, triangles and tetrahedra "
+          "of degree 1 or 2; \"camber info FILE\" counts its cells and names a program that splits them)");
     CHECK(message(triangle_2("$Elements\n1\n1 999 2 1 1 7\n$EndElements\n"))
-              .find("holds elements of type 999, which is not known") < 40);
+              .find("holds elements of type 999, which is unknown") < 40);
     for (const std::string_view version : {"3", "4.2", "5"})
         CHECK(message(of_version(version)) == "file: line 1: MSH version " + std::string(version) +
                                                   " is not 1, 2 or 4 (gmsh FILE -save -format msh41 -o NEW.msh)");
     CHECK(message("$NOD\n0\n$ENDNOD\n") == "file: line 4: the file has no $Elements (it seems to be cut off)");
 }
 
-TEST_CASE("what is wrong with a file is told with its place") {
+TEST_CASE("MSH errors give the position in the file") {
     CHECK(message(triangle_2("$Elements\n1\n1 2 2 1 1 7 8 100000\n$EndElements\n")) ==
-          "file: triangle 1: a node is not one of those that the file lists (the file is damaged, or joined of two)");
+          "file: triangle 1: a node is not one of those that the file lists (the file is damaged, or was joined from "
+          "two files)");
     CHECK(message(triangle_2("$Elements\n1\n5 15 2 1 1 8\n$EndElements\n")) ==
-          "file: point 5: a node is not one of those that the file lists (the file is damaged, or joined of two)");
+          "file: point 5: a node is not one of those that the file lists (the file is damaged, or was joined from two "
+          "files)");
     CHECK(message(triangle_2("$Elements\n1\n1 2 2 1 1 7 7 100000\n$EndElements\n")) ==
           "file: triangle 1: a node occurs twice (remove it: it has no volume)");
     CHECK(message(triangle_2("$Elements\n2\n1 2 2 1 1 7 100000 9000000000000000000\n$EndElements\n")) ==
-          "file: line 13: $Elements: here should be a number that it can have (the file is cut off or damaged)");
+          "file: line 13: $Elements: a valid number is missing here (the file is cut off or damaged)");
     CHECK(message(of_version("2.2") + "$Nodes\n2\n1 0 0 0\n1 1 1 1\n$EndNodes\n") ==
-          "file: line 7: node 1: is listed twice (the file is damaged, or joined of two)");
+          "file: line 7: node 1: is listed twice (the file is damaged, or was joined from two files)");
     for (const std::string_view tag : {"0", "-7"}) {
         CHECK(message(of_version("2.2") + "$Nodes\n2\n1 0 0 0\n" + std::string(tag) + " 1 1 1\n$EndNodes\n") ==
               "file: line 7: $Nodes: " + std::string(tag) +
-                  " is the tag of a node, which is to be positive (number the nodes from 1)");
+                  " is the tag of a node, but must be positive (number the nodes from 1)");
         CHECK(message(of_version("4.1") + "$Nodes\n1 2 1 2\n0 5 0 2\n1\n" + std::string(tag) +
                       "\n0 0 0\n1 1 1\n$EndNodes\n") ==
               "file: line 8: $Nodes: " + std::string(tag) +
-                  " is the tag of a node, which is to be positive (number the nodes from 1)");
+                  " is the tag of a node, but must be positive (number the nodes from 1)");
         CHECK(message(of_version("2.2") + "$ParametricNodes\n1\n" + std::string(tag) +
                       " 0 0 0 0 1\n$EndParametricNodes\n")
-                  .find("$ParametricNodes: here should be a number that it can have") < 40);
+                  .find("$ParametricNodes: a valid number is missing here") < 40);
     }
     CHECK(message(of_version("2.2") + "$Nodes\n1\n1 0 nan 0\n$EndNodes\n$Elements\n0\n$EndElements\n") ==
-          "file: vertex 1: a coordinate is infinite or not a number (what wrote the file failed there: write it anew)");
+          "file: vertex 1: a coordinate is infinite or not a number (the program that wrote the file failed there. "
+          "Write it again)");
     CHECK(message(triangle_2("")) == "file: line 10: the file has no $Elements (it seems to be cut off)");
 }
 
-TEST_CASE("a node's tag that is not positive in a binary file is told with its byte") {
-    auto mesh = held(generated::mesh<3>(3, 4), 3, MshVersion::v2);
+TEST_CASE("a non-positive node tag in a binary MSH file is reported with its byte") {
+    auto mesh = storable(generated::mesh<3>(3, 4), 3, MshVersion::v2);
     auto bytes = generated::joined(*encode_msh(as_mesh(mesh), {}, {MshVersion::v2, MshEncoding::binary}, {}));
     const std::string head = "$Nodes\n" + std::to_string(mesh.points.size()) + "\n";
     const std::size_t row = generated::text_of(bytes).find(head) + head.size() + 2 * (4 + 3 * 8);  // the third
@@ -461,11 +469,11 @@ TEST_CASE("a node's tag that is not positive in a binary file is told with its b
     const auto decoded = decode_msh(bytes, "file", {});
     REQUIRE(!decoded.has_value());
     CHECK(describe(decoded.error()) == "file: byte " + std::to_string(row) +
-                                           ": $Nodes: -1 is the tag of a node, which is to be positive (number the "
-                                           "nodes from 1)");
+                                           ": $Nodes: -1 is the tag of a node, but must be positive (number the nodes "
+                                           "from 1)");
 }
 
-TEST_CASE("references and entities that Gmsh's files cannot have get others, and that is told") {
+TEST_CASE("MSH replaces references and entities that it cannot store with a notice") {
     LinearMesh<2> mesh;
     mesh.points = Buffer<Vec<2>>{{{0, 0}}, {{1, 0}}, {{0, 1}}, {{1, 1}}};
     mesh.point_references = Buffer<Reference>{0, 0, 5, 0};
@@ -479,10 +487,12 @@ TEST_CASE("references and entities that Gmsh's files cannot have get others, and
     const auto losses = not_in_msh(as_mesh(mesh), MshVersion::v4);
     REQUIRE(losses.size() == 3);
     CHECK(losses[0].what == "physical tags must be positive: of 1 triangles the reference 0 becomes 2");
-    CHECK(losses[1].what == "1 triangles get another entity: one has one reference in the file, and a positive number");
-    CHECK(
-        losses[2].what ==
-        "MSH has no place for 1 references of vertices: those of vertices on CAD points are kept if they are positive");
+    CHECK(losses[1].what ==
+          "1 triangles get another entity: in the file, each entity has one reference and a "
+          "positive number");
+    CHECK(losses[2].what ==
+          "MSH has no place for 1 references of vertices: only positive references of vertices on CAD points are "
+          "written");
     for (const MshOptions kind : kinds) {
         const auto back = decode_msh(generated::joined(*encode_msh(as_mesh(mesh), {}, kind, {})), "file", {});
         REQUIRE(back.has_value());
@@ -493,7 +503,7 @@ TEST_CASE("references and entities that Gmsh's files cannot have get others, and
     }
 }
 
-TEST_CASE("curves beside tetrahedra that have no reference stay without a group") {
+TEST_CASE("MSH keeps curves without reference beside tetrahedra out of groups") {
     LinearMesh<3> mesh;
     mesh.points = Buffer<Vec<3>>{{{0, 0, 0}}, {{1, 0, 0}}, {{0, 1, 0}}, {{0, 0, 1}}};
     mesh.point_references = Buffer<Reference>{0, 0, 0, 0};
@@ -512,14 +522,14 @@ TEST_CASE("curves beside tetrahedra that have no reference stay without a group"
             return testing::mesh_in<LinearMesh<3>>(back->mesh).edges.references;
         };
         CHECK(edges_of(mesh) == Column<Reference>(Buffer<Reference>{0, 3}));
-        CHECK(edges_of(named) == Column<Reference>(Buffer<Reference>{1, 3}));  // a name is of a group
+        CHECK(edges_of(named) == Column<Reference>(Buffer<Reference>{1, 3}));  // a name requires a group
     }
 }
 
-TEST_CASE("the same bytes for any number of threads") {
+TEST_CASE("MSH files and meshes do not depend on the number of threads") {
     for (const MshOptions kind : kinds) {
         const bool is_of_fewer = (kind.version == MshVersion::v4) == (kind.encoding == MshEncoding::binary);
-        if (testing::is_sanitized && !is_of_fewer) continue;  // either version, either encoding
+        if (testing::is_sanitized && !is_of_fewer) continue;  // each version and each encoding once
         const auto mesh = generated::quadratic<3>(11, 4000);
         const auto one = generated::joined(*encode_msh(as_mesh(mesh), {}, kind, {.threads = 1}));
         CHECK(one == generated::joined(*encode_msh(as_mesh(mesh), {}, kind, {.threads = 3})));
@@ -531,12 +541,15 @@ TEST_CASE("the same bytes for any number of threads") {
     }
 }
 
-TEST_CASE("a mesh whose columns do not fit, and a field of another mesh, are refused") {
+TEST_CASE("MSH rejects columns of the wrong length") {
     auto mesh = generated::mesh<3>(5, 4);
     mesh.elements.entities = Buffer<Reference>{1};
     const auto broken = encode_msh(as_mesh(mesh), {}, {}, {});
     REQUIRE(!broken);
     CHECK(broken.error().kind == ErrorKind::internal);
+}
+
+TEST_CASE("MSH rejects fields of another mesh") {
     const auto other = MeshFields{}.with({"x", Centring::node, FieldKind::scalar, Column<double>(Buffer<double>{1})});
     const auto refused = encode_msh(as_mesh(generated::mesh<3>(5, 4)), other, {}, {});
     REQUIRE(!refused);

@@ -1,4 +1,4 @@
-// Damaged MSH files give errors (or the same value), whatever the damage, and never memory on a count's word.
+// Damaged MSH files give errors or the same value and never allocate memory for a false count.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -28,28 +28,28 @@ constexpr std::array kinds{
     MshOptions{MshVersion::v4, MshEncoding::binary}, MshOptions{MshVersion::v4, MshEncoding::ascii},
     MshOptions{MshVersion::v2, MshEncoding::binary}, MshOptions{MshVersion::v2, MshEncoding::ascii}};
 
-/// Every index of a decoded mesh refers to something.
+/// True if all indices of a decoded mesh are in range.
 bool is_consistent(const AnyMesh& any) {
     return std::visit(
         [](const auto& whole) {
             const auto mesh = straight_simplices(whole);
             const std::size_t n = mesh.points.size();
-            bool sound = mesh.point_references.size() == n;
+            bool consistent = mesh.point_references.size() == n;
             const auto check = [&](const auto& kind) {
-                sound = sound && kind.references.size() == kind.size() && kind.entities.size() == kind.size();
+                consistent = consistent && kind.references.size() == kind.size() && kind.entities.size() == kind.size();
                 for (const auto& simplex : kind.vertices)
-                    for (const VertexId v : simplex) sound = sound && v.index() < n;
+                    for (const VertexId v : simplex) consistent = consistent && v.index() < n;
             };
             check(mesh.elements);
             check(mesh.facets);
             check(mesh.edges);
-            const auto places = [&](const auto& all) {
-                for (const auto& on : all) sound = sound && on.item.index() < n;
+            const auto check_associations = [&](const auto& all) {
+                for (const auto& on : all) consistent = consistent && on.item.index() < n;
             };
-            places(mesh.geometry.on_points);
-            places(mesh.geometry.on_curves);
-            places(mesh.geometry.on_surfaces);
-            return sound;
+            check_associations(mesh.geometry.on_points);
+            check_associations(mesh.geometry.on_curves);
+            check_associations(mesh.geometry.on_surfaces);
+            return consistent;
         },
         any);
 }
@@ -65,7 +65,7 @@ generated::Bytes some_file(std::uint64_t seed, MshOptions kind) {
 
 }  // namespace
 
-TEST_CASE("an MSH file that is cut off at any byte is an error, or the same mesh") {
+TEST_CASE("an MSH file cut at any byte gives an error or the same mesh") {
     for (const MshOptions kind : kinds)
         for (const std::uint64_t seed : {1U, 2U}) {
             const auto whole = some_file(seed, kind);
@@ -85,8 +85,8 @@ TEST_CASE("an MSH file that is cut off at any byte is an error, or the same mesh
         }
 }
 
-TEST_CASE("an MSH file with some bytes of noise is an error or a consistent mesh") {
-    testing::property("noise", [](std::uint64_t seed) {
+TEST_CASE("an MSH file with noise gives an error or a consistent mesh") {
+    testing::property("random bytes of an MSH file are replaced", [](std::uint64_t seed) {
         generated::Random random(seed);
         for (const MshOptions kind : kinds) {
             auto bytes = some_file(seed, kind);
@@ -100,16 +100,18 @@ TEST_CASE("an MSH file with some bytes of noise is an error or a consistent mesh
     });
 }
 
-TEST_CASE("an MSH file as text with any word made absurd is an error or a consistent mesh") {
+TEST_CASE("a text MSH file with any invalid word gives an error or a consistent mesh") {
     for (const MshVersion version : {MshVersion::v2, MshVersion::v4})
         for (const std::uint64_t seed : {1U, 2U}) {
             const std::string text = generated::text_of(some_file(seed, {version, MshEncoding::ascii}));
-            std::size_t tried = 0;
+            std::size_t attempts = 0;
             for (std::size_t at = 0; at < text.size();) {
                 const std::size_t end = std::min(text.find_first_of(" \n", at), text.size());
                 for (const std::string_view word : {"-1", "2147483647", "-2147483648", "999999999999999999",
                                                     "-9223372036854775808", "1e400", "x", ""}) {
-                    if (++tried % testing::less_if_sanitized(1, 3) != 0) continue;  // 3: another one at each word
+                    if (++attempts % testing::less_if_sanitized(1, 3) != 0)
+                        continue;  // 3: a different word at each
+                                   // position
                     const std::string changed = text.substr(0, at) + std::string(word) + text.substr(end);
                     const auto decoded = decode_msh(generated::bytes_of(changed), "file", {.threads = 1});
                     CAPTURE(changed);
@@ -123,7 +125,7 @@ TEST_CASE("an MSH file as text with any word made absurd is an error or a consis
         }
 }
 
-TEST_CASE("a binary MSH file with any number made absurd is an error or a consistent mesh") {
+TEST_CASE("a binary MSH file with any invalid number gives an error or a consistent mesh") {
     for (const MshOptions kind : {kinds[0], kinds[2]})
         for (const std::uint64_t seed : {1U, 2U}) {
             const auto whole = some_file(seed, kind);

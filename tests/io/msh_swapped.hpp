@@ -1,4 +1,4 @@
-// The same binary MSH file as a machine of the other byte order would have written it.
+// Converts a binary MSH file to the other byte order.
 #pragma once
 
 #include <algorithm>
@@ -12,7 +12,7 @@
 
 namespace msh_swapped {
 
-/// Walks a file that Camber wrote, and turns each number round where it lies.
+/// Walks through a file that Camber wrote and reverses the bytes of each number.
 class Walk {
   public:
     explicit Walk(generated::Bytes bytes) : bytes_(std::move(bytes)) {}
@@ -32,7 +32,7 @@ class Walk {
     [[nodiscard]] std::string_view rest() const {
         return {reinterpret_cast<const char*>(bytes_.data()) + at_, bytes_.size() - at_};
     }
-    /// Goes behind the section's first line, wherever it is.
+    /// Moves behind the first line of the next section of this name.
     void section(std::string_view name) {
         const std::string first = std::string(name) + "\n";
         at_ += rest().find(first) + first.size();

@@ -1,4 +1,4 @@
-// Versions of Gmsh's files that are no longer written, and what its files may have that does no harm.
+// Older versions of MSH that are only read, and harmless deviations.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -78,7 +78,7 @@ class Writer {
     std::string text_;
 };
 
-/// The same tetrahedron.
+/// The same tetrahedron in version 4.0.
 std::string tetrahedron_40(bool binary) {
     Writer file(binary);
     file.put("$Entities\n").count(0).count(1).count(1).count(1);
@@ -103,7 +103,7 @@ std::string tetrahedron_40(bool binary) {
 
 }  // namespace
 
-TEST_CASE("the same mesh in the versions of Gmsh's files") {
+TEST_CASE("MSH files of versions 1, 2.2 and 4.0 give the same mesh") {
     const DecodedMesh mesh = decoded(tetrahedron_22);
     CHECK(testing::mesh_in<LinearMesh<3>>(mesh.mesh).facets.references == Column<Reference>(Buffer<Reference>{5}));
     CHECK(decoded(tetrahedron_1).mesh == mesh.mesh);
@@ -114,7 +114,7 @@ TEST_CASE("the same mesh in the versions of Gmsh's files") {
     }
 }
 
-TEST_CASE("every prefix of a file of an old version is an error") {
+TEST_CASE("truncated MSH files of versions 1 and 4.0 are rejected") {
     for (const std::string& text : {tetrahedron_1, tetrahedron_40(false), tetrahedron_40(true)})
         for (std::size_t n = 0; n + 2 < text.size(); ++n) {
             CAPTURE(n);
@@ -122,7 +122,10 @@ TEST_CASE("every prefix of a file of an old version is an error") {
             REQUIRE(!cut.has_value());
             REQUIRE(cut.error().where.starts_with("in.msh"));
         }
-    testing::property("some bytes changed",
+}
+
+TEST_CASE("an MSH file of version 1 or 4.0 with noise gives an error or a mesh") {
+    testing::property("random bytes of an old MSH file are replaced",
                       [](std::uint64_t seed) {
                           generated::Random random(seed);
                           std::string text = seed % 3 == 0 ? tetrahedron_1 : tetrahedron_40(seed % 3 == 1);
@@ -134,7 +137,7 @@ TEST_CASE("every prefix of a file of an old version is an error") {
                       {.count = 2000});
 }
 
-TEST_CASE("names of groups without a dimension, as versions before 2.1 have them") {
+TEST_CASE("MSH group names without dimension take the dimension of their elements") {
     const std::string text =
         "$MeshFormat\n2 0 8\n$EndMeshFormat\n$PhysicalNames\n3\n5 \"the wall\"\n4 \"air\"\n9 \"none\"\n"
         "$EndPhysicalNames\n" +
@@ -143,7 +146,7 @@ TEST_CASE("names of groups without a dimension, as versions before 2.1 have them
           Column<Group>(Buffer<Group>{{2, 5, "the wall"}, {3, 4, "air"}}));
 }
 
-TEST_CASE("lines from a node to itself are left out and told of") {
+TEST_CASE("MSH lines from a node to itself are left out with a notice") {
     const DecodedMesh mesh =
         decoded(head_22 + nodes_22 + "$Elements\n3\n1 1 2 6 3 2 2\n2 1 2 6 3 1 2\n3 4 2 4 1 1 2 3 4\n$EndElements\n");
     CHECK(testing::mesh_in<LinearMesh<3>>(mesh.mesh).edges.size() == 1);
@@ -153,7 +156,7 @@ TEST_CASE("lines from a node to itself are left out and told of") {
           50);
 }
 
-TEST_CASE("a surface alone: groups with names, three triangles on an edge") {
+TEST_CASE("MSH surfaces keep named groups and three triangles on an edge") {
     const auto read = decoded(head_22 + "$PhysicalNames\n2\n2 1 \"left\"\n2 9 \"fin\"\n$EndPhysicalNames\n" +
                               "$Nodes\n5\n1 0 0 0\n2 0 1 0\n3 -1 0 0\n4 1 0 0\n5 0 0 1\n$EndNodes\n" +
                               "$Elements\n3\n1 2 2 1 11 1 2 3\n2 2 2 1 12 2 1 4\n3 2 2 9 13 1 2 5\n$EndElements\n");
@@ -166,16 +169,16 @@ TEST_CASE("a surface alone: groups with names, three triangles on an edge") {
     CHECK(read.notices.empty());
 }
 
-TEST_CASE("what stands behind the last section does no harm") {
+TEST_CASE("content after the last MSH section is ignored with a notice") {
     const DecodedMesh mesh = decoded(tetrahedron_22 + "made by hand\n");
     CHECK(mesh.mesh == decoded(tetrahedron_22).mesh);
     REQUIRE(mesh.notices.size() == 1);
-    CHECK(mesh.notices[0].what == "what stands behind the last section was not read (13 bytes)");
+    CHECK(mesh.notices[0].what == "all data after the last section was not read (13 bytes)");
     CHECK(message(head_22 + nodes_22 + "a remark\n" + tetrahedron_22.substr(head_22.size() + nodes_22.size()))
-              .find("here should be a section ($…)") < 40);
+              .find("a section ($…) is missing here") < 40);
 }
 
-TEST_CASE("cells that no mesh holds are counted where that is asked") {
+TEST_CASE("unsupported MSH cells are counted on request") {
     const std::string text =
         head_22 + nodes_22 + "$Elements\n3\n1 3 2 6 3 1 2 3 4\n2 4 2 4 1 1 2 3 4\n3 3 2 6 3 1 2 3 4\n$EndElements\n";
     const auto counted = decode_msh(generated::bytes_of(text), "in.msh", {.unheld = Unheld::count}, {});

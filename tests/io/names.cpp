@@ -1,5 +1,4 @@
-// Names of fields and groups: whatever they are, a file that is written is read again with the same values, and names
-// that become others are reported.
+// Round trips of fields and groups with any names; changed names are reported.
 #include "any_mesh.hpp"
 #include "generated.hpp"
 #include "property.hpp"
@@ -20,7 +19,7 @@ using namespace camber;
 
 namespace {
 
-/// Any name that a file of others may have. None ends in X, Y or Z: CGNS joins three of those to a vector.
+/// Any name that a foreign file may have. None ends in X, Y or Z, because CGNS joins three of those to a vector.
 std::string some_name(generated::Random& random) {
     static const std::vector<std::string> known{"",
                                                 " ",
@@ -72,7 +71,7 @@ AnyMesh some_mesh(std::uint64_t seed) {
 
 LinearMesh<3> linear_of(const AnyMesh& mesh) { return straight_simplices(std::get<Mesh<3>>(mesh)); }
 
-/// Values that no other field has.
+/// A field with values that no other field has.
 MeshField some_field(const AnyMesh& mesh, generated::Random& random, double first) {
     const LinearMesh<3> linear = linear_of(mesh);
     MeshField field{some_name(random),
@@ -92,18 +91,18 @@ bool same_values(const MeshField& a, const MeshField& b) {
     return a.centring == b.centring && a.kind == b.kind && a.values == b.values;
 }
 
-bool tells(const std::vector<Notice>& notices, const std::string& what) {
+bool has_notice(const std::vector<Notice>& notices, const std::string& what) {
     return std::any_of(notices.begin(), notices.end(),
                        [&](const Notice& n) { return n.what.find(what) != std::string::npos; });
 }
 
-bool is_there(const MeshFormat& format) { return format.name != "cgns" || knows_cgns(); }
+bool is_available(const MeshFormat& format) { return format.name != "cgns" || knows_cgns(); }
 
 }  // namespace
 
-TEST_CASE("fields of any names come back with their values, and names that become others are reported") {
+TEST_CASE("each format restores fields of any name and reports renamed ones") {
     for (const MeshFormat& format : mesh_formats()) {
-        if (!format.encode || !format.decode || !format.holds_fields || !is_there(format)) continue;
+        if (!format.encode || !format.decode || !format.holds_fields || !is_available(format)) continue;
         const bool has_renames = format.renames != nullptr;
         REQUIRE(has_renames);
         testing::property(std::string(format.name), [&](std::uint64_t seed) {
@@ -129,7 +128,7 @@ TEST_CASE("fields of any names come back with their values, and names that becom
                 RC_ASSERT((found != back->fields.end()));
                 if ((*found).name == field.name) continue;
                 ++renamed;
-                if (renamed <= 4) RC_ASSERT(tells(notices, "becomes " + in_quotes((*found).name)));
+                if (renamed <= 4) RC_ASSERT(has_notice(notices, "becomes " + in_quotes((*found).name)));
             }
             RC_ASSERT((renamed > 0) == !notices.empty());
             RC_ASSERT(format.renames(back->fields).empty());
@@ -137,11 +136,11 @@ TEST_CASE("fields of any names come back with their values, and names that becom
     }
 }
 
-TEST_CASE("groups of any names stay apart, and names that become others are reported") {
+TEST_CASE("each format keeps groups of any name distinct and reports renamed ones") {
     for (const MeshFormat& format : mesh_formats()) {
         const std::set<std::string_view> with_names{"msh",  "msh-ascii", "msh2",     "msh2-ascii",
                                                     "mfem", "cgns",      "stl-ascii"};
-        if (!with_names.contains(format.name) || !is_there(format)) continue;
+        if (!with_names.contains(format.name) || !is_available(format)) continue;
         testing::property(std::string(format.name), [&](std::uint64_t seed) {
             generated::Random random(seed);
             auto mesh = generated::mesh<3>(seed, 2 + seed % 10);
@@ -179,24 +178,25 @@ TEST_CASE("groups of any names stay apart, and names that become others are repo
             };
             count(mesh, before);
             count(back, after);
-            if (format.name != "mfem" && format.name != "stl-ascii")  // which hold other facets, or triangles
+            if (format.name != "mfem" && format.name != "stl-ascii")  // these store other facets, or triangles
                 RC_ASSERT(before.size() == after.size());
-            // Different names are different in the file, and a reference without one gets none of these.
+            // Different names stay different in the file, and references without a name get none of them.
             std::map<std::pair<int, std::string>, std::set<Reference>> references_of;
             for (const Group& group : back.groups) references_of[{group.dimension, group.name}].insert(group.reference);
             const auto losses = format.losses(as_mesh(mesh));
             for (const auto& [key, name] : names) {
                 if (!before.contains(key)) continue;
                 const auto found = references_of.find({key.first, name});
-                const bool is_kept = found != references_of.end();
-                if (!is_kept && format.name != "mfem")
-                    RC_ASSERT((tells(losses, "names of references") || tells(losses, "solids for references")));
+                const bool is_preserved = found != references_of.end();
+                if (!is_preserved && format.name != "mfem")
+                    RC_ASSERT(
+                        (has_notice(losses, "names of references") || has_notice(losses, "references as solids")));
             }
         });
     }
 }
 
-TEST_CASE("names that VTK, CGNS and others cannot hold, and what becomes of them") {
+TEST_CASE("VTK, VTU, CGNS and MSH report the new names of invalid field names") {
     const auto field = [](const char* name, Centring centring) {
         return MeshField{name, centring, FieldKind::scalar, Column<double>()};
     };

@@ -1,4 +1,4 @@
-// Files of degree 2 in other words: permuted node orders, control points, mixed degrees, Gmsh's rows.
+// Variants of degree-2 GMF files: node orders, control points, mixed degrees and Gmsh's rows.
 #include "any_mesh.hpp"
 #include "generated.hpp"
 #include "property.hpp"
@@ -23,7 +23,7 @@ std::string words(const auto& numbers) {
     return text;
 }
 
-/// Rows of degree 2 of the mesh as the encoder numbers them (from 1, without the reference).
+/// Degree-2 rows of the mesh in the encoder's numbering, from 1, without references.
 template <int K, class EdgesOf>
 std::vector<std::array<std::size_t, quadratic_nodes<K>>> rows(const Simplices<K>& kind, const EdgesOf& edges_of,
                                                               std::size_t vertices) {
@@ -55,7 +55,7 @@ std::vector<std::vector<int>> exponents() {
     return all;
 }
 
-/// One kind's rows and ordering block in a random order of nodes.
+/// The rows and the Ordering block of one kind of simplices in a random order of nodes.
 template <int K>
 std::string permuted(const std::string& name, const Simplices<K>& kind, const auto& edges_of, std::size_t vertices,
                      generated::Random& random) {
@@ -94,7 +94,7 @@ std::string points_text(const QuadraticMesh<3>& mesh, bool control_points) {
     return text;
 }
 
-/// A mesh whose coordinates make sense: a strip along a screw, nodes a little off the chords.
+/// A mesh with valid geometry: a strip along a screw, nodes slightly off the chords.
 QuadraticMesh<3> screw(std::uint64_t seed, std::size_t cells) {
     auto linear = generated::mesh<3>(seed, cells);
     generated::Random random(seed);
@@ -127,8 +127,8 @@ QuadraticMesh<3> decoded(const std::string& text) {
 
 }  // namespace
 
-TEST_CASE("node orders are honoured") {
-    testing::property("any order with its Ordering block", [](std::uint64_t seed) {
+TEST_CASE("GMF Ordering blocks define the node order") {
+    testing::property("a mesh with any node order and its Ordering block is restored", [](std::uint64_t seed) {
         const auto mesh = screw(seed, 6);
         RC_PRE(generated::holds_simplices(mesh.linear));
         generated::Random random(seed);
@@ -141,8 +141,8 @@ TEST_CASE("node orders are honoured") {
     });
 }
 
-TEST_CASE("control points become nodes on the curve") {
-    testing::property("BezierBasis 1", [](std::uint64_t seed) {
+TEST_CASE("GMF control points are converted to nodes on the curve") {
+    testing::property("BezierBasis 1 converts control points, BezierBasis 0 does not", [](std::uint64_t seed) {
         const auto mesh = screw(seed, 6);
         RC_PRE(generated::holds_simplices(mesh.linear));
         generated::Random random(seed);
@@ -158,9 +158,9 @@ TEST_CASE("control points become nodes on the curve") {
     });
 }
 
-TEST_CASE("mid nodes may stand anywhere among the vertices") {
-    testing::property("vertices in any order", [](std::uint64_t seed) {
-        // Renumber the file's vertices at random: the mesh comes out with the corners in the file's order.
+TEST_CASE("GMF mid nodes are found anywhere in the vertex list") {
+    testing::property("a degree-2 mesh is read with its vertices in any order", [](std::uint64_t seed) {
+        // With the file's vertices in random order, the corners of the mesh keep the order of the file.
         const auto mesh = screw(seed, 5);
         RC_PRE(mesh.linear.elements.size() > 0);
         generated::Random random(seed);
@@ -181,7 +181,7 @@ TEST_CASE("mid nodes may stand anywhere among the vertices") {
             for (const std::size_t node : row) text += std::to_string(place[node - 1] + 1) + " ";
             text += "0\n";
         }
-        // Edges of facets that are edges of no element do not occur in these strips.
+        // In these strips each edge of a facet is an edge of an element.
         const auto back = decoded(text + "End");
         RC_ASSERT(back.linear.elements.size() == mesh.linear.elements.size());
         for (std::size_t e = 0; e < back.linear.elements.size(); ++e) {
@@ -202,8 +202,8 @@ TEST_CASE("mid nodes may stand anywhere among the vertices") {
     });
 }
 
-TEST_CASE("plain keywords with rows of degree 2, as Gmsh writes them") {
-    testing::property("either order of the last two nodes", [](std::uint64_t seed) {
+TEST_CASE("degree-2 rows under the linear GMF keywords are read") {
+    testing::property("degree-2 rows are read with either order of the last two nodes", [](std::uint64_t seed) {
         const bool swapped = *rc::gen::arbitrary<bool>();
         const auto mesh = screw(seed, 6);
         RC_PRE(mesh.linear.elements.size() > 0);
@@ -224,7 +224,7 @@ TEST_CASE("plain keywords with rows of degree 2, as Gmsh writes them") {
     });
 }
 
-TEST_CASE("simplices of both degrees") {
+TEST_CASE("linear and quadratic simplices of one GMF file are merged") {
     const auto text = [](const std::string& more) {
         return "MeshVersionFormatted 2 Dimension 2 Vertices 7  0 0 1  1 0 1  0 1 1  .5 .1 1  .6 .6 1  0 .5 1  1 1 1\n"
                "TrianglesP2 1  1 2 3 4 5 6 9\n" +
@@ -241,9 +241,9 @@ TEST_CASE("simplices of both degrees") {
     CHECK(mesh.mid_nodes[curved].point == Vec<2>{{0.5, 0.1}});
     CHECK(mesh.mid_nodes[straight].point == Vec<2>{{1, 0.5}});
     REQUIRE(back->notices.size() == 1);
-    CHECK(back->notices[0].what == "1 edges have no mid node in the file and were made straight");
+    CHECK(back->notices[0].what == "1 edges have no mid node in the file and are straight");
 
-    SUBCASE("those of degree 2 come first: indices count them") {
+    SUBCASE("quadratic simplices precede linear ones in the numbering") {
         const auto both = decode_gmf_mesh(
             generated::bytes_of(text("Triangles 1 2 7 3 8 RequiredTriangles 1 1 RequiredVertices 2 5 7")), "file", {});
         REQUIRE(both);
@@ -256,7 +256,7 @@ TEST_CASE("simplices of both degrees") {
     }
 }
 
-TEST_CASE("references of mid nodes") {
+TEST_CASE("references of mid nodes that differ from those of the edge are reported") {
     const auto decode = [](const std::string& mid) {
         return decode_gmf_mesh(
             generated::bytes_of("MeshVersionFormatted 2 Dimension 2 Vertices 3  0 0 4  1 0 4  .5 .1 " + mid +
@@ -265,5 +265,5 @@ TEST_CASE("references of mid nodes") {
     };
     CHECK(decode("4")->notices.empty());
     REQUIRE(decode("5")->notices.size() == 1);
-    CHECK(decode("5")->notices[0].what == "references of 1 mid nodes were not kept");
+    CHECK(decode("5")->notices[0].what == "references of 1 mid nodes were left out");
 }

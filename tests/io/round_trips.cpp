@@ -1,4 +1,4 @@
-// What is encoded is decoded to the same value.
+// Round trips of GMF files.
 #include "any_mesh.hpp"
 #include "generated.hpp"
 #include "property.hpp"
@@ -20,7 +20,7 @@ Mesh decoded(const Chunks& chunks, const Execution& execution = {}) {
     auto back = decode_gmf_mesh(bytes, "file", execution);
     if (!back) RC_FAIL(describe(back.error()));
     RC_ASSERT(back->notices.empty());
-    RC_ASSERT(back->node_numbers.empty());  // encoders put mid nodes after the vertices, by edges
+    RC_ASSERT(back->node_numbers.empty());  // encoders write mid nodes after the vertices, in the order of edges
     RC_ASSERT(testing::holds<Mesh>(back->mesh));
     return testing::mesh_in<Mesh>(back->mesh);
 }
@@ -50,14 +50,14 @@ void quadratic_round_trip(std::uint64_t seed) {
 
 }  // namespace
 
-TEST_CASE("decode after encode is the identity") {
+TEST_CASE("GMF files restore the encoded mesh") {
     testing::property("linear 2D", linear_round_trip<2>);
     testing::property("linear 3D", linear_round_trip<3>);
     testing::property("quadratic 2D", quadratic_round_trip<2>);
     testing::property("quadratic 3D", quadratic_round_trip<3>);
 }
 
-TEST_CASE("the same bytes and values for any number of threads") {
+TEST_CASE("GMF files and meshes do not depend on the number of threads") {
     // Large enough for several chunks of binary rows and several pieces of text.
     const auto mesh = generated::quadratic<3>(5, testing::less_if_sanitized(20000, 9000));
     for (const GmfEncoding encoding : {GmfEncoding::ascii, GmfEncoding::binary}) {
@@ -72,8 +72,8 @@ TEST_CASE("the same bytes and values for any number of threads") {
     }
 }
 
-TEST_CASE("text may be laid out in any way") {
-    testing::property("blanks, line ends and comments change nothing", [](std::uint64_t seed) {
+TEST_CASE("GMF text is read with any blanks, line ends and comments") {
+    testing::property("blanks, line ends and comments do not change the mesh", [](std::uint64_t seed) {
         const auto mesh = generated::mesh<3>(seed, 6);
         const auto plain =
             generated::text_of(generated::joined(*encode_gmf_mesh(as_mesh(mesh), {GmfEncoding::ascii}, {})));
@@ -92,23 +92,23 @@ TEST_CASE("text may be laid out in any way") {
     });
 }
 
-TEST_CASE("versions") {
+TEST_CASE("the GMF encoder writes the requested version") {
     const auto mesh = generated::mesh<2>(3, 4);
-    const auto version_of = [&](int asked) {
+    const auto version_of = [&](int requested) {
         return static_cast<int>(
-            generated::joined(*encode_gmf_mesh(as_mesh(mesh), {GmfEncoding::binary, asked}, {}))[4]);
+            generated::joined(*encode_gmf_mesh(as_mesh(mesh), {GmfEncoding::binary, requested}, {}))[4]);
     };
     CHECK(version_of(0) == 2);
     CHECK(version_of(3) == 3);
     CHECK(version_of(4) == 4);
-    for (const int asked : {-1, 1, 5}) {
-        const auto chunks = encode_gmf_mesh(as_mesh(mesh), {GmfEncoding::binary, asked}, {});
+    for (const int requested : {-1, 1, 5}) {
+        const auto chunks = encode_gmf_mesh(as_mesh(mesh), {GmfEncoding::binary, requested}, {});
         REQUIRE(!chunks);
         CHECK(chunks.error().kind == ErrorKind::usage);
     }
 }
 
-TEST_CASE("empty blocks are left out, Vertices never") {
+TEST_CASE("GMF omits empty blocks except Vertices") {
     const auto text =
         generated::text_of(generated::joined(*encode_gmf_mesh(as_mesh(LinearMesh<2>{}), {GmfEncoding::ascii}, {})));
     CHECK(text == "MeshVersionFormatted 2\n\nDimension 2\n\nVertices\n0\n\nEnd\n");

@@ -28,8 +28,8 @@ std::string message(const std::string& text) {
 
 }  // namespace
 
-TEST_CASE("solutions come back to the bit") {
-    testing::property("decode after encode is the identity", [](std::uint64_t seed) {
+TEST_CASE("GMF solutions are restored to the last bit") {
+    testing::property("decoding an encoded solution restores it", [](std::uint64_t seed) {
         const auto solution = some_solution(seed);
         const GmfOptions options{*rc::gen::element(GmfEncoding::ascii, GmfEncoding::binary),
                                  *rc::gen::element(0, 2, 3, 4)};
@@ -40,7 +40,10 @@ TEST_CASE("solutions come back to the bit") {
         RC_ASSERT(generated::same_bits(back->solution.values, solution.values));
         RC_ASSERT(back->notices.empty());
     });
-    testing::property("cut anywhere", [](std::uint64_t seed) {
+}
+
+TEST_CASE("a truncated GMF solution gives an error or the same solution") {
+    testing::property("a solution that is cut anywhere gives an error or the same solution", [](std::uint64_t seed) {
         const auto solution = some_solution(seed);
         const GmfOptions options{*rc::gen::element(GmfEncoding::ascii, GmfEncoding::binary), *rc::gen::element(0, 4)};
         auto bytes = generated::joined(*encode_gmf_solution(solution, options, {}));
@@ -50,14 +53,14 @@ TEST_CASE("solutions come back to the bit") {
     });
 }
 
-TEST_CASE("a row a line, values in the file's order") {
+TEST_CASE("GMF text solutions have one row per line") {
     Solution solution{.dimension = 2, .fields = {FieldKind::symmetric_tensor}, .rows = 2};
     solution.values = Buffer<double>{1, 0.25, 3, 4, -5e-7, 6};
     const auto text = generated::text_of(generated::joined(*encode_gmf_solution(solution, {GmfEncoding::ascii}, {})));
     CHECK(text == "MeshVersionFormatted 2\n\nDimension 2\n\nSolAtVertices\n2\n1 3\n1 0.25 3\n4 -5e-07 6\n\nEnd\n");
 }
 
-TEST_CASE("what solutions must not be") {
+TEST_CASE("invalid GMF solutions are rejected") {
     const std::string head = "MeshVersionFormatted 2\nDimension 3\n";
     CHECK(message(head + "Vertices 0 End") ==
           "in.sol: line 1: the file has no SolAtVertices (give a solution (.sol, .solb))");
@@ -65,8 +68,8 @@ TEST_CASE("what solutions must not be") {
           "in.sol: line 3: a field of SolAtVertices has type 7, not 1 to 4");
     CHECK(message(head + "SolAtVertices 1 0 End") == "in.sol: line 3: SolAtVertices has no list of fields");
     CHECK(message(head + "SolAtVertices 2\n2 1 2\n0 0 0 0\n0 0 nan 0\nEnd") ==
-          "in.sol: line 6: vertex 2: a value is infinite or not a number (what wrote the file failed there: write it "
-          "anew)");
+          "in.sol: line 6: vertex 2: a value is infinite or not a number (the program that wrote the file failed "
+          "there. Write it again)");
     CHECK(message(head + "SolAtVertices 2\n1 1\n0\nEnd").starts_with("in.sol: line 3: SolAtVertices announces 2 rows"));
 
     Solution solution{.dimension = 3, .fields = {FieldKind::scalar}, .rows = 2};

@@ -1,4 +1,4 @@
-// STL: what is written is read; text of others; damage.
+// Round trips, foreign text and damage of STL files.
 #include "any_mesh.hpp"
 #include "generated.hpp"
 #include "property.hpp"
@@ -20,9 +20,9 @@ namespace {
 Outcome<DecodedMesh> read(const generated::Bytes& bytes) { return decode_stl(bytes, "in.stl", {}, {}); }
 Outcome<DecodedMesh> read(const std::string& text) { return read(generated::bytes_of(text)); }
 
-template <class Given>
-std::string message(const Given& given) {
-    const auto decoded = read(given);
+template <class Input>
+std::string message(const Input& input) {
+    const auto decoded = read(input);
     return decoded ? "no error" : describe(decoded.error());
 }
 
@@ -36,7 +36,7 @@ std::string replaced(std::string text, const std::string& what, const std::strin
     return text.replace(at, what.size(), by);
 }
 
-/// A surface with vertices in no order, some of no triangle, at places of 32 bits; zeros of both signs.
+/// A surface with vertices in random order, some unused, with 32-bit coordinates and zeros of both signs.
 LinearMesh<3> surface(std::uint64_t seed, std::size_t references) {
     generated::Random random(seed);
     LinearMesh<3> mesh;
@@ -86,9 +86,9 @@ const std::string solid = "solid one\n" + facet + "endsolid one\n";
 
 }  // namespace
 
-TEST_CASE("a surface comes back: triangle by triangle, as it is turned, and then all of it") {
+TEST_CASE("STL files restore surfaces with their orientation") {
     for (const StlEncoding encoding : {StlEncoding::ascii, StlEncoding::binary})
-        testing::property(encoding == StlEncoding::ascii ? "as text" : "in binary", [&](std::uint64_t seed) {
+        testing::property(encoding == StlEncoding::ascii ? "text STL files restore surfaces" : "binary STL files restore surfaces", [&](std::uint64_t seed) {
             const LinearMesh<3> mesh = surface(seed, 1 + seed % 4);
             const auto bytes = written(mesh, encoding);
             const auto first = read(bytes);
@@ -106,7 +106,7 @@ TEST_CASE("a surface comes back: triangle by triangle, as it is turned, and then
         });
 }
 
-TEST_CASE("references are solids by their names") {
+TEST_CASE("STL solids become references with their names") {
     LinearMesh<3> mesh = surface(19, 1);
     Buffer<Reference> references;
     for (std::size_t t = 0; t < mesh.facets.size(); ++t) references.push_back(t % 2 == 0 ? 9 : -4);
@@ -120,13 +120,14 @@ TEST_CASE("references are solids by their names") {
     CHECK(back.facets.references[back.facets.size() - 1] == 2);
     const auto losses = not_in_stl(as_mesh(mesh), StlEncoding::ascii);
     REQUIRE(losses.size() == 3);
-    CHECK(losses[0].what.starts_with("STL lists triangles alone, solid by solid"));
+    CHECK(losses[0].what.starts_with("STL lists only triangles, solid by solid"));
     CHECK(losses[1].what == "STL cannot hold 1 names of references: \" the?wall \" becomes \"the wall\"");
-    CHECK(losses[2].what == "STL has solids for references: they become 1, 2 and so on, with the solids' names");
+    CHECK(losses[2].what ==
+          "STL stores references as solids: they become 1, 2 and so on, with the names of the solids");
     CHECK(not_in_stl(as_mesh(mesh), StlEncoding::binary)[1].what == "STL in binary has no place for references");
 }
 
-TEST_CASE("text as others write it") {
+TEST_CASE("STL text in the layouts of other programs is read") {
     const auto decoded = read("\n" + solid + "SOLID\n" + other + "ENDSOLID\nsolid one\n" + other + "endsolid\nsolid\n" +
                               facet + "endsolid\nsolid none\nendsolid none");
     REQUIRE(decoded);
@@ -139,7 +140,7 @@ TEST_CASE("text as others write it") {
     CHECK(!is_stl(generated::bytes_of("solidity"), StlEncoding::ascii));
 }
 
-TEST_CASE("triangles with two corners at one place are left out, and counted") {
+TEST_CASE("STL leaves out and counts triangles with coincident corners") {
     const std::string flat = replaced(facet, "vertex 1 0 0", "vertex 0 -0 0");
     const auto decoded = read("solid a\n" + flat + "endsolid\nsolid b\n" + flat + facet + "endsolid\n");
     REQUIRE(decoded);
@@ -147,12 +148,12 @@ TEST_CASE("triangles with two corners at one place are left out, and counted") {
     CHECK(mesh.facets.size() == 1);
     CHECK(mesh.groups == Column<Group>(Buffer<Group>{{2, 1, "b"}}));
     REQUIRE(decoded->notices.size() == 1);
-    CHECK(decoded->notices[0].what == "2 triangles with two corners at one place were left out");
+    CHECK(decoded->notices[0].what == "2 triangles with two corners at the same position were left out");
     LinearMesh<3> fine = mesh;
     fine.points = Buffer<Vec<3>>{{{1, 0, 0}}, {{1 + 1e-12, 0, 0}}, {{0, 1, 0}}};
     CHECK(written(fine, StlEncoding::binary).size() == 84);
     CHECK(not_in_stl(as_mesh(fine), StlEncoding::binary)[0].what ==
-          "STL would make triangles without area of 1: these are left out");
+          "STL cannot store triangles without area: 1 are left out");
     CHECK(not_in_stl(as_mesh(fine), StlEncoding::ascii).empty());
     fine.points = Buffer<Vec<3>>{{{1e39, 0, 0}}, {{1, 0, 0}}, {{0, 1, 0}}};
     const auto large = encode_stl(as_mesh(fine), StlEncoding::binary, {});
@@ -160,7 +161,7 @@ TEST_CASE("triangles with two corners at one place are left out, and counted") {
     CHECK(large.error().kind == ErrorKind::unsupported);
 }
 
-TEST_CASE("a binary file may begin with the word of a text; its size decides") {
+TEST_CASE("the file size distinguishes binary STL from text") {
     auto bytes = written(surface(7, 1), StlEncoding::binary);
     const auto plain = read(bytes);
     REQUIRE(plain);
@@ -174,7 +175,7 @@ TEST_CASE("a binary file may begin with the word of a text; its size decides") {
         CHECK(decoded->mesh == plain->mesh);
     }
     std::memcpy(bytes.data(), "solid", 5);
-    bytes[84 + 48] = std::byte{7};  // an attribute, of colour
+    bytes[84 + 48] = std::byte{7};  // the attribute bytes, which some programs use for colours
     CHECK(read(bytes)->mesh == plain->mesh);
     auto longer = bytes;
     longer.push_back(std::byte{0});
@@ -184,49 +185,49 @@ TEST_CASE("a binary file may begin with the word of a text; its size decides") {
     std::fill_n(longer.begin() + 80, 4, std::byte{0xff});
     CHECK(message(longer).starts_with("in.stl: byte 80: announces 4294967295 triangles of 50 bytes, but 401 bytes"));
     const float nan = std::numeric_limits<float>::quiet_NaN();
-    std::memcpy(bytes.data() + 84 + 50 * 2, &nan, 4);  // of a normal, which is not read
+    std::memcpy(bytes.data() + 84 + 50 * 2, &nan, 4);  // part of a normal, which is not read
     CHECK(read(bytes)->mesh == plain->mesh);
     std::memcpy(bytes.data() + 84 + 50 * 2 + 12 + 8, &nan, 4);
     CHECK(message(bytes) ==
-          "in.stl: byte 184: triangle 3: a coordinate is infinite or not a number (what wrote the "
-          "file failed there: write it anew)");
+          "in.stl: byte 184: triangle 3: a coordinate is infinite or not a number (the program that wrote the file "
+          "failed there. Write it again)");
 }
 
-TEST_CASE("errors of texts tell the place") {
+TEST_CASE("errors in STL text give the line") {
     CHECK(message(solid) == "no error");
     CHECK(message(replaced(solid, "1 0 0", "1 x 0")) ==
           "in.stl: line 5: triangle 1: a number is malformed (the file is cut off or damaged)");
     CHECK(message(replaced(solid, "1 0 0", "1 inf 0")) ==
-          "in.stl: line 5: triangle 1: a coordinate is infinite or not a number (what wrote the file failed there: "
-          "write it anew)");
+          "in.stl: line 5: triangle 1: a coordinate is infinite or not a number (the program that wrote the file "
+          "failed there. Write it again)");
     CHECK(message(replaced(solid, "0 1 0", "0 1")) ==
           "in.stl: line 7: triangle 1: a number is malformed (the file is cut off or damaged)");
     CHECK(message(replaced(solid, "endloop", "vertex 1 1 0\nendloop")) ==
-          "in.stl: line 7: triangle 1: has more corners than three (write it anew, of triangles alone)");
+          "in.stl: line 7: triangle 1: has more corners than three (write it again with triangles only)");
     CHECK(message(replaced(solid, "endsolid one", "")) ==
-          "in.stl: line 10: the file ends where facet or endsolid was to come (it seems to be cut off)");
+          "in.stl: line 10: the file ends where facet or endsolid is expected (it seems to be cut off)");
     CHECK(message(solid + "and more") ==
-          "in.stl: line 10: has no solid where it was to come (the file is cut off or damaged)");
-    CHECK(message(std::string()) == "in.stl: byte 0: the file is empty (write it anew)");
+          "in.stl: line 10: has no solid where it is expected (the file is cut off or damaged)");
+    CHECK(message(std::string()) == "in.stl: byte 0: the file is empty (write it again)");
     CHECK(message(std::string("of a cube")) ==
-          "in.stl: byte 9: the file ends within the header of an STL file of 84 bytes, and is no text (it seems to be "
+          "in.stl: byte 9: the file ends within the 84 bytes of a binary STL header, and is not text (it seems to be "
           "cut off)");
 }
 
-TEST_CASE("cut anywhere, or damaged anywhere: an error with its place, or a mesh") {
+TEST_CASE("truncated and damaged STL files give an error with its position or a mesh") {
     for (const StlEncoding encoding : {StlEncoding::ascii, StlEncoding::binary}) {
         const auto whole = written(surface(3, 2), encoding);
         const auto end = encoding == StlEncoding::ascii ? whole.size() - std::strlen(" reference_2\n") : whole.size();
         for (std::size_t n = 0; n < end; ++n) {
             const auto decoded = read(generated::Bytes(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(n)));
             CAPTURE(n);
-            // Between two solids nobody can tell.
+            // A text file cut between two solids is complete.
             const std::string text = generated::text_of(whole).substr(0, n);
             if (encoding == StlEncoding::ascii && text.find("endsolid") < n) continue;
             REQUIRE(!decoded);
             REQUIRE(decoded.error().where.starts_with("in.stl: "));
         }
-        testing::property("damage", [&](std::uint64_t seed) {
+        testing::property("random bytes of an STL file are replaced", [&](std::uint64_t seed) {
             generated::Random random(seed);
             auto bytes = whole;
             for (std::size_t i = 0; i < 1 + random.below(4); ++i)

@@ -1,4 +1,4 @@
-// SU2's meshes: blocks in any order, markers, what is left out and what is refused.
+// SU2 meshes: order of blocks, markers, skipped data and errors.
 #include "any_mesh.hpp"
 #include "generated.hpp"
 #include "property.hpp"
@@ -36,7 +36,7 @@ const std::string markers =
     "3 2 3\n3 3 0 7\n";
 const std::string square = "% a square\nNDIME= 2\n" + elements + points + markers;
 
-/// The mesh as an SU2 file, groups as markers: the tests' own writer.
+/// An independent SU2 writer; groups become markers.
 template <int D>
 std::string su2_of(const LinearMesh<D>& mesh) {
     std::string text = "NDIME= " + std::to_string(D) + "\nNELEM= " + std::to_string(mesh.elements.size()) + "\n";
@@ -68,18 +68,18 @@ std::string su2_of(const LinearMesh<D>& mesh) {
 }
 
 template <int D>
-void comes_back() {
-    testing::property("a mesh in another's words", [](std::uint64_t seed) {
-        const auto given = generated::mesh<D>(seed, 1 + seed % 9);
+void check_round_trip() {
+    testing::property("a mesh is read with its markers as groups", [](std::uint64_t seed) {
+        const auto source = generated::mesh<D>(seed, 1 + seed % 9);
         LinearMesh<D> mesh;
-        mesh.points = given.points;
-        mesh.point_references = Buffer<Reference>(given.points.size(), 0);
-        mesh.elements.vertices = given.elements.vertices;
-        mesh.elements.references = Buffer<Reference>(given.elements.size(), 0);
-        mesh.facets.vertices = given.facets.vertices;
+        mesh.points = source.points;
+        mesh.point_references = Buffer<Reference>(source.points.size(), 0);
+        mesh.elements.vertices = source.elements.vertices;
+        mesh.elements.references = Buffer<Reference>(source.elements.size(), 0);
+        mesh.facets.vertices = source.facets.vertices;
         Buffer<Reference> references;
-        const std::size_t half = given.facets.size() / 2;
-        for (std::size_t i = 0; i < given.facets.size(); ++i) references.push_back(i < half ? 1 : 2);
+        const std::size_t half = source.facets.size() / 2;
+        for (std::size_t i = 0; i < source.facets.size(); ++i) references.push_back(i < half ? 1 : 2);
         mesh.facets.references = std::move(references);
         mesh.groups = Buffer<Group>{{D - 1, 1, "wall"}, {D - 1, 2, "far"}};
         const auto back = read(su2_of(mesh));
@@ -91,10 +91,10 @@ void comes_back() {
 
 }  // namespace
 
-TEST_CASE("meshes of SU2 in 2D") { comes_back<2>(); }
-TEST_CASE("meshes of SU2 in 3D") { comes_back<3>(); }
+TEST_CASE("SU2 files give 2D meshes") { check_round_trip<2>(); }
+TEST_CASE("SU2 files give 3D meshes") { check_round_trip<3>(); }
 
-TEST_CASE("blocks in any order, markers as groups") {
+TEST_CASE("SU2 reads blocks in any order and markers as groups") {
     const auto decoded = read(square);
     REQUIRE_MESSAGE(decoded.has_value(), message(square));
     const auto& mesh = testing::mesh_in<LinearMesh<2>>(decoded->mesh);
@@ -110,7 +110,7 @@ TEST_CASE("blocks in any order, markers as groups") {
         REQUIRE_MESSAGE(read(text).has_value(), message(text));
         CHECK(read(text)->mesh == decoded->mesh);
     } while (std::next_permutation(blocks.begin(), blocks.end()));
-    // One name, one reference.
+    // Markers of one name have one reference.
     const auto same = read(replaced(square, "upper", "lower"));
     CHECK(testing::mesh_in<LinearMesh<2>>(same->mesh).facets.references ==
           Column<Reference>(Buffer<Reference>{1, 1, 1}));
@@ -120,7 +120,7 @@ TEST_CASE("blocks in any order, markers as groups") {
     CHECK(read(carriage)->mesh == decoded->mesh);
 }
 
-TEST_CASE("what is left out is told") {
+TEST_CASE("SU2 reports skipped markers and keywords") {
     const auto decoded =
         read(replaced(square, "NMARK= 2\n",
                       "NMARK= 3\nMARKER_TAG= SEND_RECEIVE\nMARKER_ELEMS= 2\nSEND_TO= 1\n1 0 0\n1 1 0\n") +
@@ -132,11 +132,12 @@ TEST_CASE("what is left out is told") {
     CHECK(testing::mesh_in<LinearMesh<2>>(decoded->mesh).facets.size() == 3);
 }
 
-TEST_CASE("what cannot be held is refused with its counts") {
+TEST_CASE("unsupported SU2 elements are rejected or counted") {
     const std::string text = replaced(replaced(square, "5 0 1 2 0", "9 0 1 2 3 0"), "3 2 3\n", "5 0 1 2\n");
     CHECK(message(text) ==
-          "in.su2: holds 1 quadrilaterals, 1 triangles, which Camber cannot hold (give a mesh of edges, triangles and "
-          "tetrahedra of degree 1 or 2; \"camber info FILE\" counts its cells and tells what splits them)");
+          "in.su2: holds 1 quadrilaterals, 1 triangles, which Camber does not support (give a mesh of edges, "
+          "triangles and tetrahedra of degree 1 or 2; \"camber info FILE\" counts its cells and names a program that "
+          "splits them)");
     CHECK(read(text).error().kind == ErrorKind::unsupported);
     const auto counted = decode_su2(generated::bytes_of(text), "in.su2", {.unheld = Unheld::count}, {});
     REQUIRE(counted.has_value());
@@ -149,32 +150,35 @@ TEST_CASE("what cannot be held is refused with its counts") {
           "in.su2: NDIME is 4, not 2 or 3 (the file is cut off or damaged)");
 }
 
-TEST_CASE("errors of SU2's files are told with their lines") {
+TEST_CASE("errors in SU2 files give the line") {
     CHECK(message(replaced(square, "5 0 1 2 0", "5 0 1 9 0")) ==
-          "in.su2: line 4: triangle 1: a node is not one of those that the file lists (the file is damaged, or joined "
-          "of two)");
+          "in.su2: line 4: triangle 1: a node is not one of those that the file lists (the file is damaged, or was "
+          "joined from two files)");
     CHECK(message(replaced(square, "3 3 0 7", "3 3 3 7")).starts_with("in.su2: line 20: edge 3: a node occurs twice"));
-    CHECK(message(replaced(square, "5 0 1 2 0", "5 0 1")).starts_with("in.su2: line 4: triangle 1: its row has not"));
-    CHECK(message(replaced(square, "1 0 1\n", "1 x 1\n")).starts_with("in.su2: line 9: vertex 2: its row is not 2"));
+    CHECK(message(replaced(square, "5 0 1 2 0", "5 0 1"))
+              .starts_with("in.su2: line 4: triangle 1: its row does not have"));
+    CHECK(message(replaced(square, "1 0 1\n", "1 x 1\n"))
+              .starts_with("in.su2: line 9: vertex 2: its row does not "
+                           "have 2"));
     CHECK(message(replaced(square, "1 0 1\n", "1 nan 1\n")).find("a coordinate is infinite") < 40);
-    CHECK(message(square + "1 2 3\n").find("is no keyword with =") < 40);
-    CHECK(message(square + elements).find("comes a second time") < 40);
+    CHECK(message(square + "1 2 3\n").find("is neither a keyword with =") < 40);
+    CHECK(message(square + elements).find("occurs a second time") < 40);
     CHECK(message(replaced(square, "NMARK= 2", "NMARK= 3")).find("NMARK announces 3 markers, but 2 follow") < 40);
     CHECK(message(replaced(square, "MARKER_ELEMS= 1", "MARKER_LINES= 1")).find("is not followed by MARKER_ELEMS") < 50);
 }
 
-TEST_CASE("every prefix of an SU2 file is an error, or told to have no markers") {
+TEST_CASE("truncated SU2 files are rejected or reported") {
     for (std::size_t n = 0; n < square.size(); ++n) {
         CAPTURE(n);
         const auto decoded = read(square.substr(0, n));
         if (decoded && square.substr(n).starts_with("NMARK")) {
             REQUIRE(decoded->notices.size() == 1);
-            CHECK(decoded->notices[0].what == "the file has no NMARK, and so no markers of the boundary");
+            CHECK(decoded->notices[0].what == "the file has no NMARK, so it has no markers of the boundary");
             continue;
         }
-        if (decoded) {  // the last row of a block, which may be all of it
+        if (decoded) {  // cut in the last row of a block, which may be complete
             REQUIRE(!decoded->notices.empty());
-            CHECK(decoded->notices[0].what == "the last line has no end: nobody can tell whether it is whole");
+            CHECK(decoded->notices[0].what == "the last line has no line end, so it may be incomplete");
             continue;
         }
         REQUIRE(!decoded.has_value());
@@ -183,7 +187,7 @@ TEST_CASE("every prefix of an SU2 file is an error, or told to have no markers")
     }
 }
 
-TEST_CASE("rows of points with more than their coordinates") {
+TEST_CASE("SU2 point rows may have an index and a third coordinate") {
     const auto plain = read(square);
     REQUIRE(plain.has_value());
     for (const std::string rows :
@@ -201,7 +205,7 @@ TEST_CASE("rows of points with more than their coordinates") {
     CHECK(message(replaced(square, "0 0 0\n", "0 0 0 0 0 0\n")).starts_with("in.su2: line 8: vertex 1: its row is"));
 }
 
-TEST_CASE("zones are joined, or one of them is read") {
+TEST_CASE("SU2 zones are joined or read one by one") {
     const std::string second =
         "IZONE= 2\nNDIME= 2\nNELEM= 1\n5 0 1 2\nNPOIN= 3\n5 5\n6 5\n5 6\nNMARK= 1\n"
         "MARKER_TAG= upper\nMARKER_ELEMS= 1\n3 0 1\n";
@@ -225,17 +229,20 @@ TEST_CASE("zones are joined, or one of them is read") {
     CHECK(describe(zone("3").error()) == "in.su2: has no zone \"3\" (its zones are 1, 2)");
     CHECK(message(replaced(text, "5 0 1 2\nNPOIN= 3", "5 0 1 3\nNPOIN= 3"))
               .find("triangle 3: a node is not one of those that the file lists") < 40);
-    CHECK(message(replaced(text, "NPOIN= 3\n5 5\n6 5\n5 6\n", "")).find("zone 2 has not all of NDIME") < 40);
+    CHECK(message(replaced(text, "NPOIN= 3\n5 5\n6 5\n5 6\n", "")).find("zone 2 lacks one of NDIME") < 40);
 }
 
-TEST_CASE("absurd counts in an SU2 file, and noise") {
+TEST_CASE("SU2 files with invalid counts are rejected") {
     for (const std::string count : {"4000000000", "9000000000000000000", "99999999999999999999", "-1", "x", "3"}) {
         CHECK(message(replaced(square, "NELEM= 2", "NELEM= " + count)) != "no error");
         CHECK(message(replaced(square, "NPOIN= 4", "NPOIN= " + count)) != "no error");
         CHECK(message(replaced(square, "NMARK= 2", "NMARK= " + count)) != "no error");
         CHECK(message(replaced(square, "MARKER_ELEMS= 1", "MARKER_ELEMS= " + count)) != "no error");
     }
-    testing::property("some bytes changed",
+}
+
+TEST_CASE("an SU2 file with noise gives an error or a mesh") {
+    testing::property("random characters of an SU2 file are replaced",
                       [](std::uint64_t seed) {
                           generated::Random random(seed);
                           std::string text = square;

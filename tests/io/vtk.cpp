@@ -1,5 +1,4 @@
-// Legacy VTK files: as VTK writes them, of every kind of array, and damaged. (What is written is read again:
-// formats.cpp.)
+// Legacy VTK files as VTK writes them, with every kind of array, and damaged. Round trips are in formats.cpp.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -47,7 +46,7 @@ const std::string modern = "# vtk DataFile Version 5.1\nvtk output\nASCII\n" + h
 
 }  // namespace
 
-TEST_CASE("legacy VTK files of old and of new versions") {
+TEST_CASE("legacy VTK files of versions 3.0 and 5.1 give the same mesh") {
     const auto first = read(old), second = read(modern);
     REQUIRE_MESSAGE(first.has_value(), message(old));
     REQUIRE_MESSAGE(second.has_value(), message(modern));
@@ -62,7 +61,7 @@ TEST_CASE("legacy VTK files of old and of new versions") {
     CHECK(is_vtk(generated::bytes_of(replaced(old, "ASCII", "BINARY")), VtkEncoding::binary));
 }
 
-TEST_CASE("every kind of array of a legacy VTK file") {
+TEST_CASE("legacy VTK files are read with every kind of data array") {
     const std::string arrays =
         "POINT_DATA 5\nMETADATA\nINFORMATION 0\n\nVECTORS the%20flow float\n1 2 3 4 5 6 7 8 9 10 11 12 13 14 15\n"
         "NORMALS n double\n0 0 1 0 0 1 0 0 1 0 0 1 0 0 1\nTENSORS t float\n" +
@@ -84,27 +83,27 @@ TEST_CASE("every kind of array of a legacy VTK file") {
     CHECK(decoded->notices[0].what.starts_with("2 arrays were left out, since they have neither 1, 3, 6 nor 9"));
 }
 
-TEST_CASE("what is wrong with a legacy VTK file is told with its line") {
+TEST_CASE("errors in legacy VTK files give the line") {
     CHECK(message(replaced(old, "UNSTRUCTURED_GRID", "POLYDATA")) ==
-          "in.vtk: line 4: is a data set of the kind polydata, not UNSTRUCTURED_GRID (write it as one: in ParaView the "
-          "filter Append Datasets, then Save Data)");
+          "in.vtk: line 4: is a data set of the kind polydata, not UNSTRUCTURED_GRID (convert it in ParaView: filter "
+          "Append Datasets, then Save Data)");
     CHECK(message(replaced(old, "4 1 2 3 4", "4 1 2 3 9")).find("a node is not one of those that the file lists") < 60);
     CHECK(message(replaced(old, "3 0 2 1", "9 0 2 1")).find("line 8: CELLS: the number of points of cell 3 is wrong") <
           40);
     CHECK(message(replaced(old, "CELLS 3 14", "CELLS 3 13")).find("CELLS") < 40);
     CHECK(message(replaced(old, "0.5 1 1.5", "0.5 x 1.5"))
               .find("number 2 of 5 is missing, malformed or too large for its kind") < 40);
-    CHECK(message(replaced(old, "CELL_DATA 3", "CELL_DATA 4")).find("the number of rows is not that of the points or") <
-          40);
+    CHECK(message(replaced(old, "CELL_DATA 3", "CELL_DATA 4"))
+              .find("the number of rows differs from the number of points or") < 40);
     CHECK(message(replaced(old, "1 3 int", "1 3 string")).find("has an array of the type \"string\"") < 40);
     CHECK(message(replaced(old, "CELL_TYPES 3\n10\n10\n5", "CELL_TYPES 3\n10\n9\n5")) ==
-          "in.vtk: line 8: holds 1 quadrilaterals, which Camber cannot hold (give a mesh of edges, triangles and "
-          "tetrahedra of degree 1 or 2; \"camber info FILE\" counts its cells and tells what splits them)");
+          "in.vtk: line 8: holds 1 quadrilaterals, which Camber does not support (give a mesh of edges, triangles and "
+          "tetrahedra of degree 1 or 2; \"camber info FILE\" counts its cells and names a program that splits them)");
     CHECK(message("# vtk DataFile Version 3.0\nx\nASCII\n").find("the file has no DATASET") < 40);
-    CHECK(message(old + "NONSENSE a b\n").find("\"nonsense\" is no keyword of VTK") < 40);
+    CHECK(message(old + "NONSENSE a b\n").find("\"nonsense\" is not a keyword of VTK") < 40);
 }
 
-TEST_CASE("cut and damaged legacy VTK files") {
+TEST_CASE("truncated and damaged legacy VTK files give an error or a mesh") {
     const auto mesh = generated::quadratic<3>(2, 2);
     const std::string binary =
         generated::text_of(generated::joined(*encode_vtk(as_mesh(mesh), {}, VtkEncoding::binary, {})));
@@ -112,11 +111,11 @@ TEST_CASE("cut and damaged legacy VTK files") {
         for (std::size_t n = 0; n < text.size(); ++n) {
             CAPTURE(n);
             const auto cut = read(text.substr(0, n));
-            if (cut) continue;  // cut between arrays, or within the last number
+            if (cut) continue;  // cut between arrays or in the last number
             REQUIRE(!cut.error().what.empty());
             REQUIRE(cut.error().where.starts_with("in.vtk"));
         }
-    testing::property("some bytes changed",
+    testing::property("random bytes of a VTK file are replaced",
                       [&](std::uint64_t seed) {
                           generated::Random random(seed);
                           std::string text = seed % 3 == 0 ? binary : seed % 3 == 1 ? old : modern;
@@ -126,6 +125,9 @@ TEST_CASE("cut and damaged legacy VTK files") {
                           RC_ASSERT(decoded.has_value() || !decoded.error().what.empty());
                       },
                       {.count = 2000});
+}
+
+TEST_CASE("legacy VTK files with invalid counts are rejected") {
     for (const std::string count : {"4000000000", "9000000000000000000", "99999999999999999999", "-1", "x"}) {
         CHECK(message(replaced(old, "POINTS 5", "POINTS " + count)) != "no error");
         CHECK(message(replaced(old, "CELLS 3", "CELLS " + count)) != "no error");

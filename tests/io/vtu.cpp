@@ -1,4 +1,4 @@
-// VTU files: what can be told without a reader. What they hold is checked by tests/pipelines/test_formats.py.
+// VTU encoding without a reader. tests/pipelines/test_formats.py checks the content of the files.
 #include <doctest/doctest.h>
 
 #include <cstddef>
@@ -29,8 +29,8 @@ MeshFields some_fields(const QuadraticMesh<D>& mesh) {
 }
 
 template <int D>
-void laws() {
-    testing::property("the same bytes for any number of threads; sizes announced", [](std::uint64_t seed) {
+void check_properties() {
+    testing::property("VTU bytes do not depend on the number of threads and state the number of points", [](std::uint64_t seed) {
         const auto mesh = generated::quadratic<D>(seed, seed % 9);
         const VtuOptions options{*rc::gen::element(VtuCells::quadratic, VtuCells::lagrange)};
         const auto fields = some_fields(mesh);
@@ -41,7 +41,7 @@ void laws() {
                             "\"") < text.size());
         RC_ASSERT(text.ends_with("\n</AppendedData>\n</VTKFile>\n"));
     });
-    testing::property("a mesh whose columns do not fit is refused", [](std::uint64_t seed) {
+    testing::property("a mesh with columns of different lengths is rejected", [](std::uint64_t seed) {
         auto mesh = generated::quadratic<D>(seed, 1 + seed % 9);
         mesh.mid_nodes = Buffer<LagrangeNode<D>>(mesh.edges.size() + 1);
         const auto broken = encode_vtu(as_mesh(mesh), {}, {}, {});
@@ -51,10 +51,10 @@ void laws() {
 
 }  // namespace
 
-TEST_CASE("VTU files in 2D") { laws<2>(); }
-TEST_CASE("VTU files in 3D") { laws<3>(); }
+TEST_CASE("VTU encoding is independent of threads and rejects invalid columns in 2D") { check_properties<2>(); }
+TEST_CASE("VTU encoding is independent of threads and rejects invalid columns in 3D") { check_properties<3>(); }
 
-TEST_CASE("fields of another mesh are refused by name") {
+TEST_CASE("VTU rejects fields of another mesh by name") {
     const auto mesh = generated::quadratic<3>(5, 4);
     const auto fields =
         MeshFields{}.with({"speed <m/s>", Centring::node, FieldKind::vector, Column<double>(Buffer<double>(7, 0.0))});
@@ -64,14 +64,14 @@ TEST_CASE("fields of another mesh are refused by name") {
     CHECK(describe(refused.error()).find("\"speed <m/s>\" does not have one row for each") == 10);
 }
 
-TEST_CASE("names are told to XML as they are") {
+TEST_CASE("VTU escapes field names in XML") {
     LinearMesh<2> mesh;
     const auto fields = MeshFields{}.with({"a<b & \"c\"", Centring::node, FieldKind::scalar, Column<double>{}});
     const auto text = generated::text_of(generated::joined(*encode_vtu(as_mesh(mesh), fields, {}, {})));
     CHECK(text.find("Name=\"a&lt;b &amp; &quot;c&quot;\"") < text.size());
 }
 
-TEST_CASE("fields are values: one more is another, the same name is replaced") {
+TEST_CASE("adding a field of the same name replaces it in a copy") {
     const MeshField one{"x", Centring::node, FieldKind::scalar, Column<double>(Buffer<double>{1})};
     MeshField two = one;
     two.values = Column<double>(Buffer<double>{2});
@@ -84,22 +84,22 @@ TEST_CASE("fields are values: one more is another, the same name is replaced") {
     CHECK(second.find("x", Centring::cell) == nullptr);
 }
 
-TEST_CASE("fields all at once are as one after the other") {
-    testing::property("few names", [](std::uint64_t seed) {
+TEST_CASE("fields given together equal fields added one by one") {
+    testing::property("fields with repeated names equal those added one by one", [](std::uint64_t seed) {
         generated::Random random(seed);
-        std::vector<MeshField> given;
+        std::vector<MeshField> fields;
         MeshFields one_by_one;
         for (std::size_t i = 0, n = random.below(12); i < n; ++i) {
-            given.push_back({std::string(1, "abcd"[random.below(4)]),
-                             random.below(2) == 0 ? Centring::node : Centring::cell, FieldKind::scalar,
-                             Column<std::int32_t>(Buffer<std::int32_t>{static_cast<std::int32_t>(i)})});
-            one_by_one = std::move(one_by_one).with(given.back());
+            fields.push_back({std::string(1, "abcd"[random.below(4)]),
+                              random.below(2) == 0 ? Centring::node : Centring::cell, FieldKind::scalar,
+                              Column<std::int32_t>(Buffer<std::int32_t>{static_cast<std::int32_t>(i)})});
+            one_by_one = std::move(one_by_one).with(fields.back());
         }
-        RC_ASSERT(MeshFields(std::move(given)) == one_by_one);
+        RC_ASSERT(MeshFields(std::move(fields)) == one_by_one);
     });
 }
 
-TEST_CASE("what VTU has no place for") {
+TEST_CASE("VTU reports corners and required entities that it cannot store") {
     LinearMesh<3> mesh;
     CHECK(not_in_vtu(as_mesh(mesh)).empty());
     mesh.corners = Buffer<VertexId>{VertexId(0)};

@@ -1,4 +1,4 @@
-// VTU files that are damaged, or hold what cannot be held: errors with their places, and no memory on a count's word.
+// Damaged VTU files and unsupported cells: errors with positions, and no memory for false counts.
 #include "generated.hpp"
 #include "property.hpp"
 #include "vtu_files.hpp"
@@ -22,7 +22,7 @@ std::string replaced(std::string text, const std::string& what, const std::strin
     return text.replace(at, what.size(), by);
 }
 
-/// A triangle among so many points with a field of any numbers, all arrays behind the XML.
+/// A triangle among `points` points with a field of random numbers; arrays follow the XML.
 std::string with_field(std::size_t points, bool compressed) {
     generated::Random random(points);
     std::vector<double> values, places(3 * points, 0.0);
@@ -48,7 +48,7 @@ std::string with_field(std::size_t points, bool compressed) {
 
 }  // namespace
 
-TEST_CASE("every prefix of a file is an error, or the whole") {
+TEST_CASE("truncated VTU files are rejected unless only final blanks are missing") {
     std::vector<std::string> files{
         generated::text_of(generated::joined(*encode_vtu(as_mesh(generated::quadratic<3>(3, 1)), {}, {}, {})))};
     for (const Form form : {Form::ascii, Form::binary, Form::appended_raw, Form::appended_base64})
@@ -70,9 +70,9 @@ TEST_CASE("every prefix of a file is an error, or the whole") {
     }
 }
 
-TEST_CASE("noise in a VTU file") {
+TEST_CASE("a VTU file with noise gives an error or a consistent mesh") {
     testing::property(
-        "some bytes changed",
+        "random bytes of a VTU file are replaced",
         [](std::uint64_t seed) {
             generated::Random random(seed);
             const std::array forms{Form::ascii, Form::binary, Form::appended_raw, Form::appended_base64};
@@ -94,7 +94,7 @@ TEST_CASE("noise in a VTU file") {
         {.count = 2000});
 }
 
-TEST_CASE("absurd counts are refused before anything is allocated") {
+TEST_CASE("VTU files with excessive counts are rejected") {
     const std::string whole = plain("10", "0 1 2 3", "4");
     CHECK(message(whole) == "no error");
     for (const std::string count : {"4000000000", "18446744073709551615", "99999999999999999999999", "-1", "x", "2"}) {
@@ -103,7 +103,7 @@ TEST_CASE("absurd counts are refused before anything is allocated") {
     }
     CHECK(message(replaced(whole, "NumberOfComponents=\"3\"", "NumberOfComponents=\"6148914691236517205\"")) !=
           "no error");
-    // Headers: bytes of an array, its blocks, the bytes of a block.
+    // Header words: bytes of an array, number of blocks, bytes of a block.
     for (const bool compressed : {false, true})
         for (const std::uint64_t word : {std::uint64_t{1} << 40U, ~std::uint64_t{0}, std::uint64_t{1} << 63U})
             for (int at = 0; at < 4; ++at) {
@@ -121,8 +121,8 @@ TEST_CASE("absurd counts are refused before anything is allocated") {
             }
 }
 
-// Guards against gigabytes that are unpacked for a file of 4 points.
-TEST_CASE("nothing is uncompressed beyond what the counts announce") {
+// Guards against gigabytes of uncompressed data for a file of 4 points.
+TEST_CASE("VTU decompresses no more bytes than the counts declare") {
     const std::string attributes =
         "type=\"UnstructuredGrid\" header_type=\"UInt64\" "
         "compressor=\"vtkZLibDataCompressor\"";
@@ -130,7 +130,7 @@ TEST_CASE("nothing is uncompressed beyond what the counts announce") {
         plain("10", "0 1 2 3", "4", cell_array("Float64", "level", "1"), cell_array("Float64", "speed", "1 2 3 4 5")),
         "type=\"UnstructuredGrid\"", attributes);
     CHECK(message(whole) == "no error");
-    // A block as small as one of zeros may be; what is in it is no data of zlib's: nobody is to look.
+    // The block has the compressed size of a block of zeros, but its content is not zlib data.
     const auto announcing = [](std::uint64_t bytes) {
         const std::uint64_t packed = bytes / 1000 + 1;
         const std::array<std::uint64_t, 4> header{1, bytes, 0, packed};
@@ -152,20 +152,21 @@ TEST_CASE("nothing is uncompressed beyond what the counts announce") {
         CAPTURE(text);
         CHECK(message(with(1'000'000)).find("announce 1000000 bytes, but the counts of the file make " + bytes + " (") <
               100);
-        // What the counts would allow is no mesh in so small a file.
-        CHECK(message(with(std::uint64_t{600} << 20U)).find("would be uncompressed to more than ") < 100);
+        // No mesh of a file of this size has so many bytes.
+        CHECK(message(with(std::uint64_t{600} << 20U))
+                  .find("uncompressed, it and those before it would have more than ") < 100);
     }
 }
 
-// Guards against 730 MB for 10 million XML tags.
-TEST_CASE("a file of nothing but tags is refused before they become nodes") {
+// Guards against 730 MB of memory for 10 million XML tags.
+TEST_CASE("VTU rejects files with too many XML tags") {
     std::string tags;
     for (int i = 0; i < 200'001; ++i) tags += "<a/>";
     const std::string text = "<VTKFile type=\"UnstructuredGrid\">" + tags + "</VTKFile>";
     CHECK(message(text).find("has more than 200000 XML tags") < 20);
 }
 
-TEST_CASE("arrays that point to one place are no more together than the file") {
+TEST_CASE("VTU rejects arrays that share data and exceed the file size together") {
     for (const bool compressed : {false, true}) {
         CAPTURE(compressed);
         const std::string text = with_field(1000, compressed);
@@ -180,15 +181,16 @@ TEST_CASE("arrays that point to one place are no more together than the file") {
     }
 }
 
-TEST_CASE("cells that cannot be held are refused by name and count") {
-    CHECK(
-        message(plain("9 9 5 12", "0 1 2 3 0 1 2 4 0 1 2 0 1 2 3 4 0 1 2", "4 8 11 19")) ==
-        "in.vtu: line 8: holds 2 quadrilaterals, 1 hexahedra, which Camber cannot hold (give a mesh of edges, "
-        "triangles and tetrahedra of degree 1 or 2; \"camber info FILE\" counts its cells and tells what splits them)");
+TEST_CASE("unsupported VTU cells are rejected by name and count") {
+    CHECK(message(plain("9 9 5 12", "0 1 2 3 0 1 2 4 0 1 2 0 1 2 3 4 0 1 2", "4 8 11 19")) ==
+          "in.vtu: line 8: holds 2 quadrilaterals, 1 hexahedra, which Camber does not support (give a mesh of edges, "
+          "triangles and tetrahedra of degree 1 or 2; \"camber info FILE\" counts its cells and names a program that "
+          "splits them)");
     CHECK(message(plain("69", "0 1 2 3 4 0 1 2 3 4", "10")).find("1 Lagrange cells of degree 3 and higher") < 40);
     CHECK(message(plain("200", "0", "1")).find("1 cells of VTK's type 200") < 40);
     CHECK(message(plain("5", "0 1 2 3", "4")) ==
-          "in.vtu: line 8: cell 1 is of VTK's type 5, but has 4 nodes (the file is damaged, or joined of two)");
+          "in.vtu: line 8: cell 1 is of VTK's type 5, but has 4 nodes (the file is damaged, or was joined from two "
+          "files)");
     const auto piece = plain("5", "0 1 2", "3");
     const auto kind = [](const std::string& text) {
         const auto decoded = read(text);
@@ -199,13 +201,13 @@ TEST_CASE("cells that cannot be held are refused by name and count") {
                         "type=\"UnstructuredGrid\" compressor=\"vtkOtherDataCompressor\"")) == ErrorKind::unsupported);
     CHECK(message(replaced(piece, "type=\"UnstructuredGrid\"",
                            "type=\"UnstructuredGrid\" compressor=\"vtkOtherDataCompressor\""))
-              .ends_with("(write it with one of those or with none: ParaView asks for the Compressor Type)"));
+              .ends_with("(write it with one of these compressors or without (Compressor Type in ParaView))"));
 }
 
-TEST_CASE("indices and offsets") {
+TEST_CASE("invalid VTU indices and offsets are rejected") {
     CHECK(message(plain("10 10", "0 1 2 3 0 1 2 5", "4 8")) ==
-          "in.vtu: line 8: tetrahedron 2: a node is not one of those that the file lists (the file is damaged, or "
-          "joined of two)");
+          "in.vtu: line 8: tetrahedron 2: a node is not one of those that the file lists (the file is damaged, or was "
+          "joined from two files)");
     CHECK(message(plain("5", "0 1 1", "3")) ==
           "in.vtu: line 8: triangle 1: a node occurs twice (remove it: it has no volume)");
     CHECK(message(plain("5 5", "0 1 2 0 1 3", "6 3")).find("the offset of cell 2 is wrong") < 30);

@@ -1,4 +1,4 @@
-// VTU files as others write them, made of texts and numbers, and what reading one says.
+// VTU files as other programs write them, and the results of reading them.
 #pragma once
 
 #include <algorithm>
@@ -41,7 +41,7 @@ inline std::string base64(const std::string& bytes) {
     return text;
 }
 
-/// A writer of its own: every array in the form, word and byte order that is asked for.
+/// An independent writer: writes arrays in the given encoding, word size and byte order.
 class File {
   public:
     File(Form form, bool big, bool wide) : form_(form), big_(big), wide_(wide) {}
@@ -96,7 +96,7 @@ class File {
     std::string appended_;
 };
 
-/// A tetrahedron, two of its faces and an edge, with a vertex before them; Id, Real: the types of its numbers.
+/// A tetrahedron, two of its faces, an edge and, first, a vertex. Id and Real are the number types.
 template <class Id, class Real>
 std::string four_cells(File file, const std::string& ids, const std::string& reals) {
     std::string piece = "<Piece NumberOfPoints=\"4\" NumberOfCells=\"5\">\n<PointData>\n";
@@ -111,7 +111,7 @@ std::string four_cells(File file, const std::string& ids, const std::string& rea
     return file.whole(piece);
 }
 
-/// A file of text with these points, types, connectivity, and data of cells and points.
+/// A text file with these types, connectivity, offsets, and cell and point data.
 inline std::string plain(const std::string& types, const std::string& connectivity, const std::string& offsets,
                          const std::string& cell_data = "", const std::string& point_data = "") {
     const auto count = [](const std::string& text) {

@@ -1,4 +1,4 @@
-// VTU files as VTK writes them in parallel: other compressors, several pieces, ghost cells; arrays that are references.
+// VTU files as VTK writes them in parallel: compressors, pieces, ghost cells and reference arrays.
 #include <doctest/doctest.h>
 
 #include <map>
@@ -21,7 +21,7 @@ namespace {
 
 using Arrays = std::map<std::string, std::string>;
 
-/// Two tetrahedra and a triangle of VTK's own writer, block by block.
+/// Two tetrahedra and a triangle in blocks written by VTK.
 std::string of_vtk(const std::string& compressor, Arrays data) {
     const auto array = [&](const std::string& type, const std::string& name, int components) {
         return "<DataArray type=\"" + type + "\" Name=\"" + name + "\" NumberOfComponents=\"" +
@@ -64,7 +64,7 @@ std::string text_array(const std::string& type, const std::string& name, const s
     return cell_array(type, name, numbers);
 }
 
-/// A tetrahedron over the square's diagonal, one a piece: they share the face at x = y.
+/// One tetrahedron above the diagonal of a square; two pieces share the face at x = y.
 std::string piece(const std::string& corner, const std::string& more, const std::string& temperature) {
     return "<Piece NumberOfPoints=\"4\" NumberOfCells=\"1\">\n<PointData>" + text_array("Float64", "T", temperature) +
            "</PointData>\n<CellData>" + more +
@@ -81,7 +81,7 @@ const std::string reference_1 = text_array("Int32", "reference", "1"),
 
 }  // namespace
 
-TEST_CASE("blocks of LZ4 and LZMA, as VTK writes them") {
+TEST_CASE("VTU reads blocks compressed with LZ4 and LZMA") {
     for (const auto& [name, data] :
          {std::pair("vtkLZ4DataCompressor", by_lz4), std::pair("vtkLZMADataCompressor", by_lzma)}) {
         const auto decoded = read(of_vtk(name, data));
@@ -93,7 +93,7 @@ TEST_CASE("blocks of LZ4 and LZMA, as VTK writes them") {
         CHECK(decoded->fields.find("T", Centring::node) != nullptr);
         REQUIRE(decoded->notices.size() == 1);
         CHECK(decoded->notices[0].what == "the references of the cells are the array Material");
-        // Of the one compressor the other makes nothing, nor of damaged data.
+        // A wrong compressor and damaged data are errors.
         Arrays broken = data;
         broken["Points"][30] = broken["Points"][30] == 'A' ? 'B' : 'A';
         CHECK(message(of_vtk(name, broken)) != "no error");
@@ -102,7 +102,7 @@ TEST_CASE("blocks of LZ4 and LZMA, as VTK writes them") {
     CHECK(message(of_vtk("vtkLZ4DataCompressor", by_lzma)).find("LZ4 cannot uncompress it") < 60);
 }
 
-TEST_CASE("pieces are joined where their points are at one place") {
+TEST_CASE("VTU pieces are joined at coincident points") {
     const auto decoded = read(grid(piece("0 1 0", reference_1, "1 2 3 4") + piece("1 0 0", reference_2, "1 2 3 9")));
     REQUIRE(decoded.has_value());
     const auto& mesh = testing::mesh_in<LinearMesh<3>>(decoded->mesh);
@@ -114,21 +114,21 @@ TEST_CASE("pieces are joined where their points are at one place") {
     CHECK(std::get<Column<double>>(temperature->values) == Column<double>(Buffer<double>{1, 2, 3, 4, 9}));
     REQUIRE(decoded->notices.size() == 1);
     CHECK(decoded->notices[0].what == "2 pieces were joined into one mesh, at 3 points");
-    // An empty piece is none; an array that one piece lacks is none either.
+    // Empty pieces are ignored, and so is an array that one piece lacks.
     const std::string empty = "<Piece NumberOfPoints=\"0\" NumberOfCells=\"0\"/>\n";
     CHECK(read(grid(empty + piece("0 1 0", reference_1, "1 2 3 4") + empty))->notices.empty());
     const auto without = read(grid(piece("0 1 0", reference_1, "1 2 3 4") + piece("1 0 0", "", "1 2 3 9")));
     REQUIRE(without.has_value());
     CHECK(testing::mesh_in<LinearMesh<3>>(without->mesh).elements.references ==
           Column<Reference>(Buffer<Reference>{0, 0}));
-    // Each piece counts its own points.
+    // Connectivity counts the points of its own piece.
     std::string wrong = piece("1 0 0", reference_2, "1 2 3 9");
     wrong.replace(wrong.find("0 1 2 3<"), 7, "0 1 2 4");
     CHECK(message(grid(piece("0 1 0", reference_1, "1 2 3 4") + wrong))
               .find("tetrahedron 2: a node is not one of those that the file lists") < 60);
 }
 
-TEST_CASE("ghost cells are left out and told of") {
+TEST_CASE("VTU ghost cells are left out with a notice") {
     const auto decoded = read(plain("10 10", "0 1 2 3 1 2 3 4", "4 8", cell_array("UInt8", "vtkGhostType", "0 1")));
     REQUIRE(decoded.has_value());
     CHECK(testing::mesh_in<LinearMesh<3>>(decoded->mesh).elements.size() == 1);
@@ -137,34 +137,34 @@ TEST_CASE("ghost cells are left out and told of") {
     CHECK(decoded->notices[0].what == "1 ghost cells (vtkGhostType) were left out");
 }
 
-TEST_CASE("references are arrays of many names, or the one that is named") {
+TEST_CASE("VTU references come from common array names or the given name") {
     const auto references = [](const std::string& arrays, DecodeOptions options) {
         const auto decoded =
             decode_vtu(generated::bytes_of(plain("10 10", "0 1 2 3 1 2 3 4", "4 8", arrays)), "in.vtu", options, {});
         return decoded ? testing::mesh_in<LinearMesh<3>>(decoded->mesh).elements.references
                        : Column<Reference>(Buffer<Reference>{-1});
     };
-    const Column<Reference> wanted(Buffer<Reference>{3, 5});
+    const Column<Reference> expected(Buffer<Reference>{3, 5});
     for (const std::string name :
          {"attribute", "material", "Material", "MaterialIds", "region", "RegionId", "cell_tags"})
-        CHECK(references(cell_array("Int32", name, "3 5"), {}) == wanted);
-    CHECK(references(cell_array("Float64", "material", "3 5"), {}) == wanted);
+        CHECK(references(cell_array("Int32", name, "3 5"), {}) == expected);
+    CHECK(references(cell_array("Float64", "material", "3 5"), {}) == expected);
     const Column<Reference> none(Buffer<Reference>{0, 0});
     CHECK(references(cell_array("Float64", "material", "3.5 5"), {}) == none);
     CHECK(references(cell_array("Int32", "colour", "3 5"), {}) == none);
-    CHECK(references(cell_array("Int32", "colour", "3 5"), {.reference_array = "colour"}) == wanted);
+    CHECK(references(cell_array("Int32", "colour", "3 5"), {.reference_array = "colour"}) == expected);
     const std::string both = cell_array("Int32", "reference", "1 2") + cell_array("Int32", "colour", "3 5");
     CHECK(references(both, {}) == Column<Reference>(Buffer<Reference>{1, 2}));
-    CHECK(references(both, {.reference_array = "colour"}) == wanted);
+    CHECK(references(both, {.reference_array = "colour"}) == expected);
     const auto missing = decode_vtu(generated::bytes_of(plain("10 10", "0 1 2 3 1 2 3 4", "4 8", both)), "in.vtu",
                                     {.reference_array = "shade"}, {});
     REQUIRE(!missing.has_value());
     CHECK(describe(missing.error()) ==
-          "in.vtu: no array of cells \"shade\" has a whole number of 32 bits for each (its arrays of cells are "
-          "reference, colour)");
+          "in.vtu: no array of cells \"shade\" has a 32-bit integer for each cell (its arrays of cells are reference, "
+          "colour)");
 }
 
-TEST_CASE("cells of a VTU file that no mesh holds are counted where that is asked") {
+TEST_CASE("unsupported VTU cells are counted on request") {
     const auto counted = decode_vtu(generated::bytes_of(plain("10 9", "0 1 2 3 1 2 3 4", "4 8")), "in.vtu",
                                     {.unheld = Unheld::count}, {});
     REQUIRE(counted.has_value());

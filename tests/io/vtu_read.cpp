@@ -1,5 +1,5 @@
-// VTU files read: what was written comes back; files of others in every encoding; what is told of what they hold.
-// Damage is in vtu_damage.cpp; files that VTK itself writes are read by tests/pipelines/test_readers.py.
+// VTU round trips, foreign files in every encoding, and notices. Damage is in vtu_damage.cpp;
+// tests/pipelines/test_readers.py reads files written by VTK.
 #include "any_mesh.hpp"
 #include "generated.hpp"
 #include "property.hpp"
@@ -17,9 +17,9 @@ using namespace vtu_files;
 
 namespace {
 
-/// What VTU holds of a mesh.
+/// Returns the data of a mesh that VTU stores.
 template <class Mesh>
-Mesh held(Mesh mesh, std::uint64_t seed) {
+Mesh storable(Mesh mesh, std::uint64_t seed) {
     auto& linear = [&]() -> auto& {
         if constexpr (requires { mesh.linear; })
             return mesh.linear;
@@ -80,9 +80,9 @@ MeshFields some_fields(const Mesh& mesh, std::uint64_t seed) {
 }
 
 template <class Mesh>
-void what_is_written_comes_back() {
-    testing::property("mesh, entities and fields", [](std::uint64_t seed) {
-        const Mesh mesh = held(
+void check_round_trip() {
+    testing::property("a VTU file restores the mesh, its entities and its fields", [](std::uint64_t seed) {
+        const Mesh mesh = storable(
             [&] {
                 if constexpr (std::is_same_v<Mesh, LinearMesh<Mesh::dimension>>)
                     return generated::mesh<Mesh::dimension>(seed, 1 + seed % 9);
@@ -112,7 +112,7 @@ void what_is_written_comes_back() {
     });
 }
 
-void is_four_cells(const std::string& text) {
+void check_four_cells(const std::string& text) {
     const auto decoded = read(text);
     REQUIRE_MESSAGE(decoded.has_value(), (decoded ? "" : describe(decoded.error())));
     const auto& mesh = testing::mesh_in<LinearMesh<3>>(decoded->mesh);
@@ -129,7 +129,7 @@ void is_four_cells(const std::string& text) {
     REQUIRE(decoded->fields.size() == 2);
     const MeshField* const level = decoded->fields.find("level", Centring::cell);
     REQUIRE(level != nullptr);
-    // In our order: the tetrahedron, the triangles, the edge.
+    // In Camber's order: the tetrahedron, the triangles, the edge.
     CHECK(std::get<Column<double>>(level->values) == Column<double>(Buffer<double>{3.5, 2.5, 4.5, 1.5}));
     CHECK(std::get<Column<double>>(decoded->fields.find("speed", Centring::node)->values)[11] == 12);
     REQUIRE(decoded->notices.size() == 1);
@@ -138,15 +138,15 @@ void is_four_cells(const std::string& text) {
 
 }  // namespace
 
-TEST_CASE("what is written as VTU comes back") {
-    what_is_written_comes_back<LinearMesh<2>>();
-    what_is_written_comes_back<LinearMesh<3>>();
-    what_is_written_comes_back<QuadraticMesh<2>>();
-    what_is_written_comes_back<QuadraticMesh<3>>();
+TEST_CASE("VTU files restore meshes and fields") {
+    check_round_trip<LinearMesh<2>>();
+    check_round_trip<LinearMesh<3>>();
+    check_round_trip<QuadraticMesh<2>>();
+    check_round_trip<QuadraticMesh<3>>();
 }
 
-TEST_CASE("files without entities have no array of them") {
-    auto mesh = held(generated::mesh<3>(1, 4), 1);
+TEST_CASE("VTU files of meshes without entities have no entity array") {
+    auto mesh = storable(generated::mesh<3>(1, 4), 1);
     mesh.elements.entities = mesh.facets.entities = mesh.edges.entities = {};
     const auto text = [&] { return generated::text_of(generated::joined(*encode_vtu(as_mesh(mesh), {}, {}, {}))); };
     CHECK(text().find("\"entity\"") == std::string::npos);
@@ -156,7 +156,7 @@ TEST_CASE("files without entities have no array of them") {
     CHECK((text().find("\"entity\"") < text().size()) == (mesh.facets.size() > 0));
 }
 
-TEST_CASE("every form, word, byte order and type of numbers") {
+TEST_CASE("VTU reads every encoding, word size, byte order and number type") {
     for (const Form form : {Form::ascii, Form::binary, Form::split_binary, Form::appended_raw, Form::appended_base64})
         for (const bool big : {false, true})
             for (const bool wide : {false, true}) {
@@ -164,15 +164,15 @@ TEST_CASE("every form, word, byte order and type of numbers") {
                 CAPTURE(big);
                 CAPTURE(wide);
                 const File file(form, big, wide);
-                is_four_cells(four_cells<std::int64_t, double>(file, "Int64", "Float64"));
-                is_four_cells(four_cells<std::int32_t, float>(file, "Int32", "Float32"));
-                is_four_cells(four_cells<std::uint16_t, double>(file, "UInt16", "Float64"));
-                is_four_cells(four_cells<std::int8_t, float>(file, "Int8", "Float32"));
-                is_four_cells(four_cells<std::uint64_t, double>(file, "UInt64", "Float64"));
+                check_four_cells(four_cells<std::int64_t, double>(file, "Int64", "Float64"));
+                check_four_cells(four_cells<std::int32_t, float>(file, "Int32", "Float32"));
+                check_four_cells(four_cells<std::uint16_t, double>(file, "UInt16", "Float64"));
+                check_four_cells(four_cells<std::int8_t, float>(file, "Int8", "Float32"));
+                check_four_cells(four_cells<std::uint64_t, double>(file, "UInt64", "Float64"));
             }
 }
 
-TEST_CASE("names of references") {
+TEST_CASE("VTU references come from the whole-number array of highest priority") {
     const auto references = [](const std::string& cell_data) {
         const auto decoded = read(plain("5 5", "0 1 2 0 1 3", "3 6", cell_data));
         REQUIRE(decoded.has_value());
@@ -191,7 +191,7 @@ TEST_CASE("names of references") {
     CHECK(references(cell_array("UInt8", "dimension", "2 2")) == std::pair(0, std::size_t{0}));
 }
 
-TEST_CASE("what becomes no field is told") {
+TEST_CASE("VTU reports arrays that it leaves out") {
     const auto notices = [](const std::string& cell_data, const std::string& point_data = "") {
         const auto decoded = read(plain("5", "0 1 2", "3", cell_data, point_data));
         REQUIRE(decoded.has_value());
@@ -202,18 +202,19 @@ TEST_CASE("what becomes no field is told") {
     CHECK(notices(cell_array("Float64", "four", "1 2 3 4", "4") + cell_array("Int8", "two", "1 2", "2")) ==
           "2 arrays were left out, since they have neither 1, 3, 6 nor 9 components: four, two");
     CHECK(notices(cell_array("String", "words", "65 66 0")) ==
-          "1 arrays were left out, since they are of no type of numbers: words");
+          "1 arrays were left out, since they are not numeric: words");
     CHECK(notices(cell_array("Float64", "reference", "1.5")) ==
-          "1 arrays were left out, since their values are not what Camber has under these names: reference");
+          "1 arrays were left out, since their values differ from those that Camber writes under these names: "
+          "reference");
     CHECK(notices(cell_array("UInt8", "dimension", "3")).ends_with("under these names: dimension"));
     CHECK(notices("", cell_array("Int32", "", "1 2 3 4 5"))
               .starts_with("1 arrays were left out, since they have no name"));
     CHECK(message(plain("5", "0 1 2", "3", cell_array("Float64", "short", "1 2"))) ==
-          "in.vtu: line 5: the array short has 2 numbers, not 1 for each of 1 rows (the file is damaged, or joined of "
-          "two)");
+          "in.vtu: line 5: the array short has 2 numbers, not 1 for each of 1 rows (the file is damaged, or was "
+          "joined from two files)");
 }
 
-TEST_CASE("of arrays with one name the last counts, and that is told") {
+TEST_CASE("VTU keeps the last array of a name and reports the others") {
     const auto decoded =
         read(plain("5", "0 1 2", "3",
                    cell_array("Int32", "x", "1") + cell_array("Int32", "reference", "4") +
@@ -228,10 +229,10 @@ TEST_CASE("of arrays with one name the last counts, and that is told") {
     CHECK(mesh.point_references[0] == 2);
     REQUIRE(decoded->notices.size() == 1);
     CHECK(decoded->notices[0].what ==
-          "3 arrays were left out, since a later one has their name: reference, x, reference");
+          "3 arrays were left out, since a later array has the same name: reference, x, reference");
 }
 
-TEST_CASE("values keep their kind where it fits") {
+TEST_CASE("VTU integers keep their type if they fit 32 bits") {
     const auto decoded = read(plain("5", "0 1 2", "3",
                                     cell_array("UInt32", "small", "7") + cell_array("UInt64", "large", "3000000000") +
                                         cell_array("Float32", "real", "0.5")));

@@ -1,4 +1,4 @@
-// Closed forms in packs: what the scalar ones give, and the same bytes with any instructions in any company.
+// Batched metric functions equal the scalar ones, with the same bytes for any instruction set and batch.
 #include <doctest/doctest.h>
 
 #include <array>
@@ -29,19 +29,19 @@ LogMetric<D> random_log(Dice& dice, double range) {
     return {congruence(dice.rotation<D>(), Sym<D>::diagonal(values))};
 }
 
-/// in(i) … of `n` items by `batch(first, count, set)`, which returns what it made: all at once, and one by one.
+/// Checks that `batch(first, count, set)` returns the same for all items at once and one by one.
 template <class Out>
-void same_in_any_company(std::size_t n, const auto& batch) {
-    std::vector<Out> alone;
-    alone.reserve(n);
-    for (std::size_t i = 0; i < n; ++i) alone.push_back(batch(i, std::size_t{1}, Instructions::baseline)[0]);
+void check_same_in_batches(std::size_t n, const auto& batch) {
+    std::vector<Out> single;
+    single.reserve(n);
+    for (std::size_t i = 0; i < n; ++i) single.push_back(batch(i, std::size_t{1}, Instructions::baseline)[0]);
     for (const Instructions set : every_set)
-        if (has(set)) RC_ASSERT(batch(0, n, set) == alone);
+        if (has(set)) RC_ASSERT(batch(0, n, set) == single);
 }
 
 template <int D>
-void laws() {
-    property("norms are those of the decomposed metric", [](std::uint64_t seed) {
+void check_batches() {
+    property("batched norms equal those of the decomposed metric", [](std::uint64_t seed) {
         Dice dice(seed);
         const std::size_t n = 1 + dice.below(20);
         std::vector<LogMetric<D>> metrics;
@@ -56,14 +56,14 @@ void laws() {
                             set);
             return out;
         };
-        same_in_any_company<double>(n, norms);
+        check_same_in_batches<double>(n, norms);
         const auto all = norms(0, n, Instructions::baseline);
         for (std::size_t i = 0; i < n; ++i) {
             const double expected = std::sqrt(SpectralMetric<D>(metrics[i]).length_squared(vectors[i]));
             RC_ASSERT(std::abs(all[i] - expected) <= 1e-11 * expected);
         }
     });
-    property("natural metrics are those of single simplices, of needles and pancakes too", [](std::uint64_t seed) {
+    property("batched natural metrics equal those of single simplices, also of thin ones", [](std::uint64_t seed) {
         Dice dice(seed);
         std::vector<std::array<Vec<D>, D + 1>> simplices(1 + dice.below(20));
         for (auto& p : simplices) {
@@ -79,14 +79,15 @@ void laws() {
             natural_log_metrics<D>(std::span(simplices).subspan(first, count), out, set);
             return out;
         };
-        same_in_any_company<LogMetric<D>>(simplices.size(), naturals);
+        check_same_in_batches<LogMetric<D>>(simplices.size(), naturals);
         const auto all = naturals(0, simplices.size(), Instructions::baseline);
         for (std::size_t i = 0; i < simplices.size(); ++i) {
             const LogMetric<D> expected = natural_log_metric<D>(simplices[i]);
-            RC_ASSERT(norm(all[i].l - expected.l) <= 1e-8 * norm(expected.l));  // what corners to 1e-16 say of 1e-6
+            RC_ASSERT(norm(all[i].l - expected.l) <= 1e-8 * norm(expected.l));  // corners rounded to 1e-16 and 1e-6
+                                                                                // wide
         }
     });
-    property("seen through a map: M̂ measures v as M measures F v, and O takes one root to the other",
+    property("M̂ measures v as M measures F v, and O maps one root to the other",
              [](std::uint64_t seed) {
                  Dice dice(seed);
                  std::vector<LogMetric<D>> metrics(1 + dice.below(20));
@@ -96,14 +97,14 @@ void laws() {
                      jacobians[i] = Mat<D>::identity();
                      for (Vec<D>& column : jacobians[i].column) column += dice.vector<D>(-0.3, 0.3);
                  }
-                 const auto seen = [&](std::size_t first, std::size_t count, Instructions set) {
+                 const auto mapped = [&](std::size_t first, std::size_t count, Instructions set) {
                      std::vector<SeenMetric<D>> out(count);
                      see_through<D>(std::span(metrics).subspan(first, count),
                                     std::span(jacobians).subspan(first, count), out, set);
                      return out;
                  };
-                 same_in_any_company<SeenMetric<D>>(metrics.size(), seen);
-                 const auto all = seen(0, metrics.size(), Instructions::baseline);
+                 check_same_in_batches<SeenMetric<D>>(metrics.size(), mapped);
+                 const auto all = mapped(0, metrics.size(), Instructions::baseline);
                  const Vec<D> v = dice.vector<D>(-1, 1);
                  for (std::size_t i = 0; i < metrics.size(); ++i) {
                      const SpectralMetric<D> metric(metrics[i]), through(all[i].log_metric);
@@ -114,17 +115,17 @@ void laws() {
                          for (int b = 0; b < D; ++b) RC_ASSERT(std::abs(turned(a, b) - (a == b)) <= 1e-12);
                  }
              });
-    property("seen through a map that is singular: itself", [](std::uint64_t seed) {
+    property("a metric mapped by a singular matrix is unchanged", [](std::uint64_t seed) {
         Dice dice(seed);
         const LogMetric<D> metric = random_log<D>(dice, 10);
         const Mat<D> flat{};
-        SeenMetric<D> seen;
-        see_through<D>({&metric, 1}, {&flat, 1}, {&seen, 1});
-        RC_ASSERT(seen == (SeenMetric<D>{metric}));
+        SeenMetric<D> mapped;
+        see_through<D>({&metric, 1}, {&flat, 1}, {&mapped, 1});
+        RC_ASSERT(mapped == (SeenMetric<D>{metric}));
     });
 }
 
 }  // namespace
 
-TEST_CASE("batches of closed forms: triangles") { laws<2>(); }
-TEST_CASE("batches of closed forms: tetrahedra") { laws<3>(); }
+TEST_CASE("batched metric functions equal the scalar ones in 2D") { check_batches<2>(); }
+TEST_CASE("batched metric functions equal the scalar ones in 3D") { check_batches<3>(); }

@@ -1,4 +1,4 @@
-// Curved meshes for the tests of back meshes of degree 2.
+// Curved meshes for the tests of degree-2 back meshes.
 #pragma once
 
 #include <array>
@@ -17,10 +17,10 @@ import camber.metric;
 
 namespace camber::testing {
 
-/// A rough mesh with each node off the middle of its chord by up to a share of it.
+/// A random mesh with each node off its chord by up to a share of the chord.
 template <int D>
 QuadraticMesh<D> bent_mesh(std::uint64_t seed, Dice& dice, double share) {
-    auto mesh = must(elevate(unit_box<D>(2, seed), alone));
+    auto mesh = must(elevate(unit_box<D>(2, seed), one_thread));
     auto nodes = take(std::move(mesh.mid_nodes));
     for (std::size_t e = 0; e < nodes.size(); ++e) {
         const auto& [a, b] = mesh.edges.vertices[e];
@@ -38,7 +38,7 @@ Column<LogMetric<D>> rough_logs(std::size_t n, Dice& dice) {
     return logs;
 }
 
-/// The P2 map by its Lagrange basis, which knows no displacements.
+/// The P2 map by its Lagrange basis, independent of displacements.
 template <int D>
 Vec<D> point_in(const QuadraticMesh<D>& mesh, ElementId e, const std::array<double, D + 1>& xi) {
     Vec<D> x;
@@ -59,7 +59,7 @@ std::array<double, D + 1> inner_place(Dice& dice) {
     return xi;
 }
 
-/// A box that the wave bends, its nodes off by another share of their chords.
+/// A box mapped by `wave`, with nodes off their chords by a further share.
 template <int D>
 QuadraticMesh<D> wavy_mesh(int cells, std::uint64_t seed, Dice& dice, double share = 0.01) {
     auto mesh = mapped(unit_box<D>(cells, seed, 0.05), [](const Vec<D>& p) { return wave<D>(p); });

@@ -1,4 +1,4 @@
-// Lengths along curves whose ends have metrics that are turned against each other.
+// Lengths of curves whose ends have metrics with different axes.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -28,14 +28,14 @@ double length_of(const LogMetric<D>& from, const LogMetric<D>& to, const Quadrat
     return bent_length<D>({from, a}, {to, b}, edge.chord(), edge.offset());
 }
 
-void in_both(const auto& law) {
+void check_in_2d_and_3d(const auto& check) {
     property("2D", [&](std::uint64_t seed) {
         Dice dice(seed);
-        law.template operator()<2>(dice);
+        check.template operator()<2>(dice);
     });
     property("3D", [&](std::uint64_t seed) {
         Dice dice(seed);
-        law.template operator()<3>(dice);
+        check.template operator()<3>(dice);
     });
 }
 
@@ -52,13 +52,13 @@ LogMetric<D> around_origin(const Vec<D>& x, double hn, double ht) {
 
 }  // namespace
 
-TEST_CASE("the length of a straight edge is what degree 1 says, from either end") {
-    in_both([]<int D>(Dice& dice) {
+TEST_CASE("the length of a straight edge equals the degree-1 length from either end") {
+    check_in_2d_and_3d([]<int D>(Dice& dice) {
         const LogMetric<D> from = random_metric<D>(dice, 3);
         const QuadraticEdge<D> edge = QuadraticEdge<D>::straight(dice.vector<D>(), dice.vector<D>());
         const MeasuringMetric<D> a(from);
         RC_ASSERT(std::abs(length_of(from, from, edge) / edge_length(a, a, edge.chord()) - 1) < 1e-12);
-        // Of one shape: sizes between the ends are geometric means.
+        // For metrics of one shape, sizes between the ends are geometric means.
         LogMetric<D> to = from;
         to.l += dice.uniform(-4, 4) * Sym<D>::identity();
         const MeasuringMetric<D> b(to);
@@ -68,8 +68,8 @@ TEST_CASE("the length of a straight edge is what degree 1 says, from either end"
     });
 }
 
-TEST_CASE("the length of a curve is nearly that of the integral where metrics change a little") {
-    in_both([]<int D>(Dice& dice) {
+TEST_CASE("the length of a curve approximates the integral in a slowly varying metric") {
+    check_in_2d_and_3d([]<int D>(Dice& dice) {
         QuadraticEdge<D> edge = QuadraticEdge<D>::straight(dice.vector<D>(), dice.vector<D>());
         edge.mid.point += 0.1 * norm(edge.chord()) * dice.direction<D>();
         const LogMetric<D> from = random_metric<D>(dice, 0.5);
@@ -86,10 +86,10 @@ TEST_CASE("the length of a curve is nearly that of the integral where metrics ch
     });
 }
 
-/// The chord is 11 units long where the arc has 0.75; the mean of the logs alone would be a third off at 0.3 rad and
-/// 400.
-TEST_CASE("the length of an arc across which a field turns is that along it") {
-    in_both([]<int D>(Dice& dice) {
+/// At 0.3 rad and anisotropy 400 the chord has length 11 and the arc 0.75; the log-Euclidean mean alone would be a
+/// third off.
+TEST_CASE("the length of an arc in a turning metric is measured along the arc") {
+    check_in_2d_and_3d([]<int D>(Dice& dice) {
         const double anisotropy = std::exp(dice.uniform(0, std::log(100.0))), turn = dice.uniform(0.02, 0.5);
         const double ht = dice.uniform(0.5, 2) * turn, hn = ht / anisotropy;
         const auto on_circle = [](double angle) {
@@ -106,8 +106,8 @@ TEST_CASE("the length of an arc across which a field turns is that along it") {
     });
 }
 
-TEST_CASE("the mean of two metrics in their frame has their sizes") {
-    in_both([]<int D>(Dice& dice) {
+TEST_CASE("the mean of two rotated metrics in their frame keeps their sizes") {
+    check_in_2d_and_3d([]<int D>(Dice& dice) {
         const double angle = dice.uniform(-0.5, 0.5);
         const Vec<D> a = [] {
             Vec<D> p{};
@@ -125,8 +125,8 @@ TEST_CASE("the mean of two metrics in their frame has their sizes") {
     });
 }
 
-TEST_CASE("edges in packs have the offsets and the lengths of one by one, with any instructions") {
-    in_both([]<int D>(Dice& dice) {
+TEST_CASE("edges in packs equal single edges for any instruction set") {
+    check_in_2d_and_3d([]<int D>(Dice& dice) {
         const std::size_t n = dice.below(20);
         std::vector<Vec<D>> chords(n), offsets(n), expected(n);
         std::vector<EdgeEnds<D>> ends(n);

@@ -1,4 +1,4 @@
-// The back mesh of degree 2: where points lie in it, what it says there, and what its reference sees.
+// The degree-2 back mesh: location, interpolation and its reference.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -26,10 +26,10 @@ using namespace camber::testing;
 
 namespace {
 
-/// x = X + q(X) with q of degree 2, small: P2 meshes hold it exactly.
+/// x = X + q(X) with q small and quadratic, which P2 meshes represent exactly.
 template <int D>
 struct QuadraticMap {
-    std::array<Sym<D>, D> second;  ///< of each component
+    std::array<Sym<D>, D> second;  ///< for each component
 
     explicit QuadraticMap(Dice& dice, double size) {
         for (Sym<D>& s : second) s = dice.symmetric<D>(size);
@@ -50,14 +50,14 @@ struct QuadraticMap {
 };
 
 template <int D>
-void location_laws() {
-    property("points of curved elements are found in them, from any hint, and the field is theirs",
+void check_location() {
+    property("points are located in their curved element from any hint, with its field",
              [](std::uint64_t seed) {
                  Dice dice(seed);
                  const auto mesh = bent_mesh<D>(seed + 1, dice, 0.03);
-                 const auto around = must(balls(mesh.linear, alone));
+                 const auto around = must(balls(mesh.linear, one_thread));
                  const auto logs = rough_logs<D>(mesh.linear.points.size(), dice);
-                 const auto back = must(make_curved_back_mesh(mesh, around, logs, alone));
+                 const auto back = must(make_curved_back_mesh(mesh, around, logs, one_thread));
                  for (int n = 0; n < 10; ++n) {
                      const ElementId e(dice.below(mesh.linear.elements.size()));
                      const auto xi = inner_place<D>(dice);
@@ -74,11 +74,11 @@ void location_laws() {
                          RC_ASSERT(std::abs(sample.log_metric.l.c[k] - expected.l.c[k]) < 1e-7);
                  }
              });
-    property("gradients are those of the values", [](std::uint64_t seed) {
+    property("gradients in curved elements equal the differences of the values", [](std::uint64_t seed) {
         Dice dice(seed);
         const auto mesh = bent_mesh<D>(seed + 1, dice, 0.03);
-        const auto back = must(make_curved_back_mesh(mesh, must(balls(mesh.linear, alone)),
-                                                     rough_logs<D>(mesh.linear.points.size(), dice), alone));
+        const auto back = must(make_curved_back_mesh(mesh, must(balls(mesh.linear, one_thread)),
+                                                     rough_logs<D>(mesh.linear.points.size(), dice), one_thread));
         const ElementId e(dice.below(mesh.linear.elements.size()));
         const Vec<D> x = point_in(mesh, e, inner_place<D>(dice));
         const auto sample = sample_with_gradient(back, x, e);
@@ -93,13 +93,13 @@ void location_laws() {
                 RC_ASSERT(std::abs(difference.c[k] / (2 * step) - sample.gradient[i].c[k]) < 1e-3);
         }
     });
-    property("nodes in the middles: the straight back mesh, to the last bit", [](std::uint64_t seed) {
+    property("midpoint nodes give the straight back mesh, to the last bit", [](std::uint64_t seed) {
         Dice dice(seed);
-        const auto mesh = must(elevate(unit_box<D>(2, seed + 1), alone));
-        const auto around = must(balls(mesh.linear, alone));
+        const auto mesh = must(elevate(unit_box<D>(2, seed + 1), one_thread));
+        const auto around = must(balls(mesh.linear, one_thread));
         const auto logs = rough_logs<D>(mesh.linear.points.size(), dice);
-        const auto curved = must(make_curved_back_mesh(mesh, around, logs, alone));
-        const auto straight = must(make_back_mesh(mesh.linear, around, logs, alone));
+        const auto curved = must(make_curved_back_mesh(mesh, around, logs, one_thread));
+        const auto straight = must(make_back_mesh(mesh.linear, around, logs, one_thread));
         const Vec<D> x = dice.vector<D>(-0.2, 1.2);
         const ElementId hint(dice.below(mesh.linear.elements.size()));
         RC_ASSERT(sample_value(curved, x, hint).log_metric == sample_value(straight, x, hint).log_metric);
@@ -107,20 +107,20 @@ void location_laws() {
 }
 
 template <int D>
-void kept_laws() {
-    property("edges away from all bends see what they see in the straight mesh, to the last bit",
+void check_gradients() {
+    property("edges away from bends have the gradients of the straight mesh, to the last bit",
              [](std::uint64_t seed) {
                  Dice dice(seed);
-                 auto mesh = must(elevate(unit_box<D>(3, seed + 1), alone));
+                 auto mesh = must(elevate(unit_box<D>(3, seed + 1), one_thread));
                  const std::size_t moved = dice.below(mesh.edges.size());
                  auto nodes = take(std::move(mesh.mid_nodes));
                  nodes[moved].point += dice.vector<D>(-1e-3, 1e-3);
                  mesh.mid_nodes = std::move(nodes);
-                 const auto around = must(balls(mesh.linear, alone));
-                 const auto shell = must(shells(mesh.edges, alone));
+                 const auto around = must(balls(mesh.linear, one_thread));
+                 const auto shell = must(shells(mesh.edges, one_thread));
                  const auto logs = rough_logs<D>(mesh.linear.points.size(), dice);
-                 const auto curved = must(make_curved_back_mesh(mesh, around, logs, alone, KeptGradients::seen));
-                 const auto straight = must(make_back_mesh(mesh.linear, around, logs, alone));
+                 const auto curved = must(make_curved_back_mesh(mesh, around, logs, one_thread, KeptGradients::seen));
+                 const auto straight = must(make_back_mesh(mesh.linear, around, logs, one_thread));
                  const auto is_near = [&](VertexId v) {
                      return std::ranges::any_of(around[v], [&](ElementId e) {
                          return std::ranges::find(mesh.edges.of_elements[e], EdgeId(moved)) !=
@@ -131,61 +131,61 @@ void kept_laws() {
                      const auto& [a, b] = mesh.edges.vertices[e];
                      if (is_near(a) || is_near(b)) continue;
                      const BackEdge edge{a, b, shell[EdgeId(e)]};
-                     EdgeEnds<D> seen, expected;
-                     curved->see({&edge, 1}, {&seen, 1});
+                     EdgeEnds<D> sampled, expected;
+                     curved->see({&edge, 1}, {&sampled, 1});
                      straight->see({&edge, 1}, {&expected, 1});
-                     RC_ASSERT(seen.a.gradient == expected.a.gradient);
-                     RC_ASSERT(seen.b.gradient == expected.b.gradient);
+                     RC_ASSERT(sampled.a.gradient == expected.a.gradient);
+                     RC_ASSERT(sampled.b.gradient == expected.b.gradient);
                  }
              });
     property(
-        "gradients that are kept are the same whatever else is, and for any number of threads", [](std::uint64_t seed) {
+        "stored gradients do not depend on other stored data or the number of threads", [](std::uint64_t seed) {
             Dice dice(seed);
             const auto mesh = bent_mesh<D>(seed + 1, dice, 0.03);
-            const auto around = must(balls(mesh.linear, alone));
+            const auto around = must(balls(mesh.linear, one_thread));
             const auto logs = rough_logs<D>(mesh.linear.points.size(), dice);
-            const auto all = must(make_curved_back_mesh(mesh, around, logs, alone));
+            const auto all = must(make_curved_back_mesh(mesh, around, logs, one_thread));
             const Execution threads{.threads = 3};
             const auto for_edges = must(make_curved_back_mesh(mesh, around, logs, threads, KeptGradients::seen));
             const auto for_points = must(make_curved_back_mesh(mesh, around, logs, threads, KeptGradients::recovered));
             const std::size_t e = dice.below(mesh.edges.size());
-            const auto shell = must(shells(mesh.edges, alone));
+            const auto shell = must(shells(mesh.edges, one_thread));
             const BackEdge edge{mesh.edges.vertices[e][0], mesh.edges.vertices[e][1], shell[e]};
-            EdgeEnds<D> seen, expected;
-            for_edges->see({&edge, 1}, {&seen, 1});
+            EdgeEnds<D> sampled, expected;
+            for_edges->see({&edge, 1}, {&sampled, 1});
             all->see({&edge, 1}, {&expected, 1});
-            RC_ASSERT(seen.a.gradient == expected.a.gradient);
-            RC_ASSERT(seen.b.gradient == expected.b.gradient);
+            RC_ASSERT(sampled.a.gradient == expected.a.gradient);
+            RC_ASSERT(sampled.b.gradient == expected.b.gradient);
             const Vec<D> x = dice.vector<D>(0, 1);
             RC_ASSERT(sample_with_recovered_gradient(for_points, x, {}).gradient ==
                       sample_with_recovered_gradient(all, x, {}).gradient);
         });
-    property("other logs beside a curved back mesh: the values of the straight one", [](std::uint64_t seed) {
+    property("straight_back_mesh of a curved back mesh has the values of the straight one", [](std::uint64_t seed) {
         Dice dice(seed);
         const auto mesh = bent_mesh<D>(seed + 1, dice, 0.03);
-        const auto around = must(balls(mesh.linear, alone));
+        const auto around = must(balls(mesh.linear, one_thread));
         const auto logs = rough_logs<D>(mesh.linear.points.size(), dice);
         const auto others = rough_logs<D>(mesh.linear.points.size(), dice);
-        const auto beside = must(straight_back_mesh(must(make_curved_back_mesh(mesh, around, logs, alone)), others));
-        const auto straight = must(make_back_mesh(mesh.linear, around, others, alone));
+        const auto beside = must(straight_back_mesh(must(make_curved_back_mesh(mesh, around, logs, one_thread)), others));
+        const auto straight = must(make_back_mesh(mesh.linear, around, others, one_thread));
         const Vec<D> x = dice.vector<D>(-0.2, 1.2);
         const ElementId hint(dice.below(mesh.linear.elements.size()));
         RC_ASSERT(sample_value(beside, x, hint).log_metric == sample_value(straight, x, hint).log_metric);
         RC_ASSERT(sample_with_recovered_gradient(beside, x, hint).gradient ==
                   sample_with_gradient(straight, x, hint).gradient);
     });
-    property("vertices that no bent element touches see what they see in the straight mesh", [](std::uint64_t seed) {
+    property("vertices without bent elements have the gradients of the straight mesh", [](std::uint64_t seed) {
         Dice dice(seed);
-        auto mesh = must(elevate(unit_box<D>(3, seed + 1), alone));
-        const auto around = must(balls(mesh.linear, alone));
+        auto mesh = must(elevate(unit_box<D>(3, seed + 1), one_thread));
+        const auto around = must(balls(mesh.linear, one_thread));
         const auto logs = rough_logs<D>(mesh.linear.points.size(), dice);
-        const auto straight = must(make_back_mesh(mesh.linear, around, logs, alone));
+        const auto straight = must(make_back_mesh(mesh.linear, around, logs, one_thread));
         const std::size_t moved = dice.below(mesh.edges.size());
         auto nodes = take(std::move(mesh.mid_nodes));
         nodes[moved].point += dice.vector<D>(0.01, 0.02);
         mesh.mid_nodes = std::move(nodes);
-        const auto curved = must(make_curved_back_mesh(mesh, around, logs, alone));
-        const auto shell = must(shells(mesh.edges, alone));
+        const auto curved = must(make_curved_back_mesh(mesh, around, logs, one_thread));
+        const auto shell = must(shells(mesh.edges, one_thread));
         const auto touches = [&](VertexId v) {
             return std::ranges::any_of(
                 around[v], [&](ElementId e) { return std::ranges::find(shell[moved], e) != shell[moved].end(); });
@@ -194,26 +194,27 @@ void kept_laws() {
             const auto& [a, b] = mesh.edges.vertices[e];
             if (touches(a) || touches(b)) continue;
             const BackEdge edge{a, b, shell[e]};
-            EdgeEnds<D> seen, expected;
-            curved->see({&edge, 1}, {&seen, 1});
+            EdgeEnds<D> sampled, expected;
+            curved->see({&edge, 1}, {&sampled, 1});
             straight->see({&edge, 1}, {&expected, 1});
             for (int i = 0; i < D; ++i)
-                RC_ASSERT(norm(seen.a.gradient[i] - expected.a.gradient[i]) < 1e-9 * (1 + norm(seen.a.gradient[i])));
+                RC_ASSERT(norm(sampled.a.gradient[i] - expected.a.gradient[i]) <
+                          1e-9 * (1 + norm(sampled.a.gradient[i])));
         }
     });
 }
 
 template <int D>
-void reference_laws() {
-    property("a field that the mesh's own curves bend is constant in the reference", [](std::uint64_t seed) {
+void check_reference() {
+    property("a field that bends with the mesh is constant in the reference", [](std::uint64_t seed) {
         Dice dice(seed);
         const QuadraticMap<D> map(dice, 0.05);
         const auto reference = unit_box<D>(2, seed + 1);
         const double anisotropy = std::pow(10.0, dice.uniform(0, 4));
         Vec<D> sizes;
         for (int i = 0; i < D; ++i) sizes[i] = i == 0 ? 1 / anisotropy : 1;
-        // The map is the mesh's: its vertices are moved too, and nodes put where it has them.
-        const auto mesh = must(elevate(LinearMesh<D>(reference), alone));
+        // The map is applied to vertices and nodes.
+        const auto mesh = must(elevate(LinearMesh<D>(reference), one_thread));
         Buffer<LagrangeNode<D>> nodes(mesh.edges.size());
         Buffer<LogMetric<D>> logs(reference.points.size());
         QuadraticMesh<D> bent = mesh;
@@ -231,19 +232,19 @@ void reference_laws() {
             logs[v] = {composed(s)};
         }
         const auto back = must(
-            make_curved_back_mesh(bent, must(balls(bent.linear, alone)), Column<LogMetric<D>>(std::move(logs)), alone));
-        const auto around = must(shells(bent.edges, alone));
-        // An element sees M̂ through the affine map A of its corners: Aᵀ M̂ A, the same at all of them. So what an edge
-        // sees is constant along it, in whichever element.
+            make_curved_back_mesh(bent, must(balls(bent.linear, one_thread)), Column<LogMetric<D>>(std::move(logs)), one_thread));
+        const auto around = must(shells(bent.edges, one_thread));
+        // In an element with the affine map A of its corners the metric is Aᵀ M̂ A at all points. So the metric along
+        // an edge is constant in each element.
         for (int n = 0; n < 4; ++n) {
             const std::size_t e = dice.below(bent.edges.size());
             const auto& [a, b] = bent.edges.vertices[e];
             const Vec<D> chord = bent.linear.points[b] - bent.linear.points[a];
             const BackEdge edge{a, b, around[e]};
-            EdgeEnds<D> seen;
-            back->see({&edge, 1}, {&seen, 1});
+            EdgeEnds<D> sampled;
+            back->see({&edge, 1}, {&sampled, 1});
             Vec<D> offset;
-            accurate_offsets<D>({&chord, 1}, {&seen, 1}, {}, {&offset, 1});
+            accurate_offsets<D>({&chord, 1}, {&sampled, 1}, {}, {&offset, 1});
             RC_ASSERT(norm(offset) < 1e-7 * norm(chord));
         }
     });
@@ -251,9 +252,9 @@ void reference_laws() {
 
 }  // namespace
 
-TEST_CASE("2D: points in a curved back mesh") { location_laws<2>(); }
-TEST_CASE("3D: points in a curved back mesh") { location_laws<3>(); }
-TEST_CASE("2D: gradients of a curved back mesh") { kept_laws<2>(); }
-TEST_CASE("3D: gradients of a curved back mesh") { kept_laws<3>(); }
-TEST_CASE("2D: the reference of a curved back mesh") { reference_laws<2>(); }
-TEST_CASE("3D: the reference of a curved back mesh") { reference_laws<3>(); }
+TEST_CASE("a curved back mesh locates points and interpolates its field in 2D") { check_location<2>(); }
+TEST_CASE("a curved back mesh locates points and interpolates its field in 3D") { check_location<3>(); }
+TEST_CASE("gradients of a curved back mesh equal the straight ones away from bends in 2D") { check_gradients<2>(); }
+TEST_CASE("gradients of a curved back mesh equal the straight ones away from bends in 3D") { check_gradients<3>(); }
+TEST_CASE("a field that bends with the mesh is constant in its reference in 2D") { check_reference<2>(); }
+TEST_CASE("a field that bends with the mesh is constant in its reference in 3D") { check_reference<3>(); }

@@ -38,7 +38,7 @@ QuadraticNodes<D> mapped(const Mat<D>& f, QuadraticNodes<D> nodes) {
     return nodes;
 }
 
-/// With nodes at the middles of the chords.
+/// Returns the nodes of a straight simplex.
 template <int D>
 QuadraticNodes<D> straight(const std::array<Vec<D>, D + 1>& corners) {
     QuadraticNodes<D> nodes;
@@ -65,7 +65,7 @@ VertexLogMetrics<D> constant(const LogMetric<D>& metric) {
     all.fill(metric);
     return all;
 }
-/// log M = that of the metric and, in its frame, symmetric matrices of entries up to `change` at each vertex.
+/// Adds symmetric matrices with entries up to `change` to log M at each vertex.
 template <int D>
 VertexLogMetrics<D> varying(Dice& dice, const LogMetric<D>& metric, double change) {
     VertexLogMetrics<D> all = constant<D>(metric);
@@ -93,7 +93,7 @@ std::vector<Barycentric<D>> lattice_of(int n) {
 }
 
 template <int D>
-void as_straight(std::uint64_t seed) {
+void check_straight(std::uint64_t seed) {
     Dice dice(seed);
     const LogMetric<D> metric = random_metric<D>(dice, dice.uniform(0, 6));
     std::array<Vec<D>, D + 1> corners;
@@ -102,20 +102,20 @@ void as_straight(std::uint64_t seed) {
     const MeasuringMetric<D> measure(metric);
     std::array<const MeasuringMetric<D>*, D + 1> measures{};
     measures.fill(&measure);
-    const double wanted = metric_quality<D>(corners, measures);
+    const double expected = metric_quality<D>(corners, measures);
     const double rounding = 1e-13 + 1e-13 * anisotropy(metric);  // log M is interpolated and decomposed
     const QuadraticNodes<D> nodes = straight<D>(corners);
     const auto metrics = constant<D>(metric);
     const CurvedQuality found = curved_quality<D>(nodes, element_metric<D>(metrics));
-    RC_ASSERT(std::abs(found.mean - wanted) < rounding);
-    RC_ASSERT(std::abs(found.least - wanted) < rounding);
-    RC_ASSERT(std::abs(quality_at<D>(nodes, metrics, dice.barycentric<D>()) - wanted) < rounding);
+    RC_ASSERT(std::abs(found.mean - expected) < rounding);
+    RC_ASSERT(std::abs(found.least - expected) < rounding);
+    RC_ASSERT(std::abs(quality_at<D>(nodes, metrics, dice.barycentric<D>()) - expected) < rounding);
     const LeastQuality least = bound_quality<D>(nodes, metrics, {.bisections = 0});
-    RC_ASSERT(std::abs(least.bound - (wanted > 0 ? wanted : -1)) < 10 * rounding);
+    RC_ASSERT(std::abs(least.bound - (expected > 0 ? expected : -1)) < 10 * rounding);
 }
 
 template <int D>
-void unchanged(std::uint64_t seed) {
+void check_invariance(std::uint64_t seed) {
     Dice dice(seed);
     const QuadraticNodes<D> nodes = random_element<D>(dice, 0.1, 0.1);
     const auto metrics = varying<D>(dice, random_metric<D>(dice, 1), 1);
@@ -124,7 +124,7 @@ void unchanged(std::uint64_t seed) {
         RC_ASSERT(std::abs(other.mean - quality.mean) < 1e-12);
         RC_ASSERT(std::abs(other.least - quality.least) < 1e-12);
     };
-    // A metric times anything, and the element moved and made larger.
+    // A scaled metric, and an element that is moved and scaled.
     auto scaled = metrics;
     for (LogMetric<D>& m : scaled) m.l += dice.uniform(-9, 9) * Sym<D>::identity();
     same(curved_quality<D>(nodes, element_metric<D>(scaled)));
@@ -133,29 +133,29 @@ void unchanged(std::uint64_t seed) {
     const double size = std::pow(10.0, dice.uniform(-3, 3));
     for (Vec<D>& x : elsewhere) x = size * (x + shift);
     same(curved_quality<D>(elsewhere, element_metric<D>(metrics)));
-    // Element and metric turned.
+    // Element and metric rotated.
     const Mat<D> turn = dice.rotation<D>();
     auto turned = metrics;
     for (LogMetric<D>& m : turned) m.l = congruence(turn, m.l);
     same(curved_quality<D>(mapped<D>(turn, nodes), element_metric<D>(turned)));
-    // An affine map with a constant metric that is pulled back: the element as seen where the metric is the identity.
+    // An affine map and its constant metric: quality equals that of the unmapped element in the identity.
     const LogMetric<D> one = random_metric<D>(dice, 2);
     const auto identity = element_metric<D>(constant<D>({}));
-    const CurvedQuality seen = curved_quality<D>(nodes, identity);
+    const CurvedQuality unmapped = curved_quality<D>(nodes, identity);
     const CurvedQuality mapped_too =
         curved_quality<D>(mapped<D>(stretch_of(one), nodes), element_metric<D>(constant<D>(one)));
-    RC_ASSERT(std::abs(seen.mean - mapped_too.mean) < 1e-11);
-    RC_ASSERT(std::abs(seen.least - mapped_too.least) < 1e-11);
+    RC_ASSERT(std::abs(unmapped.mean - mapped_too.mean) < 1e-11);
+    RC_ASSERT(std::abs(unmapped.least - mapped_too.least) < 1e-11);
 }
 
 template <int D>
-void same_numbers(std::uint64_t seed) {
+void check_packs(std::uint64_t seed) {
     Dice dice(seed);
     const QuadraticNodes<D> nodes = random_element<D>(dice, 0.2, 0.1);
     const auto metrics = varying<D>(dice, random_metric<D>(dice, 2), 1);
     const auto metric = element_metric<D>(metrics);
     const CurvedQuality quality = curved_quality<D>(nodes, metric);
-    // The rule's points one by one.
+    // The points of the rule one by one.
     double distortion = 0, least = 1;
     bool positive = true;
     for (int q = 0; q < pack_size; ++q) {
@@ -178,19 +178,18 @@ void same_numbers(std::uint64_t seed) {
     }
 }
 
-/// Against differences of fourth order, in steps as large as the metric sees them.
+/// Compares with fourth-order differences, with steps of constant length in the metric.
 template <int D>
-void derivative(std::uint64_t seed, double decades) {
+void check_derivative(std::uint64_t seed, double decades) {
     Dice dice(seed);
     const LogMetric<D> metric = random_metric<D>(dice, decades);
     const Mat<D> stretch = stretch_of(metric);
     const QuadraticNodes<D> nodes = mapped<D>(stretch, random_element<D>(dice, 0.1, 0.05));
-    // Log M along the metric's own axes, and a little across them: more would be a metric that turns within the
-    // element.
+    // Log M varies along the axes of the metric only, so that its axes do not turn within the element.
     auto metrics = constant<D>(metric);
     for (LogMetric<D>& m : metrics) m.l *= 1 + dice.uniform(-0.05, 0.05);
-    const auto seen = element_metric<D>(metrics);
-    const auto gradient = curved_quality_gradient<D>(nodes, seen);
+    const auto sampled = element_metric<D>(metrics);
+    const auto gradient = curved_quality_gradient<D>(nodes, sampled);
     RC_PRE(gradient.mean > 0.05);
     for (int n = 0; n < quadratic_nodes<D>; ++n) {
         const Vec<D> way = stretch * dice.direction<D>();
@@ -198,16 +197,16 @@ void derivative(std::uint64_t seed, double decades) {
         const auto at = [&](double t) {
             QuadraticNodes<D> moved = nodes;
             moved[n] += t * step * way;
-            return curved_quality<D>(moved, seen).mean;
+            return curved_quality<D>(moved, sampled).mean;
         };
         const double difference = (8 * (at(1) - at(-1)) - (at(2) - at(-2))) / (12 * step);
-        // Rounding of the quality grows with anisotropy: the nodes' own coordinates hold no more.
+        // Rounding of the quality grows with anisotropy, because coordinates are rounded.
         RC_ASSERT(std::abs(dot(gradient.by_node[n], way) - difference) < 1e-7 + 1e-10 * anisotropy(metric));
     }
 }
 
 template <int D>
-void bounded(std::uint64_t seed) {
+void check_bound(std::uint64_t seed) {
     Dice dice(seed);
     const double decades = dice.uniform(0, 3);
     const LogMetric<D> metric = random_metric<D>(dice, decades);
@@ -234,12 +233,12 @@ void bounded(std::uint64_t seed) {
 
 }  // namespace
 
-TEST_CASE("a straight element in a constant metric has the quality of degree 1, everywhere") {
-    property("2D", [](std::uint64_t seed) { as_straight<2>(seed); });
-    property("3D", [](std::uint64_t seed) { as_straight<3>(seed); });
+TEST_CASE("a straight element in a constant metric has the degree-1 quality everywhere") {
+    property("2D", [](std::uint64_t seed) { check_straight<2>(seed); });
+    property("3D", [](std::uint64_t seed) { check_straight<3>(seed); });
 }
 
-TEST_CASE("in a metric that varies a little a straight element is about what its vertices say") {
+TEST_CASE("a straight element in a slowly varying metric has about the vertex quality") {
     property("3D", [](std::uint64_t seed) {
         Dice dice(seed);
         const QuadraticNodes<3> nodes = random_element<3>(dice, 0.1, 0);
@@ -258,17 +257,17 @@ TEST_CASE("in a metric that varies a little a straight element is about what its
     });
 }
 
-TEST_CASE("quality sees no scale, no rotation, and no affine map that the metric follows") {
-    property("2D", [](std::uint64_t seed) { unchanged<2>(seed); });
-    property("3D", [](std::uint64_t seed) { unchanged<3>(seed); });
+TEST_CASE("quality is invariant under scaling, rotation and matching affine maps") {
+    property("2D", [](std::uint64_t seed) { check_invariance<2>(seed); });
+    property("3D", [](std::uint64_t seed) { check_invariance<3>(seed); });
 }
 
-TEST_CASE("packs give what points give one by one, with any instructions") {
-    property("2D", [](std::uint64_t seed) { same_numbers<2>(seed); });
-    property("3D", [](std::uint64_t seed) { same_numbers<3>(seed); });
+TEST_CASE("quality in packs equals pointwise quality for any instruction set") {
+    property("2D", [](std::uint64_t seed) { check_packs<2>(seed); });
+    property("3D", [](std::uint64_t seed) { check_packs<3>(seed); });
 }
 
-TEST_CASE("the rule is exact for polynomials of degree 3") {
+TEST_CASE("the distortion rule is exact for polynomials of degree 3") {
     const auto moment = [](const auto& rule, const auto& powers) {
         double sum = 0;
         for (int q = 0; q < pack_size; ++q) {
@@ -293,36 +292,36 @@ TEST_CASE("the rule is exact for polynomials of degree 3") {
     }
 }
 
-TEST_CASE("the derivative of the quality is that of its differences, up to anisotropy 10^6") {
-    property("2D", [](std::uint64_t seed) { derivative<2>(seed, static_cast<double>(seed % 7)); });
-    property("3D", [](std::uint64_t seed) { derivative<3>(seed, static_cast<double>(seed % 7)); });
+TEST_CASE("quality derivatives match finite differences up to anisotropy 10^6") {
+    property("2D", [](std::uint64_t seed) { check_derivative<2>(seed, static_cast<double>(seed % 7)); });
+    property("3D", [](std::uint64_t seed) { check_derivative<3>(seed, static_cast<double>(seed % 7)); });
 }
 
-TEST_CASE("the least quality is bounded, and the nearer the more it is bisected") {
-    property("2D", [](std::uint64_t seed) { bounded<2>(seed); });
-    property("3D", [](std::uint64_t seed) { bounded<3>(seed); });
+TEST_CASE("bisection improves the lower bound of the minimum quality") {
+    property("2D", [](std::uint64_t seed) { check_bound<2>(seed); });
+    property("3D", [](std::uint64_t seed) { check_bound<3>(seed); });
 }
 
-TEST_CASE("inverted and degenerate elements have qualities that are numbers") {
-    const auto law = []<int D>(Dice& dice) {
+TEST_CASE("inverted and degenerate elements have finite qualities") {
+    const auto check = []<int D>(Dice& dice) {
         const auto metrics = varying<D>(dice, random_metric<D>(dice, 3), 1);
         const auto metric = element_metric<D>(metrics);
         const QuadraticNodes<D> nodes = random_element<D>(dice, 0.05, 0.02);
-        // Mirrored: of the other sign.
+        // A mirrored element has the opposite sign.
         Mat<D> mirror = Mat<D>::identity();
         mirror(0, 0) = -1;
         const auto identity = element_metric<D>(constant<D>({}));
         const double good = curved_quality<D>(nodes, identity).mean;
         RC_ASSERT(std::abs(curved_quality<D>(mapped<D>(mirror, nodes), identity).mean + good) < 1e-13);
         RC_ASSERT(bound_quality<D>(mapped<D>(mirror, nodes), constant<D>({})).bound == -1);
-        // A node beyond the opposite vertex: det J of both signs.
+        // A node beyond the opposite vertex gives det J of both signs.
         QuadraticNodes<D> folded = nodes;
         folded[D + 1] = nodes[D + 1] + 4.0 * (nodes[2] - nodes[D + 1]);
         const CurvedQuality at = curved_quality<D>(folded, metric);
         RC_ASSERT(at.mean == 0);
         RC_ASSERT(at.least < 0);
         RC_ASSERT(bound_quality<D>(folded, metrics).bound == -1);
-        // Flat, a point, and not finite.
+        // Flat, collapsed to a point, and not finite.
         std::vector<QuadraticNodes<D>> bad(4, nodes);
         for (Vec<D>& x : bad[0]) x[D - 1] = 0;
         bad[1].fill(nodes[0]);
@@ -340,10 +339,10 @@ TEST_CASE("inverted and degenerate elements have qualities that are numbers") {
     };
     property("2D", [&](std::uint64_t seed) {
         Dice dice(seed);
-        law.operator()<2>(dice);
+        check.operator()<2>(dice);
     });
     property("3D", [&](std::uint64_t seed) {
         Dice dice(seed);
-        law.operator()<3>(dice);
+        check.operator()<3>(dice);
     });
 }

@@ -19,8 +19,8 @@ using namespace camber::testing;
 namespace {
 
 template <int D>
-void field_laws() {
-    property("an affine field is reproduced, with its gradients",
+void check_interpolation() {
+    property("an affine field is reproduced with its gradients",
              [](std::uint64_t seed) {
                  Dice dice(seed);
                  const auto field = AffineField<D>::random(dice);
@@ -39,11 +39,11 @@ void field_laws() {
                  }
              },
              {.count = 30});
-    property("any field is continuous across faces, and so is its recovered gradient",
+    property("fields and recovered gradients are continuous across faces",
              [](std::uint64_t seed) {
                  Dice dice(seed);
                  const auto back = rough_back(unit_box<D>(3, seed + 1), dice);
-                 const auto across = must(neighbours(back.mesh, must(balls(back.mesh, alone)), alone));
+                 const auto across = must(neighbours(back.mesh, must(balls(back.mesh, one_thread)), one_thread));
                  for (std::size_t e = 0; e < back.mesh.elements.size(); ++e)
                      for (int i = 0; i <= D; ++i) {
                          const ElementId other = across[e][i];
@@ -62,7 +62,7 @@ void field_laws() {
                      }
              },
              {.count = 5});
-    property("gradients of barycentric coordinates: u_i(p_j) = δ_ij, sum zero",
+    property("gradients of barycentric coordinates are dual to the edges and sum to zero",
              [](std::uint64_t seed) {
                  const auto mesh = unit_box<D>(2, seed + 1);
                  for (std::size_t e = 0; e < mesh.elements.size(); ++e) {
@@ -78,7 +78,7 @@ void field_laws() {
                  }
              },
              {.count = 10});
-    property("the gradient of a sample is that of the field, beyond the boundary too",
+    property("the gradient of a sample is that of the field, also beyond the boundary",
              [](std::uint64_t seed) {
                  Dice dice(seed);
                  const auto back = rough_back(unit_box<D>(3, seed + 1, 0.1), dice);
@@ -92,9 +92,8 @@ void field_laws() {
                          step[i] = h;
                          const auto ahead = sample_with_gradient(back, x + step, sample.location.element);
                          const auto behind = sample_with_gradient(back, x - step, sample.location.element);
-                         if (ahead.location.element != behind.location.element) continue;  // a kink between them
-                         // Beyond the boundary there are kinks too where the nearest point passes from a face to an
-                         // edge.
+                         if (ahead.location.element != behind.location.element) continue;  // a kink lies between them
+                         // Beyond the boundary, kinks also occur where the nearest point passes from a face to an edge.
                          const Sym<D> bend = ahead.log_metric.l + behind.log_metric.l - 2.0 * sample.log_metric.l;
                          if (norm(bend) > 1e-9) continue;
                          ++checked;
@@ -105,7 +104,7 @@ void field_laws() {
                  RC_ASSERT(checked > 10);
              },
              {.count = 20});
-    property("rotated mesh and metrics: a rotated field; a scaled metric: a scaled field",
+    property("the field rotates with mesh and metrics and scales with the metrics",
              [](std::uint64_t seed) {
                  Dice dice(seed);
                  const auto mesh = unit_box<D>(3, seed + 1);
@@ -120,8 +119,8 @@ void field_laws() {
                  }
                  auto turned_mesh = mesh;
                  turned_mesh.points = std::move(points);
-                 const auto turned = *make_back_mesh(turned_mesh, *balls(turned_mesh, alone),
-                                                     Column<LogMetric<D>>(std::move(logs)), alone);
+                 const auto turned = *make_back_mesh(turned_mesh, *balls(turned_mesh, one_thread),
+                                                     Column<LogMetric<D>>(std::move(logs)), one_thread);
                  for (int k = 0; k < 10; ++k) {
                      const Vec<D> x = random_point(mesh, dice);
                      const auto plain = sample_value(back, x, ElementId(std::size_t{0})).log_metric;
@@ -130,7 +129,7 @@ void field_laws() {
                  }
              },
              {.count = 10});
-    property("det M(ξ) = ∏ det(M_i)^{ξ_i} (paper, eq. 5, linear)", [](std::uint64_t seed) {
+    property("the determinant satisfies det M(ξ) = ∏ det(M_i)^{ξ_i} (paper, eq. 5, linear)", [](std::uint64_t seed) {
         Dice dice(seed);
         const auto back = rough_back(unit_box<D>(2, seed + 1), dice, 3);
         const Vec<D> x = random_point(back.mesh, dice);
@@ -146,7 +145,7 @@ void field_laws() {
         }
         RC_ASSERT(std::abs(found - log_det) < 1e-12);
     });
-    property("the field of an edge: through its nodes, (3) and (4) agree, linear where its data are",
+    property("the field of an edge interpolates its nodes, equals (3) and (4), and may be linear",
              [](std::uint64_t seed) {
                  Dice dice(seed);
                  const EdgeField<D> field{{dice.symmetric<D>()}, {dice.symmetric<D>()}, {dice.symmetric<D>()}};
@@ -163,13 +162,13 @@ void field_laws() {
 
 }  // namespace
 
-TEST_CASE("fields on triangles") { field_laws<2>(); }
-TEST_CASE("fields on tetrahedra") { field_laws<3>(); }
+TEST_CASE("fields on triangles reproduce affine data and are continuous") { check_interpolation<2>(); }
+TEST_CASE("fields on tetrahedra reproduce affine data and are continuous") { check_interpolation<3>(); }
 
-TEST_CASE("a metric of another mesh is refused") {
+TEST_CASE("a back mesh rejects a metric of another mesh") {
     const auto mesh = unit_box<2>(2, 1);
     const auto back =
-        make_back_mesh(mesh, must(balls(mesh, alone)), Column<LogMetric<2>>(Buffer<LogMetric<2>>(3)), alone);
+        make_back_mesh(mesh, must(balls(mesh, one_thread)), Column<LogMetric<2>>(Buffer<LogMetric<2>>(3)), one_thread);
     REQUIRE(!back.has_value());
     CHECK(back.error().kind == ErrorKind::input);
 }

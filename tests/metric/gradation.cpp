@@ -1,4 +1,4 @@
-// Gradation: the growth law on every edge, never a larger size, and what is known of isotropic fields.
+// Gradation limits growth on every edge, never increases sizes, and is exact for isotropic fields.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -31,21 +31,21 @@ Column<LogMetric<D>> random_field(const LinearMesh<D>& mesh, Dice& dice) {
 }
 
 template <int D>
-void laws(GradationSpace space) {
-    property("the growth law holds, no size grows, again changes nothing, threads do not matter",
+void check_gradation(GradationSpace space) {
+    property("gradation enforces the growth limit, shrinks sizes only and is idempotent",
              [=](std::uint64_t seed) {
                  Dice dice(seed);
                  const auto mesh = unit_box<D>(3, seed + 1);
-                 const auto edges = must(unique_edges(mesh, alone));
+                 const auto edges = must(unique_edges(mesh, one_thread));
                  const auto field = random_field(mesh, dice);
                  const GradationOptions options{.space = space, .ratio = dice.uniform(1.1, 3)};
-                 const auto out = must(apply_gradation(mesh, edges, field, options, alone));
+                 const auto out = must(apply_gradation(mesh, edges, field, options, one_thread));
                  RC_ASSERT(out.converged);
-                 RC_ASSERT(must(gradation_excess(mesh, edges, field, options, alone)) > 0.1);
-                 RC_ASSERT(must(gradation_excess(mesh, edges, out.log_metrics, options, alone)) <= 1e-5);
+                 RC_ASSERT(must(gradation_excess(mesh, edges, field, options, one_thread)) > 0.1);
+                 RC_ASSERT(must(gradation_excess(mesh, edges, out.log_metrics, options, one_thread)) <= 1e-5);
                  for (std::size_t v = 0; v < field.size(); ++v)
                      RC_ASSERT(size_excess(out.log_metrics[v], field[v]) <= 1e-10);
-                 const auto again = must(apply_gradation(mesh, edges, out.log_metrics, options, alone));
+                 const auto again = must(apply_gradation(mesh, edges, out.log_metrics, options, one_thread));
                  for (std::size_t v = 0; v < field.size(); ++v)
                      RC_ASSERT(norm(again.log_metrics[v].l - out.log_metrics[v].l) <= 1e-4);
                  RC_ASSERT(again.sweeps <= 2);
@@ -55,8 +55,8 @@ void laws(GradationSpace space) {
              {.count = 12});
 }
 
-/// The size that isotropic gradation leaves at each vertex: min over paths of h(p) + log β · their length, which is
-/// Dijkstra's problem; solved here by relaxing until nothing changes.
+/// The sizes after isotropic gradation: the minimum over paths of h(p) + log β · path length (Dijkstra's problem),
+/// solved by relaxation.
 template <int D>
 std::vector<double> shortest_paths(const LinearMesh<D>& mesh, const EdgeSet<D>& edges, std::vector<double> h,
                                    double growth) {
@@ -75,17 +75,17 @@ std::vector<double> shortest_paths(const LinearMesh<D>& mesh, const EdgeSet<D>& 
 }
 
 template <int D>
-void isotropic(GradationSpace space) {
+void check_isotropic(GradationSpace space) {
     Dice dice(3);
     const auto mesh = unit_box<D>(6, 2);
-    const auto edges = must(unique_edges(mesh, alone));
+    const auto edges = must(unique_edges(mesh, one_thread));
     std::vector<double> sizes(mesh.points.size(), 10);
     sizes[0] = 0.01;
     sizes[mesh.points.size() / 2] = 0.03;
     Buffer<LogMetric<D>> logs(sizes.size());
     for (std::size_t v = 0; v < sizes.size(); ++v) logs[v] = {-2 * std::log(sizes[v]) * Sym<D>::identity()};
     const GradationOptions options{.space = space, .ratio = 1.4, .tolerance = 1e-12};
-    const auto out = must(apply_gradation(mesh, edges, Column<LogMetric<D>>(std::move(logs)), options, alone));
+    const auto out = must(apply_gradation(mesh, edges, Column<LogMetric<D>>(std::move(logs)), options, one_thread));
     const auto expected = shortest_paths(mesh, edges, sizes, std::log(1.4));
     for (std::size_t v = 0; v < sizes.size(); ++v)
         for (const double x : eigen_system(out.log_metrics[v].l).values.c)
@@ -95,23 +95,25 @@ void isotropic(GradationSpace space) {
 
 }  // namespace
 
-TEST_CASE("gradation's laws, 2D") {
-    for (const auto space : {GradationSpace::metric, GradationSpace::physical, GradationSpace::mixed}) laws<2>(space);
+TEST_CASE("gradation enforces the growth limit and is idempotent in 2D") {
+    for (const auto space : {GradationSpace::metric, GradationSpace::physical, GradationSpace::mixed})
+        check_gradation<2>(space);
 }
-TEST_CASE("gradation's laws, 3D") {
-    for (const auto space : {GradationSpace::metric, GradationSpace::physical, GradationSpace::mixed}) laws<3>(space);
+TEST_CASE("gradation enforces the growth limit and is idempotent in 3D") {
+    for (const auto space : {GradationSpace::metric, GradationSpace::physical, GradationSpace::mixed})
+        check_gradation<3>(space);
 }
-TEST_CASE("isotropic gradation: h(x) = min h(p) + log β · distance along edges, in all spaces") {
+TEST_CASE("isotropic gradation gives shortest-path sizes in all spaces") {
     for (const auto space : {GradationSpace::metric, GradationSpace::physical, GradationSpace::mixed}) {
-        isotropic<2>(space);
-        isotropic<3>(space);
+        check_isotropic<2>(space);
+        check_isotropic<3>(space);
     }
 }
 
 namespace {
 
-/// A layer at the radius 0.5 around the origin (in 3D an axis), of UGAWG's polar-1: size ht along it, hr across, which
-/// grows by 0.4 a unit length.
+/// A layer at radius 0.5 around the origin (in 3D an axis), as UGAWG's polar-1: size ht along it and hr across it. The
+/// size across grows by 2 (ht − hr) per unit length.
 template <int D>
 Column<LogMetric<D>> turning_layer(const LinearMesh<D>& mesh, double ht, double hr) {
     Buffer<LogMetric<D>> logs(mesh.points.size());
@@ -127,14 +129,14 @@ Column<LogMetric<D>> turning_layer(const LinearMesh<D>& mesh, double ht, double 
 }
 
 template <int D>
-void expect_kept(int cells, double ht, double hr) {
+void check_layer(int cells, double ht, double hr) {
     const auto mesh = unit_box<D>(cells, 5);
-    const auto edges = must(unique_edges(mesh, alone));
+    const auto edges = must(unique_edges(mesh, one_thread));
     const auto field = turning_layer<D>(mesh, ht, hr);
-    const auto graded = must(apply_gradation(mesh, edges, field, {}, alone));
+    const auto graded = must(apply_gradation(mesh, edges, field, {}, one_thread));
     CHECK(graded.converged);
-    const double before = must(complexity(mesh, field, alone)),
-                 after = must(complexity(mesh, graded.log_metrics, alone));
+    const double before = must(complexity(mesh, field, one_thread)),
+                 after = must(complexity(mesh, graded.log_metrics, one_thread));
     CAPTURE(before);
     CAPTURE(after);
     CHECK(after < 1.05 * before);
@@ -148,14 +150,14 @@ void expect_kept(int cells, double ht, double hr) {
 
 }  // namespace
 
-// With axes taken as they are at the other end, 95 became 227 in 2D at 0.2.
-TEST_CASE("a layer whose axes turn keeps its complexity and its anisotropy") {
-    for (const double ht : {0.05, 0.1, 0.2}) expect_kept<2>(40, ht, 0.002);
-    expect_kept<3>(10, 0.2, 0.004);
+// With unrotated axes the complexity rose from 95 to 227 in 2D at ht = 0.2.
+TEST_CASE("gradation keeps complexity and anisotropy of a layer with turning axes") {
+    for (const double ht : {0.05, 0.1, 0.2}) check_layer<2>(40, ht, 0.002);
+    check_layer<3>(10, 0.2, 0.004);
 }
 
-TEST_CASE("a turn is that of the axes, of no axes where sizes are alike, and none where it is not known") {
-    property("2D and 3D", [](std::uint64_t seed) {
+TEST_CASE("turn_between returns the rotation of the axes and ignores scaling") {
+    property("turn_between returns the rotation and ignores scaling", [](std::uint64_t seed) {
         Dice dice(seed);
         const Mat<3> frame = dice.rotation<3>();
         const Vec<3> sizes{{dice.uniform(0.001, 0.01), 1, dice.uniform(0.9, 1.1)}};
@@ -171,7 +173,9 @@ TEST_CASE("a turn is that of the axes, of no axes where sizes are alike, and non
     });
 }
 
-TEST_CASE("golden: spanned metrics of sizes 0.01 and 1 at distance 2 along the long axis, β = e") {
+TEST_CASE("spanned metrics of sizes 0.01 and 1 have the closed-form sizes at distance 2") {
+    // In metric space sizes grow by the factor 1 + 2 ln β = 3, in physical space by the length 2 ln β = 2. Mixed
+    // factors are geometric means with the physical share 1/8.
     const auto metric = log_metric_of_sizes(Vec<2>{{1, 0.01}});
     const EigenSystem<2> at{.values = {{0, -2 * std::log(0.01)}}, .vectors = Mat<2>::identity()};
     const auto sizes = [&](GradationSpace space) {
@@ -186,16 +190,23 @@ TEST_CASE("golden: spanned metrics of sizes 0.01 and 1 at distance 2 along the l
     CHECK(sizes(GradationSpace::mixed)[1] == doctest::Approx(0.01 * std::pow(201, 0.125) * std::pow(3, 0.875)));
 }
 
-TEST_CASE("gradation refuses what makes no sense, and says when it ran out of sweeps") {
+TEST_CASE("gradation rejects invalid options") {
     const auto mesh = unit_box<2>(3, 4);
-    const auto edges = must(unique_edges(mesh, alone));
+    const auto edges = must(unique_edges(mesh, one_thread));
     Dice dice(1);
     const auto field = random_field(mesh, dice);
     for (const double ratio : {1.0, 0.5, -1.0, std::nan("")})
-        CHECK(apply_gradation(mesh, edges, field, {.ratio = ratio}, alone).error().kind == ErrorKind::usage);
-    CHECK(apply_gradation(mesh, edges, field, {.physical_share = 2}, alone).error().kind == ErrorKind::usage);
-    CHECK(apply_gradation(mesh, edges, Column<LogMetric<2>>{}, {}, alone).error().kind == ErrorKind::usage);
-    const auto short_of = must(apply_gradation(mesh, edges, field, {.max_sweeps = 1}, alone));
-    CHECK_FALSE(short_of.converged);
-    CHECK(short_of.sweeps == 1);
+        CHECK(apply_gradation(mesh, edges, field, {.ratio = ratio}, one_thread).error().kind == ErrorKind::usage);
+    CHECK(apply_gradation(mesh, edges, field, {.physical_share = 2}, one_thread).error().kind == ErrorKind::usage);
+    CHECK(apply_gradation(mesh, edges, Column<LogMetric<2>>{}, {}, one_thread).error().kind == ErrorKind::usage);
+}
+
+TEST_CASE("gradation reports that it has not converged") {
+    const auto mesh = unit_box<2>(3, 4);
+    const auto edges = must(unique_edges(mesh, one_thread));
+    Dice dice(1);
+    const auto field = random_field(mesh, dice);
+    const auto graded = must(apply_gradation(mesh, edges, field, {.max_sweeps = 1}, one_thread));
+    CHECK_FALSE(graded.converged);
+    CHECK(graded.sweeps == 1);
 }

@@ -1,4 +1,4 @@
-// High-order log-Euclidean interpolation (paper §2.1): its laws at several degrees and dimensions.
+// High-order log-Euclidean interpolation (paper §2.1) at several degrees and dimensions.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -33,7 +33,7 @@ Barycentric<K> node_place(std::size_t a) {
     return xi;
 }
 
-/// Nodes whose log-metrics are linear in ξ, by the vertices'.
+/// Nodes whose log-metrics interpolate those of the vertices linearly.
 template <int N, int K, int D>
 LagrangeLogs<N, K, D> linear_nodes(const std::array<LogMetric<D>, K + 1>& vertices) {
     LagrangeLogs<N, K, D> nodes;
@@ -43,8 +43,8 @@ LagrangeLogs<N, K, D> linear_nodes(const std::array<LogMetric<D>, K + 1>& vertic
 }
 
 template <int N, int K, int D>
-void pointwise_laws() {
-    property("(3) = (4), through the nodes; (2) of the same numbers is another field", [](std::uint64_t seed) {
+void check_identities() {
+    property("(3) equals (4) and interpolates the nodes; (2) of the same numbers differs", [](std::uint64_t seed) {
         Dice dice(seed);
         const auto nodes = random_nodes<N, K, D>(dice);
         const auto field = virtual_logs(nodes);
@@ -58,7 +58,7 @@ void pointwise_laws() {
             RC_ASSERT(norm(interpolated(BezierLogs<N, K, D>{nodes.logs}, middle).l - interpolated(field, middle).l) >
                       1e-6);
     });
-    property("positivity and det M(ξ) = ∏ det(M_α)^{B_α(ξ)} (5)", [](std::uint64_t seed) {
+    property("the metric is positive and det M(ξ) = ∏ det(M_α)^{B_α(ξ)} (5)", [](std::uint64_t seed) {
         Dice dice(seed);
         const auto field = virtual_logs(random_nodes<N, K, D>(dice));
         const auto xi = dice.barycentric<K>();
@@ -73,7 +73,7 @@ void pointwise_laws() {
             expected += bernstein<K>(multi_indices<N, K>[a], xi) * trace(field.logs[a].l);
         RC_ASSERT(std::abs(log_det - expected) <= 1e-13 * (1 + std::abs(expected)) * 10);
     });
-    property("log-metrics linear at regular nodes: the linear scheme, in all three forms", [](std::uint64_t seed) {
+    property("linear log-metrics at regular nodes give the linear scheme in all three forms", [](std::uint64_t seed) {
         Dice dice(seed);
         std::array<LogMetric<D>, K + 1> vertices;
         for (auto& m : vertices) m.l = dice.symmetric<D>(3);
@@ -83,7 +83,7 @@ void pointwise_laws() {
         for (std::size_t i = 0; i <= K; ++i) linear += xi[i] * vertices[i].l;
         RC_ASSERT(norm(interpolated(nodes, xi).l - linear) <= 1e-13);
         RC_ASSERT(norm(interpolated(virtual_logs(nodes), xi).l - linear) <= 1e-13);
-        // On a straight regular element control points and nodes coincide, so (2) is handed the same metrics.
+        // On a straight regular element control points and nodes coincide, so (2) has the same metrics.
         RC_ASSERT(norm(interpolated(BezierLogs<N, K, D>{nodes.logs}, xi).l - linear) <= 1e-13);
     });
     property("rotation M → RᵀMR and scaling M → cM commute with interpolation", [](std::uint64_t seed) {
@@ -98,7 +98,7 @@ void pointwise_laws() {
             congruence(rotation, interpolated(virtual_logs(nodes), xi).l) + shift * Sym<D>::identity();
         RC_ASSERT(norm(interpolated(virtual_logs(moved), xi).l - expected) <= 1e-12);
     });
-    property("derivatives of log M and of M against central differences", [](std::uint64_t seed) {
+    property("derivatives of log M and of M equal central differences", [](std::uint64_t seed) {
         Dice dice(seed);
         const auto field = virtual_logs(random_nodes<N, K, D>(dice, 1));
         const auto xi = dice.barycentric<K>();
@@ -121,11 +121,11 @@ void pointwise_laws() {
     });
 }
 
-/// Two K-simplices that share a face: any vertex of one may stand anywhere in the other, so the second takes the
-/// first's vertices in a random order, with new metrics at the nodes off the shared face.
+/// Two K-simplices that share a face. The second has the vertices of the first in random order and new metrics at nodes
+/// off the shared face.
 template <int N, int K, int D>
-void continuity() {
-    property("continuous across a shared face, edge and vertex", [](std::uint64_t seed) {
+void check_continuity() {
+    property("interpolation is continuous across shared faces, edges and vertices", [](std::uint64_t seed) {
         Dice dice(seed);
         const auto first = random_nodes<N, K, D>(dice);
         std::array<std::size_t, K + 1> order{};
@@ -156,29 +156,29 @@ void continuity() {
 
 }  // namespace
 
-TEST_CASE("high-order interpolation, edges") {
-    pointwise_laws<2, 1, 2>();
-    pointwise_laws<3, 1, 3>();
-    pointwise_laws<4, 1, 2>();
+TEST_CASE("high-order interpolation satisfies the identities of the paper on edges") {
+    check_identities<2, 1, 2>();
+    check_identities<3, 1, 3>();
+    check_identities<4, 1, 2>();
 }
-TEST_CASE("high-order interpolation, triangles") {
-    pointwise_laws<2, 2, 2>();
-    pointwise_laws<3, 2, 3>();
+TEST_CASE("high-order interpolation satisfies the identities of the paper on triangles") {
+    check_identities<2, 2, 2>();
+    check_identities<3, 2, 3>();
 }
-TEST_CASE("high-order interpolation, tetrahedra") {
-    pointwise_laws<1, 3, 3>();
-    pointwise_laws<2, 3, 3>();
-    pointwise_laws<3, 3, 3>();
+TEST_CASE("high-order interpolation satisfies the identities of the paper on tetrahedra") {
+    check_identities<1, 3, 3>();
+    check_identities<2, 3, 3>();
+    check_identities<3, 3, 3>();
 }
-TEST_CASE("high-order interpolation is continuous") {
-    continuity<2, 1, 2>();
-    continuity<2, 2, 2>();
-    continuity<3, 2, 2>();
-    continuity<2, 3, 3>();
-    continuity<3, 3, 3>();
+TEST_CASE("high-order interpolation is continuous across shared faces") {
+    check_continuity<2, 1, 2>();
+    check_continuity<2, 2, 2>();
+    check_continuity<3, 2, 2>();
+    check_continuity<2, 3, 3>();
+    check_continuity<3, 3, 3>();
 }
 
-TEST_CASE("overshoot: log-dets 0, 1, 1 along a P2 edge reach 1.125, at t = 3/4") {
+TEST_CASE("log-determinants 0, 1, 1 along a P2 edge overshoot to 1.125 at t = 3/4") {
     LagrangeLogs<2, 1, 2> nodes;  // in the order 20, 11, 02
     nodes.logs[1].l = nodes.logs[2].l = 0.5 * Sym<2>::identity();
     double most = 0;
@@ -188,11 +188,11 @@ TEST_CASE("overshoot: log-dets 0, 1, 1 along a P2 edge reach 1.125, at t = 3/4")
     }
     CHECK(most == doctest::Approx(1.125).epsilon(1e-14));
     CHECK(trace(interpolated(nodes, {0.25, 0.75}).l) == doctest::Approx(1.125).epsilon(1e-14));
-    // Bounded by the virtual metrics: log-det of the middle one is (4·1 − 0 − 1)/2.
+    // The bound is the virtual metric: log-det of the middle one is (4·1 − 0 − 1)/2.
     CHECK(trace(virtual_logs(nodes).logs[1].l) == doctest::Approx(1.5).epsilon(1e-14));
 }
 
-TEST_CASE("a P2 edge's field is the one that edges are minimised in") {
+TEST_CASE("EdgeField equals high-order interpolation along a P2 edge") {
     Dice dice(11);
     const auto nodes = random_nodes<2, 1, 3>(dice);
     const EdgeField<3> edge{nodes.logs[0], nodes.logs[1], nodes.logs[2]};

@@ -1,6 +1,6 @@
-// How far the paper's three forms of high-order interpolation are from one another, on curved elements in a curved
-// metric. With the figures printed:
-//     CAMBER_FIGURES=1 build/bin/test_metric -tc="figures: the three forms*"
+// Differences between the paper's three forms of high-order interpolation, on curved elements in a curved metric. To
+// print the figures:
+//     CAMBER_FIGURES=1 build/bin/test_metric -tc="the three forms*"
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -28,8 +28,8 @@ struct Distances {
     double error_bezier = 0, error_refactored = 0;         ///< mean distance to the true field of (2) and of (4)
 };
 
-/// Curved P2 simplices of size h near the unit circle or sphere, their mid nodes moved onto concentric ones; the polar
-/// metric of size `thin` along the radius and ten times that across it.
+/// Curved P2 simplices of size h near the unit circle or sphere, with mid nodes on concentric circles or spheres. The
+/// polar metric has size `thin` along the radius and ten times that across it.
 template <int D>
 Distances measured(double h, double thin) {
     constexpr int K = D;
@@ -108,5 +108,5 @@ void figures() {
 
 }  // namespace
 
-TEST_CASE("figures: the three forms of high-order interpolation, 2D") { figures<2>(); }
-TEST_CASE("figures: the three forms of high-order interpolation, 3D") { figures<3>(); }
+TEST_CASE("the three forms of high-order interpolation converge with their orders in 2D") { figures<2>(); }
+TEST_CASE("the three forms of high-order interpolation converge with their orders in 3D") { figures<3>(); }

@@ -1,4 +1,4 @@
-// Location in back meshes against a look at every element and every boundary face.
+// Location in back meshes, compared with a search over all elements and boundary faces.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -26,7 +26,7 @@ KnownBack<D> plain_back(const LinearMesh<D>& mesh) {
     return back_of(mesh, [](const Vec<D>&) { return LogMetric<D>{}; });
 }
 
-/// The largest, over the elements, of the smallest barycentric coordinate of x: positive exactly inside the mesh.
+/// The maximum over the elements of the smallest barycentric coordinate of x; positive exactly inside the mesh.
 template <int D>
 double depth(const LinearMesh<D>& mesh, const Vec<D>& x) {
     double best = -1e300;
@@ -65,7 +65,7 @@ template <int D>
 double distance_to_boundary(const KnownBack<D>& back, const Vec<D>& x) {
     double best = std::numeric_limits<double>::infinity();
     for (const ElementFace& face :
-         boundary_faces<D>(must(neighbours(back.mesh, must(balls(back.mesh, alone)), alone)))) {
+         boundary_faces<D>(must(neighbours(back.mesh, must(balls(back.mesh, one_thread)), one_thread)))) {
         std::array<Vec<D>, D> p;
         const auto local = face_opposite<D>(static_cast<int>(face.opposite));
         for (int i = 0; i < D; ++i) p[i] = back.mesh.points[back.mesh.elements.vertices[face.element][local[i]]];
@@ -74,7 +74,7 @@ double distance_to_boundary(const KnownBack<D>& back, const Vec<D>& x) {
     return best;
 }
 
-/// What `locate` must say of x, from each of the hints.
+/// Checks the result of `locate` for x from each hint.
 template <int D>
 void check_location(const KnownBack<D>& back, const Vec<D>& x, const std::vector<ElementId>& hints) {
     const double inside = depth(back.mesh, x);
@@ -96,7 +96,7 @@ void check_location(const KnownBack<D>& back, const Vec<D>& x, const std::vector
     }
 }
 
-/// From its element a vertex is at itself to the last bit, on the boundary too; a hint of another mesh is none.
+/// Checks that each vertex, also on the boundary, is located exactly in its element. An invalid hint is ignored.
 template <int D>
 void check_vertices(const KnownBack<D>& back) {
     for (std::size_t e = 0; e < back.mesh.elements.size(); ++e)
@@ -147,7 +147,7 @@ template <int D>
 bool in_l(const Cell<D>& c) {
     return c[0] < 2 || c[1] < 2;
 }
-/// A hole of one cell's thickness that splits the domain but for its rim: from one side the other is hidden.
+/// A slit of one cell's thickness that splits the domain except for one layer of cells.
 template <int D>
 bool around_wall(const Cell<D>& c) {
     return c[0] != 2 || c[1] == 0;
@@ -161,28 +161,28 @@ bool around_hole(const Cell<D>& c) {
 
 }  // namespace
 
-TEST_CASE("boxes") {
+TEST_CASE("locate finds points inside and outside boxes") {
     random_domains<2>("2D", [](const Cell<2>&) { return true; }, 4, 0.2);
     random_domains<3>("3D", [](const Cell<3>&) { return true; }, 3, 0.1);
 }
-TEST_CASE("L-shaped domains") {
+TEST_CASE("locate finds points inside and outside L-shaped domains") {
     random_domains<2>("2D", in_l<2>, 4, 0.2);
     random_domains<3>("3D", in_l<3>, 4, 0.1);
 }
-TEST_CASE("domains with a hole") {
+TEST_CASE("locate finds points inside and outside domains with a hole") {
     random_domains<2>("2D", around_hole<2>, 5, 0.2);
     random_domains<3>("3D", around_hole<3>, 5, 0.1);
 }
-TEST_CASE("domains behind a wall") {
+TEST_CASE("locate finds points inside and outside domains with a slit") {
     random_domains<2>("2D", around_wall<2>, 5, 0.2);
     random_domains<3>("3D", around_wall<3>, 5, 0.1);
 }
 
-TEST_CASE("a sharp notch: the nearest boundary point is its tip, and one of its faces looks the wrong way") {
-    property("fans around a trailing edge",
+TEST_CASE("locate finds points near the tip of a sharp notch") {
+    property("points around a trailing edge are located in a fan of triangles",
              [](std::uint64_t seed) {
                  Dice dice(seed);
-                 const double half = std::pow(10.0, dice.uniform(-4, -0.3));  // half the notch's angle
+                 const double half = std::pow(10.0, dice.uniform(-4, -0.3));  // half the angle of the notch
                  const std::size_t rays = 9;
                  Buffer<Vec<2>> points{{{0, 0}}};
                  for (const double radius : {1.0, 2.0})
@@ -213,13 +213,13 @@ TEST_CASE("a sharp notch: the nearest boundary point is its tip, and one of its 
 
 namespace {
 
-/// Middles of edges lie on faces: rounding decides on which side, and must not send the search away.
+/// Points on edges lie on faces: rounding decides on which side, and the search must still find them.
 template <int D>
 void thin_domains(const Vec<D>& stretch, double origin) {
     CAPTURE(stretch[D - 2]);
     CAPTURE(stretch[D - 1]);
     CAPTURE(origin);
-    property("middles of edges and random points in thin rotated elements",
+    property("edge midpoints and random points are located in thin rotated elements",
              [&](std::uint64_t seed) {
                  Dice dice(seed);
                  const auto r = dice.rotation<D>();
@@ -233,7 +233,7 @@ void thin_domains(const Vec<D>& stretch, double origin) {
                      return far + r * p;
                  };
                  const auto mesh = lattice_mesh(options);
-                 // A field that varies by 1 over an element, in whichever direction.
+                 // A field that varies by 1 over an element in each direction.
                  const auto to_cells = [&](const Vec<D>& x) {
                      Vec<D> p = transposed_times(r, x - far);
                      for (int i = 0; i < D; ++i) p[i] /= stretch[i];
@@ -243,9 +243,9 @@ void thin_domains(const Vec<D>& stretch, double origin) {
                  for (double& s : slope.c) s = 1;
                  const auto back = back_of(
                      mesh, [&](const Vec<D>& x) { return LogMetric<D>{dot(slope, to_cells(x)) * Sym<D>::identity()}; });
-                 const auto edges = *unique_edges(mesh, alone);
-                 const auto around = *shells(edges, alone);
-                 // Coordinates are rounded by ε times their size: so much of the thinnest direction is unknown anyway.
+                 const auto edges = *unique_edges(mesh, one_thread);
+                 const auto around = *shells(edges, one_thread);
+                 // Coordinates are rounded by ε times their size; relative to the thinnest direction this is the noise.
                  const double smallest = *std::min_element(stretch.c.begin(), stretch.c.end());
                  const double noise = 1e-15 * (origin + 4) / smallest;
                  for (std::size_t e = 0; e < edges.size(); ++e) {
@@ -277,7 +277,7 @@ void thin_domains(const Vec<D>& stretch, double origin) {
 
 }  // namespace
 
-TEST_CASE("thin elements") {
+TEST_CASE("locate finds points in thin elements") {
     for (const double origin : {0.0, 100.0}) {
         thin_domains<2>(Vec<2>{{1, 1}}, origin);
         thin_domains<2>(Vec<2>{{1, 1e-6}}, origin);
@@ -287,12 +287,12 @@ TEST_CASE("thin elements") {
         thin_domains<3>(Vec<3>{{1, 1e-6, 1e-6}}, origin);
     }
 }
-TEST_CASE("coordinates of 10^6 with details of 10^-6") {
+TEST_CASE("locate resolves details of 10^-6 at coordinates of 10^6") {
     thin_domains<2>(Vec<2>{{1e-3, 1e-6}}, 1e6);
     thin_domains<3>(Vec<3>{{1e-4, 1e-4, 1e-6}}, 1e6);
 }
 
-TEST_CASE("a point that is no point is lost, and no hint is a hint") {
+TEST_CASE("locate reports a NaN point as lost and works without a hint") {
     const auto back = plain_back(unit_box<2>(3, 1));
     const Vec<2> nowhere{{std::numeric_limits<double>::quiet_NaN(), 0.5}};
     CHECK(locate(back, nowhere, ElementId(std::size_t{0})).placement == Placement::lost);
@@ -301,12 +301,12 @@ TEST_CASE("a point that is no point is lost, and no hint is a hint") {
     CHECK(distance(place_of(back, locate(back, x, ElementId{})), x) < 1e-15);
 }
 
-TEST_CASE("one element") {
+TEST_CASE("locate finds points inside and outside one tetrahedron") {
     Buffer<Vec<3>> points{{{0, 0, 0}}, {{1, 0, 0}}, {{0, 1, 0}}, {{0, 0, 1}}};
     const auto id = [](std::size_t i) { return VertexId(i); };
     const auto back = plain_back(mesh_of<3>(points, Buffer<SimplexVertices<3>>{{id(0), id(1), id(2), id(3)}}));
     property(
-        "around a tetrahedron",
+        "points inside and outside one tetrahedron are located",
         [&](std::uint64_t seed) { check_location(back, Dice(seed).vector<3>(-1, 2), {ElementId(std::size_t{0})}); },
         {.count = 200});
 }

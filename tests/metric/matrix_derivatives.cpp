@@ -1,5 +1,5 @@
-// D exp and D log of symmetric matrices: each the inverse of the other, against differences, at equal eigenvalues and
-// at high anisotropy.
+// D exp and D log of symmetric matrices: inverse to each other, equal to differences, also at equal eigenvalues and at
+// high anisotropy.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -16,7 +16,7 @@ using namespace camber::testing;
 
 namespace {
 
-/// Log-eigenvalues within ± range, some of them equal or nearly so.
+/// Log-eigenvalues within ± range, some of them equal or nearly equal.
 template <int D>
 SpectralMetric<D> random_metric(Dice& dice, double range) {
     constexpr std::array gaps{0.0, 1e-15, 1e-9, 1e-4};
@@ -26,7 +26,7 @@ SpectralMetric<D> random_metric(Dice& dice, double range) {
 }
 
 template <int D>
-void laws() {
+void check_derivatives() {
     property("D log is the inverse of D exp", [](std::uint64_t seed) {
         Dice dice(seed);
         const auto s = random_metric<D>(dice, dice.uniform(0, 3));
@@ -34,7 +34,7 @@ void laws() {
         RC_ASSERT(norm(log_derivative(s, exp_derivative(s, e)) - e) <= 1e-15 * 50 * std::exp(2 * 3.0));
         RC_ASSERT(norm(exp_derivative(s, log_derivative(s, e)) - e) <= 1e-15 * 50 * std::exp(2 * 3.0));
     });
-    property("in the eigenvectors' frame to rounding, at log-eigenvalues of ±30", [](std::uint64_t seed) {
+    property("D log is exact to rounding in the eigenvector frame at log-eigenvalues of ±30", [](std::uint64_t seed) {
         Dice dice(seed);
         const auto s = random_metric<D>(dice, 30);
         const auto e = dice.symmetric<D>();
@@ -42,7 +42,7 @@ void laws() {
         const auto back = log_derivative_in_frame(s, there);
         for (std::size_t k = 0; k < e.c.size(); ++k)
             RC_ASSERT(std::abs(back.c[k] - e.c[k]) <= 1e-15 * std::abs(e.c[k]));
-        // And D log of a change M^{1/2} F M^{1/2}, of the size of M itself, is of the size of F: long doubles agree.
+        // For M^{1/2} F M^{1/2}, D log has the size of F; compared in long double.
         for (int i = 0; i < D; ++i)
             for (int j = 0; j <= i; ++j) {
                 Sym<D> unit;
@@ -53,7 +53,7 @@ void laws() {
                           1e-13 * static_cast<double>(expected));
             }
     });
-    property("D log against central differences", [](std::uint64_t seed) {
+    property("D log equals central differences", [](std::uint64_t seed) {
         Dice dice(seed);
         const auto s = random_metric<D>(dice, dice.uniform(0, 1.5));
         const Metric<D> m{composed(EigenSystem<D>{s.values, s.vectors})};
@@ -64,13 +64,13 @@ void laws() {
         RC_ASSERT(norm(derivative - differences) <= 1e-8 * (1 + norm(derivative)) * std::exp(1.5));
         RC_ASSERT(norm(derivative - log_derivative(s, e)) <= 1e-12 * (1 + norm(derivative)));
     });
-    property("anisotropy 1e6: D log of the entries errs by rounding of the entries, no more", [](std::uint64_t seed) {
+    property("the error of D log at anisotropy 1e6 is the rounding of the entries", [](std::uint64_t seed) {
         Dice dice(seed);
         Vec<D> sizes;
         for (double& h : sizes.c) h = 1e-6;
         sizes[0] = dice.uniform(0.5, 2);
         const SpectralMetric<D> s(log_metric_of_sizes(sizes, dice.rotation<D>()));
-        // A change of M by one part in itself along each axis is a change of log M by one.
+        // A relative change of M by 1 along each axis changes log M by 1.
         const Sym<D> whole = composed(EigenSystem<D>{s.values, s.vectors});
         RC_ASSERT(norm(log_derivative(s, whole) - Sym<D>::identity()) <= 1e-15 * 1e12 * 20);
         const double lowest = *std::min_element(s.values.c.begin(), s.values.c.end());
@@ -86,5 +86,5 @@ void laws() {
 
 }  // namespace
 
-TEST_CASE("derivatives of exp and log, 2D") { laws<2>(); }
-TEST_CASE("derivatives of exp and log, 3D") { laws<3>(); }
+TEST_CASE("derivatives of exp and log are inverse and match differences in 2D") { check_derivatives<2>(); }
+TEST_CASE("derivatives of exp and log are inverse and match differences in 3D") { check_derivatives<3>(); }

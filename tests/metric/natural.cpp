@@ -43,10 +43,10 @@ double largest_edge_error(const LogMetric<D>& l, const std::array<Vec<D>, D + 1>
     return worst;
 }
 
-/// The error that the rounding of coordinates leaves: that of a short side seen along a long one.
+/// The error bound is that of a rounded short side relative to a long one.
 template <int D>
-void unit_edges(const Vec<D>& stretch, double aspect) {
-    property("all edges have length 1, whatever the order of the vertices", [&](std::uint64_t seed) {
+void check_unit_edges(const Vec<D>& stretch, double aspect) {
+    property("natural edges have length 1 for any order of the vertices", [&](std::uint64_t seed) {
         Dice dice(seed);
         auto p = stretched_simplex<D>(dice, stretch);
         const auto l = natural_log_metric<D>(p);
@@ -67,21 +67,21 @@ TEST_CASE("the regular simplex has edges of length 1") {
     }
 }
 
-TEST_CASE("natural metrics of simplices, round, needles and pancakes") {
-    unit_edges<2>(Vec<2>{{1, 1}}, 1);
-    unit_edges<2>(Vec<2>{{1, 1e-6}}, 1e6);
-    unit_edges<3>(Vec<3>{{1, 1, 1}}, 1);
-    unit_edges<3>(Vec<3>{{1, 1, 1e-6}}, 1e6);
-    unit_edges<3>(Vec<3>{{1, 1e-6, 1e-6}}, 1e6);
-    unit_edges<3>(Vec<3>{{1, 1e-3, 1e-6}}, 1e6);
+TEST_CASE("natural metrics give simplices edges of length 1 up to anisotropy 10^6") {
+    check_unit_edges<2>(Vec<2>{{1, 1}}, 1);
+    check_unit_edges<2>(Vec<2>{{1, 1e-6}}, 1e6);
+    check_unit_edges<3>(Vec<3>{{1, 1, 1}}, 1);
+    check_unit_edges<3>(Vec<3>{{1, 1, 1e-6}}, 1e6);
+    check_unit_edges<3>(Vec<3>{{1, 1e-6, 1e-6}}, 1e6);
+    check_unit_edges<3>(Vec<3>{{1, 1e-3, 1e-6}}, 1e6);
 }
 
-TEST_CASE("natural metrics at vertices: the volume-weighted log-Euclidean mean, for any number of threads") {
-    property("against a plain loop",
+TEST_CASE("natural metrics at vertices are the volume-weighted log-Euclidean mean") {
+    property("vertex metrics equal those of a plain loop",
              [](std::uint64_t seed) {
                  const auto mesh = unit_box<3>(3, seed + 1);
-                 const auto around = *balls(mesh, alone);
-                 const auto logs = *natural_log_metrics(mesh, around, alone);
+                 const auto around = *balls(mesh, one_thread);
+                 const auto logs = *natural_log_metrics(mesh, around, one_thread);
                  for (std::size_t v = 0; v < mesh.points.size(); ++v) {
                      Sym<3> sum;
                      double weight = 0;
@@ -96,11 +96,11 @@ TEST_CASE("natural metrics at vertices: the volume-weighted log-Euclidean mean, 
                      RC_ASSERT(*natural_log_metrics(mesh, around, Execution{.threads = threads}) == logs);
              },
              {.count = 10});
-    property("in a mesh of more elements than are in memory at a time",
+    property("vertex metrics of a mesh of several batches equal those of a plain loop",
              [](std::uint64_t seed) {
                  const auto mesh = unit_box<2>(80, seed + 1);
-                 const auto around = *balls(mesh, alone);
-                 const auto logs = *natural_log_metrics(mesh, around, alone);
+                 const auto around = *balls(mesh, one_thread);
+                 const auto logs = *natural_log_metrics(mesh, around, one_thread);
                  for (std::size_t v = 0; v < mesh.points.size(); ++v) {
                      Sym<2> sum;
                      double weight = 0;
@@ -114,7 +114,7 @@ TEST_CASE("natural metrics at vertices: the volume-weighted log-Euclidean mean, 
                  RC_ASSERT(*natural_log_metrics(mesh, around, Execution{.threads = 3}) == logs);
              },
              {.count = 2});
-    property("an affine image of equilateral triangles has a constant one", [](std::uint64_t seed) {
+    property("the metric of an affine image of equilateral triangles is constant", [](std::uint64_t seed) {
         Dice dice(seed);
         const auto shape = dice.matrix<2>();
         RC_PRE(std::abs(det(shape)) > 0.01);
@@ -123,7 +123,7 @@ TEST_CASE("natural metrics at vertices: the volume-weighted log-Euclidean mean, 
         // sides.
         options.place = [&](const Vec<2>& x) { return shape * Vec<2>{{x[0] - 0.5 * x[1], std::sqrt(0.75) * x[1]}}; };
         const auto mesh = lattice_mesh(options);
-        const auto logs = *natural_log_metrics(mesh, *balls(mesh, alone), alone);
+        const auto logs = *natural_log_metrics(mesh, *balls(mesh, one_thread), one_thread);
         for (const auto& l : logs) RC_ASSERT(norm(l.l - logs[0].l) < 1e-11);
         RC_ASSERT(std::abs(SpectralMetric<2>(logs[0]).length_squared(shape.column[0]) - 1) < 1e-11);
     });
@@ -131,7 +131,7 @@ TEST_CASE("natural metrics at vertices: the volume-weighted log-Euclidean mean, 
 
 namespace {
 
-/// The corners of an element by the tangents of its edges at corner v; its own where that flattens it.
+/// The corners of an element by the edge tangents at corner v; the straight corners if that would flatten it.
 template <int D>
 std::array<Vec<D>, D + 1> by_tangents(const QuadraticMesh<D>& mesh, std::size_t e, int v) {
     const auto p = corners(mesh.linear, e);
@@ -146,15 +146,15 @@ std::array<Vec<D>, D + 1> by_tangents(const QuadraticMesh<D>& mesh, std::size_t 
 }
 
 template <int D>
-void curved_laws() {
-    property("of curved elements, thin ones too: the mean of simplices by their tangents, beside that of straight ones",
+void check_curved() {
+    property("vertex metrics of curved elements are the mean over their tangent simplices",
              [](std::uint64_t seed) {
                  Dice dice(seed);
                  auto box = unit_box<D>(3, seed + 1);
                  auto points = take(std::move(box.points));
                  for (Vec<D>& p : points) p[0] *= 1e-3;
                  box.points = std::move(points);
-                 auto mesh = must(elevate(std::move(box), alone));
+                 auto mesh = must(elevate(std::move(box), one_thread));
                  auto nodes = take(std::move(mesh.mid_nodes));
                  for (std::size_t e = 0; e < nodes.size(); ++e) {
                      if (e % 3 == 0) continue;
@@ -163,9 +163,9 @@ void curved_laws() {
                      nodes[e].point += u;
                  }
                  mesh.mid_nodes = std::move(nodes);
-                 const auto around = must(balls(mesh.linear, alone));
-                 const auto logs = must(curved_natural_log_metrics(mesh, around, alone));
-                 const auto straight = must(natural_log_metrics(mesh.linear, around, alone));
+                 const auto around = must(balls(mesh.linear, one_thread));
+                 const auto logs = must(curved_natural_log_metrics(mesh, around, one_thread));
+                 const auto straight = must(natural_log_metrics(mesh.linear, around, one_thread));
                  for (std::size_t v = 0; v < straight.size(); ++v) {
                      Sym<D> sum;
                      double weight = 0;
@@ -189,20 +189,20 @@ void curved_laws() {
 
 }  // namespace
 
-TEST_CASE("2D: natural metrics of curved elements") { curved_laws<2>(); }
-TEST_CASE("3D: natural metrics of curved elements") { curved_laws<3>(); }
+TEST_CASE("natural metrics of curved elements use the edge tangents in 2D") { check_curved<2>(); }
+TEST_CASE("natural metrics of curved elements use the edge tangents in 3D") { check_curved<3>(); }
 
-TEST_CASE("a vertex without elements gets the identity, a flat element has no say") {
+TEST_CASE("natural metrics are the identity at unused vertices and skip flat elements") {
     auto mesh = unit_box<2>(2, 1);
     auto points = take(mesh.points);
     points.push_back({{5, 5}});
     mesh.points = points;
-    CHECK(must(natural_log_metrics(mesh, must(balls(mesh, alone)), alone)).back().l == Sym<2>{});
+    CHECK(must(natural_log_metrics(mesh, must(balls(mesh, one_thread)), one_thread)).back().l == Sym<2>{});
 
     const auto rest = mesh;
     auto elements = take(mesh.elements.vertices);
     elements.push_back({elements[0][0], elements[0][1], elements[0][0]});
     mesh.elements.vertices = elements;
-    const auto logs = must(natural_log_metrics(mesh, must(balls(mesh, alone)), alone));
-    CHECK(logs == must(natural_log_metrics(rest, must(balls(rest, alone)), alone)));
+    const auto logs = must(natural_log_metrics(mesh, must(balls(mesh, one_thread)), one_thread));
+    CHECK(logs == must(natural_log_metrics(rest, must(balls(rest, one_thread)), one_thread)));
 }

@@ -1,4 +1,4 @@
-// The back mesh of form (4): where points lie in curved elements, for certain, and what it says there.
+// The back mesh of form (4): certified location in curved elements, and interpolation.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -34,7 +34,7 @@ struct KnownNodal : BackMesh<D> {
 template <int D>
 KnownNodal<D> nodal_back(const QuadraticMesh<D>& mesh, const NodalLogs<D>& logs, int threads = 1) {
     const Execution execution{.threads = threads};
-    return {must(make_nodal_back_mesh(mesh, must(balls(mesh.linear, alone)), logs, execution)), mesh, logs};
+    return {must(make_nodal_back_mesh(mesh, must(balls(mesh.linear, one_thread)), logs, execution)), mesh, logs};
 }
 template <int D>
 KnownNodal<D> rough_nodal_back(const QuadraticMesh<D>& mesh, Dice& dice) {
@@ -42,7 +42,7 @@ KnownNodal<D> rough_nodal_back(const QuadraticMesh<D>& mesh, Dice& dice) {
     return nodal_back<D>(mesh, {vertices, rough_logs<D>(mesh.edges.size(), dice)});
 }
 
-/// Form (3), by its Lagrange functions.
+/// Form (3) by its Lagrange functions.
 template <int D>
 Sym<D> interpolant(const KnownNodal<D>& back, ElementId e, const std::array<double, D + 1>& xi) {
     Sym<D> l;
@@ -73,8 +73,8 @@ ElementId any_element(const QuadraticMesh<D>& mesh, Dice& dice) {
 }
 
 template <int D>
-void location_laws() {
-    property("points of curved elements are found in them, from any hint, proven, and the field is form (4)",
+void check_location() {
+    property("points are located from any hint with a proven radius, and the field is form (4)",
              [](std::uint64_t seed) {
                  Dice dice(seed);
                  const auto back = rough_nodal_back(wavy_mesh<D>(4, seed + 1, dice), dice);
@@ -93,7 +93,7 @@ void location_laws() {
                      RC_ASSERT(near(sample.log_metric.l, interpolant(back, e, xi), 1e-10));
                  }
              });
-    property("any point of a face, edge or vertex is inside, and has one value from any hint", [](std::uint64_t seed) {
+    property("points of faces, edges and vertices are inside, with one value from any hint", [](std::uint64_t seed) {
         Dice dice(seed);
         const auto back = rough_nodal_back(wavy_mesh<D>(3, seed + 1, dice), dice);
         for (int n = 0; n < 10; ++n) {
@@ -109,7 +109,7 @@ void location_laws() {
             RC_ASSERT(near(sample.log_metric.l, interpolant(back, e, xi), 1e-9));
         }
     });
-    property("the radius of a root bounds how far a wrong one is", [](std::uint64_t seed) {
+    property("root_radius bounds the error of a wrong root", [](std::uint64_t seed) {
         Dice dice(seed);
         const auto mesh = wavy_mesh<D>(4, seed + 1, dice);
         const ElementId e = any_element(mesh, dice);
@@ -123,10 +123,10 @@ void location_laws() {
         RC_ASSERT(*radius > (1 - 1e-3) * by);
         RC_ASSERT(*radius < 20 * by + 1e-12);
         off.xi = xi;
-        off.xi[1] += 1e3;  // from where no root is in sight
+        off.xi[1] += 1e3;  // far from any root
         RC_ASSERT(!root_radius(mesh, off, point_in(mesh, e, xi)) || *root_radius(mesh, off, point_in(mesh, e, xi)) > 1);
     });
-    property("a pack is each of its points from the element of the last; any number of threads makes the same",
+    property("a nodal pack equals its points sampled in turn, for any number of threads",
              [](std::uint64_t seed) {
                  Dice dice(seed);
                  const auto back = rough_nodal_back(wavy_mesh<D>(3, seed + 1, dice), dice);
@@ -149,8 +149,8 @@ void location_laws() {
 }
 
 template <int D>
-void gradient_laws() {
-    property("gradients are those of the values, inside and outside", [](std::uint64_t seed) {
+void check_gradients() {
+    property("gradients inside and outside equal the differences of the values", [](std::uint64_t seed) {
         Dice dice(seed);
         const auto back = rough_nodal_back(wavy_mesh<D>(3, seed + 1, dice), dice);
         const double step = 1e-5;
@@ -161,7 +161,7 @@ void gradient_laws() {
                 ahead[i] += step;
                 behind[i] -= step;
                 const auto a = sample_value(back, ahead, hint), b = sample_value(back, behind, hint);
-                // On both sides of a face of another element, or of an edge of the boundary, there are two gradients.
+                // Across a face of another element or an edge of the boundary the gradient jumps.
                 if (a.location.element != b.location.element) return;
                 for (int k = 0; k <= D; ++k)
                     if ((a.location.xi[k] == 0) != (b.location.xi[k] == 0)) return;
@@ -175,7 +175,7 @@ void gradient_laws() {
         outside[dice.below(D)] = 1.15;
         check(outside, e);
     });
-    property("sectors have the gradient of their element at the edge, and walls that point inwards",
+    property("sectors have the gradient of their element and walls that point inwards",
              [](std::uint64_t seed) {
                  Dice dice(seed);
                  const auto back = rough_nodal_back(wavy_mesh<D>(3, seed + 1, dice), dice);
@@ -194,11 +194,11 @@ void gradient_laws() {
              });
 }
 
-/// The nearest of many points of the boundary.
+/// The distance to the nearest of many boundary points.
 template <int D>
 double sampled_distance(const QuadraticMesh<D>& mesh, const Vec<D>& x) {
     double best = 1e300;
-    const auto across = must(neighbours(mesh.linear, must(balls(mesh.linear, alone)), alone));
+    const auto across = must(neighbours(mesh.linear, must(balls(mesh.linear, one_thread)), one_thread));
     for (const ElementFace& face : boundary_faces<D>(across)) {
         const auto local = face_opposite<D>(static_cast<int>(face.opposite));
         constexpr int n = 24;
@@ -216,8 +216,8 @@ double sampled_distance(const QuadraticMesh<D>& mesh, const Vec<D>& x) {
 }
 
 template <int D>
-void outside_laws() {
-    property("beyond the curved boundary its nearest point stands for a point, from any hint",
+void check_outside() {
+    property("an outside point has the nearest boundary point as its location, from any hint",
              [](std::uint64_t seed) {
                  Dice dice(seed);
                  const auto back = rough_nodal_back(wavy_mesh<D>(3, seed + 1, dice), dice);
@@ -242,10 +242,10 @@ void outside_laws() {
                  }
              },
              {.count = 30});
-    property("a point is inside on the one side of a curved wall, and outside on the other", [](std::uint64_t seed) {
+    property("points beside a curved wall are inside on one side and outside on the other", [](std::uint64_t seed) {
         Dice dice(seed);
         const auto back = rough_nodal_back(wavy_mesh<D>(3, seed + 1, dice), dice);
-        const auto across = must(neighbours(back.mesh.linear, must(balls(back.mesh.linear, alone)), alone));
+        const auto across = must(neighbours(back.mesh.linear, must(balls(back.mesh.linear, one_thread)), one_thread));
         const auto faces = boundary_faces<D>(across);
         const ElementFace face = faces[dice.below(faces.size())];
         auto xi = inner_place<D>(dice), ahead = xi;
@@ -268,14 +268,14 @@ void outside_laws() {
 }
 
 template <int D>
-void straight_laws() {
-    property("nodes in the middles, with the means of their ends: the straight back mesh", [](std::uint64_t seed) {
+void check_straight() {
+    property("midpoint nodes with mean logs give the straight back mesh", [](std::uint64_t seed) {
         Dice dice(seed);
-        const auto mesh = must(elevate(unit_box<D>(3, seed + 1, 0.15), alone));
-        const auto around = must(balls(mesh.linear, alone));
+        const auto mesh = must(elevate(unit_box<D>(3, seed + 1, 0.15), one_thread));
+        const auto around = must(balls(mesh.linear, one_thread));
         const auto logs = rough_logs<D>(mesh.linear.points.size(), dice);
-        const auto straight = must(make_back_mesh(mesh.linear, around, logs, alone));
-        const auto nodal = nodal_back<D>(mesh, must(nodal_logs(mesh.edges, logs, alone)));
+        const auto straight = must(make_back_mesh(mesh.linear, around, logs, one_thread));
+        const auto nodal = nodal_back<D>(mesh, must(nodal_logs(mesh.edges, logs, one_thread)));
         for (int n = 0; n < 8; ++n) {
             const Vec<D> x = dice.vector<D>(-0.3, 1.3);
             const ElementId hint = any_element(mesh, dice);
@@ -289,12 +289,13 @@ void straight_laws() {
                 if (a.location.element == b.location.element) RC_ASSERT(near(c.gradient[i], d.gradient[i], 1e-7));
             }
         }
-        const double exact = must(complexity(mesh.linear, logs, alone));
-        RC_ASSERT(std::abs(must(complexity(mesh, nodal.logs, alone)) / exact - 1) < 1e-6);
+        const double exact = must(complexity(mesh.linear, logs, one_thread));
+        RC_ASSERT(std::abs(must(complexity(mesh, nodal.logs, one_thread)) / exact - 1) < 1e-6);
     });
 }
 
-/// Layers along an arc, `thin` of their length high, that bow by a tenth of their chords: 10^5 of their heights.
+/// Layers along an arc with heights `thin` of their length. They bow by a tenth of their chords, which is 10^5 of their
+/// heights.
 template <int D>
 QuadraticMesh<D> layers_at_arc(double thin, std::uint64_t seed) {
     LatticeOptions<D> options;
@@ -311,9 +312,9 @@ QuadraticMesh<D> layers_at_arc(double thin, std::uint64_t seed) {
 }
 
 template <int D>
-void thin_laws() {
+void check_thin_layers() {
     for (const double thin : {1e-3, 1e-6})
-        property("in curved layers of an anisotropy of a million points are found from any hint",
+        property("points in curved layers of anisotropy 1e6 are located from any hint",
                  [&](std::uint64_t seed) {
                      Dice dice(seed);
                      const auto back = rough_nodal_back(layers_at_arc<D>(thin, seed + 1), dice);
@@ -336,23 +337,23 @@ void thin_laws() {
 
 }  // namespace
 
-TEST_CASE("2D: points in a nodal back mesh") { location_laws<2>(); }
-TEST_CASE("3D: points in a nodal back mesh") { location_laws<3>(); }
-TEST_CASE("2D: gradients in a nodal back mesh") { gradient_laws<2>(); }
-TEST_CASE("3D: gradients in a nodal back mesh") { gradient_laws<3>(); }
-TEST_CASE("2D: points beyond a nodal back mesh") { outside_laws<2>(); }
-TEST_CASE("3D: points beyond a nodal back mesh") { outside_laws<3>(); }
-TEST_CASE("2D: a nodal back mesh that is straight") { straight_laws<2>(); }
-TEST_CASE("3D: a nodal back mesh that is straight") { straight_laws<3>(); }
-TEST_CASE("2D: a nodal back mesh of thin layers") { thin_laws<2>(); }
-TEST_CASE("3D: a nodal back mesh of thin layers") { thin_laws<3>(); }
-TEST_CASE("a nodal back mesh with other columns is refused") {
-    const auto mesh = must(elevate(unit_box<2>(2, 1), alone));
-    const auto around = must(balls(mesh.linear, alone));
-    const auto logs = must(nodal_logs(mesh.edges, Column<LogMetric<2>>(Buffer<LogMetric<2>>(9)), alone));
-    CHECK(make_nodal_back_mesh(mesh, around, logs, alone).has_value());
-    CHECK(make_nodal_back_mesh<2>(mesh, around, {logs.mid_nodes, logs.mid_nodes}, alone).error().kind ==
+TEST_CASE("a nodal back mesh locates points with a proven radius in 2D") { check_location<2>(); }
+TEST_CASE("a nodal back mesh locates points with a proven radius in 3D") { check_location<3>(); }
+TEST_CASE("gradients in a nodal back mesh match differences in 2D") { check_gradients<2>(); }
+TEST_CASE("gradients in a nodal back mesh match differences in 3D") { check_gradients<3>(); }
+TEST_CASE("a nodal back mesh maps outside points to the nearest boundary point in 2D") { check_outside<2>(); }
+TEST_CASE("a nodal back mesh maps outside points to the nearest boundary point in 3D") { check_outside<3>(); }
+TEST_CASE("a nodal back mesh with straight elements equals the straight back mesh in 2D") { check_straight<2>(); }
+TEST_CASE("a nodal back mesh with straight elements equals the straight back mesh in 3D") { check_straight<3>(); }
+TEST_CASE("a nodal back mesh locates points in thin curved layers in 2D") { check_thin_layers<2>(); }
+TEST_CASE("a nodal back mesh locates points in thin curved layers in 3D") { check_thin_layers<3>(); }
+TEST_CASE("a nodal back mesh rejects columns of the wrong size") {
+    const auto mesh = must(elevate(unit_box<2>(2, 1), one_thread));
+    const auto around = must(balls(mesh.linear, one_thread));
+    const auto logs = must(nodal_logs(mesh.edges, Column<LogMetric<2>>(Buffer<LogMetric<2>>(9)), one_thread));
+    CHECK(make_nodal_back_mesh(mesh, around, logs, one_thread).has_value());
+    CHECK(make_nodal_back_mesh<2>(mesh, around, {logs.mid_nodes, logs.mid_nodes}, one_thread).error().kind ==
           ErrorKind::usage);
-    CHECK(make_nodal_back_mesh<2>(mesh, around, {logs.vertices, logs.vertices}, alone).error().kind ==
+    CHECK(make_nodal_back_mesh<2>(mesh, around, {logs.vertices, logs.vertices}, one_thread).error().kind ==
           ErrorKind::usage);
 }

@@ -1,4 +1,4 @@
-// What is left of a metric field that goes from one curved mesh to another, again and again.
+// Loss of a metric field that is transferred repeatedly between curved meshes.
 #include <doctest/doctest.h>
 
 #include <cmath>
@@ -15,7 +15,7 @@ using namespace camber::testing;
 namespace {
 
 template <int D>
-void restart_law(int n, double growth) {
+void check_restarts(int n, double growth) {
     const GrowingBox<D> box{.growth = growth, .cells = static_cast<double>(n)};
     const FieldInBox<D> unit = [&](const Vec<D>& t) { return box.metric(t); };
     const Figures quadratic = drift(box, unit, n, 20, Form::quadratic);
@@ -29,5 +29,5 @@ void restart_law(int n, double growth) {
 
 }  // namespace
 
-TEST_CASE("2D: twenty restarts keep complexity and the largest anisotropy") { restart_law<2>(16, 5); }
-TEST_CASE("3D: twenty restarts keep complexity and the largest anisotropy") { restart_law<3>(7, 3); }
+TEST_CASE("twenty restarts keep complexity and the maximum anisotropy in 2D") { check_restarts<2>(16, 5); }
+TEST_CASE("twenty restarts keep complexity and the maximum anisotropy in 3D") { check_restarts<3>(7, 3); }

@@ -21,39 +21,40 @@ using namespace camber::testing;
 namespace {
 
 template <int D>
-void intersection_laws(double decades) {
+void check_intersection(double decades) {
     const double aspect = std::pow(10.0, decades);
-    property("contains both, is no larger than needed, idempotent, commutative", [=](std::uint64_t seed) {
+    property("the intersection contains both metrics and is minimal, idempotent and commutative", [=](std::uint64_t seed) {
         Dice dice(seed);
         const auto a = random_metric<D>(dice, decades);
         const auto b = random_metric<D>(dice, decades);
         const auto both = intersection(a, b);
         const SpectralMetric<D> of_a(a), of_b(b), of_both(both);
         const double rounding = 1e-13 + 1e-15 * aspect;
-        // In every direction, those of the axes among them, as much as each asks for.
+        // In random directions and along all axes, the intersection is at least as fine as each metric.
         for (int k = 0; k < 4 * D; ++k) {
             const Vec<D> v = k < D       ? of_a.vectors.column[k]
                              : k < 2 * D ? of_b.vectors.column[k - D]
                                          : dice.direction<D>();
-            const double asked = std::max(of_a.length_squared(v), of_b.length_squared(v));
-            RC_ASSERT(of_both.length_squared(v) >= asked * (1 - rounding));
+            const double required = std::max(of_a.length_squared(v), of_b.length_squared(v));
+            RC_ASSERT(of_both.length_squared(v) >= required * (1 - rounding));
         }
         RC_ASSERT(size_excess(both, a) <= rounding);
         RC_ASSERT(size_excess(both, b) <= rounding);
-        // Touches: along each axis of the reduction one of the two is met exactly. In 2D that is det's bound.
+        // Minimal: along each axis of the reduction one of the two metrics is met exactly. In 2D this bounds the
+        // determinant.
         RC_ASSERT(trace(both.l) <= trace(a.l) + D * 2 * std::max(0.0, size_excess(a, b)) + rounding);
         RC_ASSERT(intersection(a, a) == a);
         RC_ASSERT(norm(intersection(both, a).l - both.l) <= 10 * rounding);
         RC_ASSERT(norm(intersection(b, a).l - both.l) <= 10 * rounding);
     });
-    property("where one asks for more everywhere, it is the result to the last bit", [=](std::uint64_t seed) {
+    property("the intersection with a finer metric is the finer metric", [=](std::uint64_t seed) {
         Dice dice(seed);
         const auto a = random_metric<D>(dice, decades);
         const LogMetric<D> finer{a.l + dice.uniform(0.1, 3) * Sym<D>::identity()};
         RC_ASSERT(norm(intersection(a, finer).l - finer.l) <= 1e-13 * norm(finer.l));
         RC_ASSERT(norm(intersection(finer, a).l - finer.l) <= 1e-13 * norm(finer.l));
     });
-    property("along shared axes: the smaller of the sizes", [=](std::uint64_t seed) {
+    property("the intersection along shared axes has the smaller sizes", [=](std::uint64_t seed) {
         Dice dice(seed);
         const auto axes = dice.rotation<D>();
         Vec<D> one, other, least;
@@ -65,7 +66,7 @@ void intersection_laws(double decades) {
         const auto found = intersection(log_metric_of_sizes(one, axes), log_metric_of_sizes(other, axes));
         RC_ASSERT(norm(found.l - log_metric_of_sizes(least, axes).l) <= 1e-12 + 1e-14 * aspect);
     });
-    property("congruence: the intersection in other coordinates is the intersection", [=](std::uint64_t seed) {
+    property("the intersection commutes with congruence", [=](std::uint64_t seed) {
         Dice dice(seed);
         const auto a = random_metric<D>(dice, 2);
         const auto b = random_metric<D>(dice, 2);
@@ -79,8 +80,8 @@ void intersection_laws(double decades) {
 }
 
 template <int D>
-void bound_laws() {
-    property("bounds hold, and only they change", [](std::uint64_t seed) {
+void check_bounds() {
+    property("apply_bounds enforces the bounds, is idempotent and changes nothing else", [](std::uint64_t seed) {
         Dice dice(seed);
         const auto m = random_metric<D>(dice, 4);
         MetricBounds bounds{.min_size = std::pow(10.0, dice.uniform(-4, -2)),
@@ -94,7 +95,7 @@ void bound_laws() {
         RC_ASSERT(anisotropy(out) <= bounds.max_anisotropy * (1 + 1e-12));
         RC_ASSERT(norm(apply_bounds(out, bounds).l - out.l) <= 1e-12 * norm(out.l));
         RC_ASSERT(apply_bounds(m, MetricBounds{}) == m);
-        // Without a least size nothing grows.
+        // Without a minimum size no size grows.
         bounds.min_size = 0;
         RC_ASSERT(size_excess(apply_bounds(m, bounds), m) <= 1e-10);
     });
@@ -125,8 +126,8 @@ double complexity_by_quadrature(const LinearMesh<D>& mesh, const Column<LogMetri
 }
 
 template <int D>
-void complexity_laws() {
-    property("complexity: a Gauss rule's, and scaling to a target",
+void check_complexity() {
+    property("the complexity equals that of a Gauss rule and can be scaled to a target",
              [](std::uint64_t seed) {
                  Dice dice(seed);
                  const auto mesh = unit_box<D>(2, seed + 1);
@@ -134,10 +135,10 @@ void complexity_laws() {
                  Buffer<LogMetric<D>> logs(mesh.points.size());
                  for (auto& m : logs) m.l = dice.symmetric<D>(size);
                  const Column<LogMetric<D>> field(std::move(logs));
-                 const double c = must(complexity(mesh, field, alone));
+                 const double c = must(complexity(mesh, field, one_thread));
                  RC_ASSERT(std::abs(c / complexity_by_quadrature(mesh, field, 14) - 1) < 1e-11);
-                 const auto scaled = must(scale_to_complexity(mesh, field, 1234.5, alone));
-                 RC_ASSERT(std::abs(must(complexity(mesh, scaled, alone)) / 1234.5 - 1) < 1e-12);
+                 const auto scaled = must(scale_to_complexity(mesh, field, 1234.5, one_thread));
+                 RC_ASSERT(std::abs(must(complexity(mesh, scaled, one_thread)) / 1234.5 - 1) < 1e-12);
                  RC_ASSERT(must(complexity(mesh, field, Execution{.threads = 3})) == c);
              },
              {.count = 30});
@@ -145,35 +146,38 @@ void complexity_laws() {
 
 }  // namespace
 
-TEST_CASE("intersection, 2D") {
-    for (const double decades : {0.5, 3.0, 6.0}) intersection_laws<2>(decades);
+TEST_CASE("intersection is minimal, idempotent, commutative and equivariant in 2D") {
+    for (const double decades : {0.5, 3.0, 6.0}) check_intersection<2>(decades);
 }
-TEST_CASE("intersection, 3D") {
-    for (const double decades : {0.5, 3.0, 6.0}) intersection_laws<3>(decades);
+TEST_CASE("intersection is minimal, idempotent, commutative and equivariant in 3D") {
+    for (const double decades : {0.5, 3.0, 6.0}) check_intersection<3>(decades);
 }
-TEST_CASE("bounds") {
-    bound_laws<2>();
-    bound_laws<3>();
+TEST_CASE("apply_bounds limits sizes and anisotropy and is idempotent") {
+    check_bounds<2>();
+    check_bounds<3>();
 }
-TEST_CASE("complexity") {
-    complexity_laws<2>();
-    complexity_laws<3>();
+TEST_CASE("complexity matches quadrature and can be scaled to a target") {
+    check_complexity<2>();
+    check_complexity<3>();
 }
 
-TEST_CASE("golden: two thin plates at right angles make a needle; the unit metric's complexity is the volume") {
+TEST_CASE("the intersection of two orthogonal plates is a needle") {
     const auto a = log_metric_of_sizes(Vec<3>{{1e-6, 1, 1}});
     const auto b = log_metric_of_sizes(Vec<3>{{1, 1e-6, 1}});
     CHECK(norm(intersection(a, b).l - log_metric_of_sizes(Vec<3>{{1e-6, 1e-6, 1}}).l) < 1e-12);
+}
+
+TEST_CASE("the complexity of the identity metric is the volume") {
     const auto mesh = unit_box<3>(3, 4, 0);
     CHECK(must(complexity(mesh, Column<LogMetric<3>>(Buffer<LogMetric<3>>(mesh.points.size(), LogMetric<3>{})),
-                          alone)) == doctest::Approx(1).epsilon(1e-12));
+                          one_thread)) == doctest::Approx(1).epsilon(1e-12));
 }
 
 namespace {
 
 template <int D>
-void size_laws() {
-    property("sizes in the range of lengths pass, others are told of with their vertex", [](std::uint64_t seed) {
+void check_size_range() {
+    property("check_sizes accepts sizes in range and names the vertex of others", [](std::uint64_t seed) {
         Dice dice(seed);
         Buffer<LogMetric<D>> logs(5);
         const auto sized = [&](double exponent) {
@@ -183,10 +187,10 @@ void size_laws() {
             return log_metric_of_sizes(sizes, dice.rotation<D>());
         };
         for (auto& log_metric : logs) log_metric = sized(dice.below(2) == 0 ? 60 : -60);
-        RC_ASSERT(check_sizes(Column<LogMetric<D>>(logs), alone).has_value());
+        RC_ASSERT(check_sizes(Column<LogMetric<D>>(logs), one_thread).has_value());
         const std::size_t at = static_cast<std::size_t>(dice.below(5));
         logs[at] = sized(dice.below(2) == 0 ? dice.uniform(60.01, 300) : dice.uniform(-300, -60.01));
-        const auto checked = check_sizes(Column<LogMetric<D>>(logs), alone);
+        const auto checked = check_sizes(Column<LogMetric<D>>(logs), one_thread);
         RC_ASSERT(!checked.has_value());
         RC_ASSERT(checked.error().kind == ErrorKind::input);
         RC_ASSERT(checked.error().entity->number == at + 1);
@@ -195,18 +199,18 @@ void size_laws() {
 
 }  // namespace
 
-TEST_CASE("sizes in the range of lengths") {
-    size_laws<2>();
-    size_laws<3>();
+TEST_CASE("check_sizes accepts sizes in the range of lengths and rejects others by vertex") {
+    check_size_range<2>();
+    check_size_range<3>();
 }
 
-TEST_CASE("operations refuse what makes no sense") {
+TEST_CASE("metric operations reject invalid arguments") {
     const auto mesh = unit_box<2>(2, 4);
     const Column<LogMetric<2>> field(Buffer<LogMetric<2>>(mesh.points.size(), LogMetric<2>{}));
     const Column<LogMetric<2>> other(Buffer<LogMetric<2>>(3, LogMetric<2>{}));
-    CHECK(intersection(field, other, alone).error().kind == ErrorKind::usage);
-    CHECK(complexity(mesh, other, alone).error().kind == ErrorKind::usage);
-    CHECK(scale_to_complexity(mesh, field, 0, alone).error().kind == ErrorKind::usage);
-    CHECK(apply_bounds(field, MetricBounds{.min_size = 2, .max_size = 1}, alone).error().kind == ErrorKind::usage);
-    CHECK(apply_bounds(field, MetricBounds{.max_anisotropy = 0.5}, alone).error().kind == ErrorKind::usage);
+    CHECK(intersection(field, other, one_thread).error().kind == ErrorKind::usage);
+    CHECK(complexity(mesh, other, one_thread).error().kind == ErrorKind::usage);
+    CHECK(scale_to_complexity(mesh, field, 0, one_thread).error().kind == ErrorKind::usage);
+    CHECK(apply_bounds(field, MetricBounds{.min_size = 2, .max_size = 1}, one_thread).error().kind == ErrorKind::usage);
+    CHECK(apply_bounds(field, MetricBounds{.max_anisotropy = 0.5}, one_thread).error().kind == ErrorKind::usage);
 }

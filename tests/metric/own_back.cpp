@@ -1,4 +1,4 @@
-// The face of a back mesh: packs of points, and a curved back mesh of the test's own, which the module does not know.
+// The back mesh interface: packs of points, and a curved back mesh implemented by the test.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -35,8 +35,8 @@ bool same_bits(const FieldSample<D>& a, const FieldSample<D>& b) {
 }
 
 template <int D>
-void pack_laws() {
-    property("a pack of points is each of them from the element of the last, to the last bit", [](std::uint64_t seed) {
+void check_packs() {
+    property("a pack equals its points sampled in turn, to the last bit", [](std::uint64_t seed) {
         Dice dice(seed);
         const auto back = rough_back(unit_box<D>(3, seed + 1), dice);
         std::vector<Vec<D>> points(dice.below(15));
@@ -58,8 +58,8 @@ void pack_laws() {
 
 constexpr double h_radial = 0.05, h_tangential = 0.4;
 
-/// An annulus between the radii 1 and 2 in curved cells, n along the radius and 4 n around, with the polar metric in
-/// closed form; constant along the radius beyond.
+/// An annulus between the radii 1 and 2 in curved cells, n along the radius and 4 n around, with the exact polar
+/// metric; constant along the radius outside.
 class CurvedCells final : public BackModel<2> {
   public:
     explicit CurvedCells(std::size_t n) : n_(n) {}
@@ -109,10 +109,10 @@ class CurvedCells final : public BackModel<2> {
 
 }  // namespace
 
-TEST_CASE("2D: packs of points") { pack_laws<2>(); }
-TEST_CASE("3D: packs of points") { pack_laws<3>(); }
+TEST_CASE("sampling a pack equals sampling its points in turn in 2D") { check_packs<2>(); }
+TEST_CASE("sampling a pack equals sampling its points in turn in 3D") { check_packs<3>(); }
 
-TEST_CASE("a curved back mesh of one's own: edges in it are the limit of those in straight ones") {
+TEST_CASE("edges in a custom curved back mesh are the limit of those in straight ones") {
     const BackMesh<2> curved(CurvedCells(8));
     const EdgeMinimiserOptions options;
     const EdgeRules rules = edge_rules(options);
@@ -129,7 +129,7 @@ TEST_CASE("a curved back mesh of one's own: edges in it are the limit of those i
             CHECK(in_curved.length < in_curved.straight_length);
             CHECK_FALSE(in_curved.outside);
             off = std::fmax(off, std::fabs(in_straight.length / in_curved.length - 1));
-            // Kinks of the straight one's field hold nodes back a little: by 1 % of how far they go.
+            // Kinks of the straight field reduce the displacement of nodes by up to 1 %.
             CHECK(distance(in_curved.node.point, in_straight.node.point) <
                   0.01 * distance(in_curved.node.point, midpoint(a, b)));
         }

@@ -1,4 +1,4 @@
-// Metrics of sizes and axes at random.
+// Random metrics.
 #pragma once
 
 #include <cmath>

@@ -1,4 +1,4 @@
-// SPD algebra: decompositions, exp and log, their derivatives, and the precision law.
+// SPD algebra: decompositions, exp and log, their derivatives, and precision.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -48,8 +48,8 @@ double largest(const Vec<D>& v) {
 }
 
 template <int D>
-void decomposition_laws() {
-    property("A = R Λ Rᵀ with R orthonormal, at equal and near-equal eigenvalues too", [](std::uint64_t seed) {
+void check_decompositions() {
+    property("A = R Λ Rᵀ with orthonormal R, also at equal and nearly equal eigenvalues", [](std::uint64_t seed) {
         Dice dice(seed);
         Vec<D> values = dice.vector<D>(-30, 30);
         constexpr std::array gaps{0.0, 1e-15, 1e-12, 1e-8, 1e-3};
@@ -64,7 +64,7 @@ void decomposition_laws() {
         std::sort(expected.begin(), expected.end());
         for (int i = 0; i < D; ++i) RC_ASSERT(std::abs(found[i] - expected[i]) <= 1e-14 * norm(a));
     });
-    property("left singular: Aᵀ U orthogonal, and small singular values keep their digits", [](std::uint64_t seed) {
+    property("left singular vectors are orthogonal, and small singular values are accurate", [](std::uint64_t seed) {
         Dice dice(seed);
         const auto c = dice.matrix<D>();
         RC_PRE(std::abs(det(c)) > 0.05);
@@ -88,8 +88,8 @@ void decomposition_laws() {
 }
 
 template <int D>
-void exponential_laws() {
-    property("exp and log are inverse; the error is that of the entries of M", [](std::uint64_t seed) {
+void check_exp_and_log() {
+    property("exp and log are inverse up to the rounding of the entries of M", [](std::uint64_t seed) {
         Dice dice(seed);
         const auto l = random_log<D>(dice, dice.uniform(0.1, 14));
         const double condition = anisotropy(l) * anisotropy(l);
@@ -102,7 +102,7 @@ void exponential_laws() {
         RC_PRE(cancelled < 1e12);
         RC_ASSERT(std::abs(std::log(det(as_matrix(m.m))) - trace(l.l)) <= 1e-14 * (cancelled + norm(l.l)));
     });
-    property("log-eigenvalues of ±30: lengths along known axes to rounding", [](std::uint64_t seed) {
+    property("lengths along the axes are exact to rounding at log-eigenvalues of ±30", [](std::uint64_t seed) {
         Dice dice(seed);
         const auto r = dice.rotation<D>();
         const auto values = dice.vector<D>(-30, 30);
@@ -110,7 +110,7 @@ void exponential_laws() {
         const double top = std::exp(largest(values));
         for (int i = 0; i < D; ++i) {
             const double expected = std::exp(values[i]);
-            // An axis is known to 1e-15; what leaks of the largest eigenvalue is its square.
+            // An axis is known to 1e-15; the largest eigenvalue contributes with the square of that.
             RC_ASSERT(std::abs(m.length_squared(r.column[i]) - expected) <= 1e-13 * expected + 1e-29 * top);
         }
         const auto v = dice.vector<D>();
@@ -119,7 +119,7 @@ void exponential_laws() {
         RC_ASSERT(norm(back - v) <= 1e-14 * anisotropy(LogMetric<D>{composed(EigenSystem<D>{values, r})}) *
                                         anisotropy(LogMetric<D>{composed(EigenSystem<D>{values, r})}));
     });
-    property("sizes along axes", [](std::uint64_t seed) {
+    property("log_metric_of_sizes has the sizes along the axes", [](std::uint64_t seed) {
         Dice dice(seed);
         const auto r = dice.rotation<D>();
         Vec<D> sizes;
@@ -133,8 +133,8 @@ void exponential_laws() {
 }
 
 template <int D>
-void derivative_laws() {
-    property("D exp: central differences, and the adjoint", [](std::uint64_t seed) {
+void check_exp_derivatives() {
+    property("D exp equals central differences", [](std::uint64_t seed) {
         Dice dice(seed);
         const auto l = random_log<D>(dice, dice.uniform(0, 3));
         const auto e = dice.symmetric<D>();
@@ -145,7 +145,7 @@ void derivative_laws() {
             (exp(LogMetric<D>{l.l + h * e}).m - exp(LogMetric<D>{l.l - h * e}).m) * (1 / (2 * h));
         RC_ASSERT(norm(derivative - differences) <= 1e-8 * std::exp(largest(s.log_values)));
     });
-    property("D exp at ±30: ⟨G, E⟩ = vᵀ D exp[E] v; ∂(E²) = ∂E E + E ∂E", [](std::uint64_t seed) {
+    property("D exp at ±30 satisfies the adjoint identity and the product rule of squares", [](std::uint64_t seed) {
         Dice dice(seed);
         const auto l = random_log<D>(dice, dice.uniform(0, 30));
         const auto e = dice.symmetric<D>();
@@ -162,7 +162,7 @@ void derivative_laws() {
         for (int j = 0; j < D; ++j) square.column[j] += (root * droot).column[j];
         RC_ASSERT(norm_of(difference(square, as_matrix(derivative))) <= 1e-13 * top);
     });
-    property("D exp where L and E commute is exp(L) E", [](std::uint64_t seed) {
+    property("D exp is exp(L) E if L and E commute", [](std::uint64_t seed) {
         Dice dice(seed);
         const auto r = dice.rotation<D>();
         const auto values = dice.vector<D>(-3, 3);
@@ -175,10 +175,10 @@ void derivative_laws() {
     });
 }
 
-/// Anisotropy 10^6 and 10^8 with v on the long axis: the sum over eigenvectors keeps all digits.
+/// With v on the long axis, the sum over eigenvectors keeps all digits at any anisotropy.
 template <int D>
-void precision_law(double aspect) {
-    property("v on the long axis", [aspect](std::uint64_t seed) {
+void check_precision(double aspect) {
+    property("lengths along the long axis have all digits", [aspect](std::uint64_t seed) {
         Dice dice(seed);
         const auto r = dice.rotation<D>();
         Vec<D> sizes;
@@ -192,21 +192,21 @@ void precision_law(double aspect) {
 
 }  // namespace
 
-TEST_CASE("decompositions, 2D") { decomposition_laws<2>(); }
-TEST_CASE("decompositions, 3D") { decomposition_laws<3>(); }
-TEST_CASE("exp and log, 2D") { exponential_laws<2>(); }
-TEST_CASE("exp and log, 3D") { exponential_laws<3>(); }
-TEST_CASE("derivatives of exp, 2D") { derivative_laws<2>(); }
-TEST_CASE("derivatives of exp, 3D") { derivative_laws<3>(); }
-TEST_CASE("precision law") {
+TEST_CASE("matrix decompositions are orthonormal and accurate in 2D") { check_decompositions<2>(); }
+TEST_CASE("matrix decompositions are orthonormal and accurate in 3D") { check_decompositions<3>(); }
+TEST_CASE("exp and log are inverse and keep lengths along axes in 2D") { check_exp_and_log<2>(); }
+TEST_CASE("exp and log are inverse and keep lengths along axes in 3D") { check_exp_and_log<3>(); }
+TEST_CASE("derivatives of exp match differences and exact identities in 2D") { check_exp_derivatives<2>(); }
+TEST_CASE("derivatives of exp match differences and exact identities in 3D") { check_exp_derivatives<3>(); }
+TEST_CASE("lengths along the long axis keep all digits up to anisotropy 10^8") {
     for (const double aspect : {1.0, 1e3, 1e6, 1e8}) {
-        precision_law<2>(aspect);
-        precision_law<3>(aspect);
+        check_precision<2>(aspect);
+        check_precision<3>(aspect);
     }
 }
 
-TEST_CASE("divided differences of exp") {
-    property("against long doubles",
+TEST_CASE("divided differences of exp are accurate to 1e-14") {
+    property("divided differences equal those in long double",
              [](std::uint64_t seed) {
                  Dice dice(seed);
                  const double a = dice.uniform(-30, 30);
@@ -223,7 +223,7 @@ TEST_CASE("divided differences of exp") {
              {.count = 1000});
 }
 
-TEST_CASE("the zero matrix and diagonal matrices") {
+TEST_CASE("the zero matrix and diagonal matrices are decomposed exactly") {
     const auto zero = eigen_system(Sym<3>{});
     CHECK(zero.values == Vec<3>{});
     CHECK(zero.vectors == Mat<3>::identity());

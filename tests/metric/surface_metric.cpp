@@ -28,8 +28,8 @@ VertexNormals<D> normals_of(const std::vector<std::vector<Vec<D>>>& rows) {
 }
 
 template <int D>
-void laws() {
-    property("thin along every normal, wide across; isotropic where there is none", [](std::uint64_t seed) {
+void check_surface_metric() {
+    property("sizes are small along each normal, large across, isotropic without a normal", [](std::uint64_t seed) {
         Dice dice(seed);
         const double tangent = dice.uniform(0.1, 2);
         const double normal = tangent / dice.uniform(1, 1000);
@@ -37,7 +37,7 @@ void laws() {
         const Vec<D> n = dice.direction<D>();
         const Vec<D> m = dice.direction<D>();
         const auto logs = must(surface_log_metrics<D>(normals_of<D>({{}, {n}, {-n}, {n, m}, {m, n}, {Vec<D>{}}}),
-                                                      {tangent, normal, volume}, alone));
+                                                      {tangent, normal, volume}, one_thread));
         const auto size = [&](std::size_t v, const Vec<D>& d) {
             return 1 / std::sqrt(SpectralMetric<D>(logs[v]).length_squared(d));
         };
@@ -56,22 +56,22 @@ void laws() {
 
 }  // namespace
 
-TEST_CASE("surface metric") {
-    laws<2>();
-    laws<3>();
+TEST_CASE("the surface metric is thin along each normal and wide across it") {
+    check_surface_metric<2>();
+    check_surface_metric<3>();
 }
 
-TEST_CASE("surface metric: a box's edge is thin in two directions, its corner in three; the volume takes λ_min") {
+TEST_CASE("the surface metric of a box is thin in two directions at edges, three at corners") {
     const Vec<3> x{{1, 0, 0}}, y{{0, 1, 0}}, z{{0, 0, 1}};
-    const auto logs = must(surface_log_metrics<3>(normals_of<3>({{x, y}, {x, y, z}, {}}), {1, 0.1, {}}, alone));
+    const auto logs = must(surface_log_metrics<3>(normals_of<3>({{x, y}, {x, y, z}, {}}), {1, 0.1, {}}, one_thread));
     CHECK(norm(logs[0].l - log_metric_of_sizes(Vec<3>{{0.1, 0.1, 1}}).l) < 1e-12);
     CHECK(norm(logs[1].l - log_metric_of_sizes(Vec<3>{{0.1, 0.1, 0.1}}).l) < 1e-12);
     CHECK(norm(logs[2].l) < 1e-12);
 }
 
-TEST_CASE("surface metric: sizes must be positive") {
+TEST_CASE("the surface metric rejects non-positive sizes") {
     const auto normals = normals_of<2>({{}});
-    CHECK(surface_log_metrics<2>(normals, {0, 0.1, {}}, alone).error().kind == ErrorKind::usage);
-    CHECK(surface_log_metrics<2>(normals, {1, -1, {}}, alone).error().kind == ErrorKind::usage);
-    CHECK(surface_log_metrics<2>(normals, {1, 0.1, 0.0}, alone).error().kind == ErrorKind::usage);
+    CHECK(surface_log_metrics<2>(normals, {0, 0.1, {}}, one_thread).error().kind == ErrorKind::usage);
+    CHECK(surface_log_metrics<2>(normals, {1, -1, {}}, one_thread).error().kind == ErrorKind::usage);
+    CHECK(surface_log_metrics<2>(normals, {1, 0.1, 0.0}, one_thread).error().kind == ErrorKind::usage);
 }

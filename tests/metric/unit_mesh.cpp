@@ -26,37 +26,37 @@ LogMetric<D> random_metric(Dice& dice) {
 }
 
 template <int D>
-void constant_metric(std::uint64_t seed) {
+void check_constant_metric(std::uint64_t seed) {
     Dice dice(seed);
     const LogMetric<D> log_metric = random_metric<D>(dice);
     const MeasuringMetric<D> metric(log_metric);
     std::array<Vec<D>, D + 1> corners;
     std::array<const MeasuringMetric<D>*, D + 1> metrics{};
-    std::array<Vec<D>, D + 1> seen;  // where the metric is the identity
+    std::array<Vec<D>, D + 1> mapped;  // mapped so that the metric is the identity
     for (int i = 0; i <= D; ++i) {
         corners[i] = dice.vector<D>();
         metrics[i] = &metric;
-        for (int k = 0; k < D; ++k) seen[i][k] = dot(metric.rows[k], corners[i]);
+        for (int k = 0; k < D; ++k) mapped[i][k] = dot(metric.rows[k], corners[i]);
     }
     const double quality = metric_quality<D>(corners, metrics);
-    // Rows may be a reflection: |quality|.
-    RC_ASSERT(std::abs(std::abs(quality) - std::abs(mean_ratio<D>(seen))) < 1e-9);
+    // The map may be a reflection, so absolute values are compared.
+    RC_ASSERT(std::abs(std::abs(quality) - std::abs(mean_ratio<D>(mapped))) < 1e-9);
     RC_ASSERT((quality < 0) == (orientation(corners) < 0));
     const Vec<D> edge = corners[1] - corners[0];
     const double length = edge_length(metric, metric, edge);
-    RC_ASSERT(std::abs(length / distance(seen[0], seen[1]) - 1) < 1e-12);
+    RC_ASSERT(std::abs(length / distance(mapped[0], mapped[1]) - 1) < 1e-12);
     RC_ASSERT(std::abs(metric.length_squared(edge) / SpectralMetric<D>(log_metric).length_squared(edge) - 1) < 1e-12);
 }
 
 }  // namespace
 
-TEST_CASE("in a constant metric lengths and qualities are those of where it is the identity") {
-    property("2D", [](std::uint64_t seed) { constant_metric<2>(seed); });
-    property("3D", [](std::uint64_t seed) { constant_metric<3>(seed); });
+TEST_CASE("in a constant metric lengths and qualities equal those of the mapped simplex") {
+    property("2D", [](std::uint64_t seed) { check_constant_metric<2>(seed); });
+    property("3D", [](std::uint64_t seed) { check_constant_metric<3>(seed); });
 }
 
-TEST_CASE("an edge between two sizes is as long as the integral of what is between") {
-    property("by Simpson's rule", [](std::uint64_t seed) {
+TEST_CASE("the length between two sizes is the integral of their interpolation") {
+    property("the logarithmic mean equals Simpson's rule", [](std::uint64_t seed) {
         Dice dice(seed);
         const double a = std::pow(10.0, dice.uniform(-3, 3));
         const double b = a * std::pow(10.0, dice.uniform(-1, 1) * (seed % 2 == 0 ? 1 : 1e-5));

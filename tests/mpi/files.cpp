@@ -1,6 +1,5 @@
-// Reads a mesh by runs of rows, a run for each rank, and writes it again, each rank its rows:
-// `mpirun -n N test_mpi_files copy IN.meshb OUT.meshb`. With `killed` in place of `copy` the last rank is killed
-// between both, with `failing` it comes with an error.
+// Reads a mesh in runs of rows, one for each rank, and writes it again: `mpirun -n N test_mpi_files copy IN.meshb
+// OUT.meshb`. With `killed` instead of `copy` the last rank is killed in between, with `failing` it returns an error.
 #include <array>
 #include <csignal>
 #include <cstddef>
@@ -85,13 +84,13 @@ Outcome<Pieces> pieces_of(const Ranks& ranks, const std::string& path) {
     auto pieces = encode_gmf_part(*frame, *part, {});
     if (!pieces) return fail(pieces.error());
     if (ranks.rank() > 0) return Pieces{*frame, std::move(*pieces)};
-    auto beside = encode_gmf_frame<3, 1>(*frame, *lists, {});
-    if (!beside) return fail(beside.error());
-    for (FilePiece& piece : *beside) pieces->push_back(std::move(piece));
+    auto frame_pieces = encode_gmf_frame<3, 1>(*frame, *lists, {});
+    if (!frame_pieces) return fail(frame_pieces.error());
+    for (FilePiece& piece : *frame_pieces) pieces->push_back(std::move(piece));
     return Pieces{*frame, std::move(*pieces)};
 }
 
-/// As far as a rank that is killed in the middle comes, while the others wait for it.
+/// Kills the last rank after the draft file exists, while the others wait for it.
 Outcome<Done> wait_for_the_last(Ranks& ranks, const std::string& path) {
     auto file = ranks.rank() == 0 ? app::SharedFile::make(path, 8) : Outcome<app::SharedFile>(fail({}));
     const auto draft = told_by_first(ranks, file ? Outcome<std::string>(file->draft()) : std::string());
@@ -106,16 +105,16 @@ int main(int argc, char** argv) {
     [[maybe_unused]] const auto stop = app::stop_on_signals();
     const auto ranks = mpi_ranks(argc, argv);
     if (argc != 4) return 2;
-    const std::string_view how = argv[1];
+    const std::string_view mode = argv[1];
     const bool is_last = ranks->rank() + 1 == ranks->size();
-    if (how == "killed")
-        if (const auto done = wait_for_the_last(*ranks, argv[3]); !done) return 3;
-    auto made = pieces_of(*ranks, argv[2]);
-    if (how == "failing" && is_last) made = fail(ErrorKind::input, "is damaged", argv[2]);
+    if (mode == "killed")
+        if (const auto status = wait_for_the_last(*ranks, argv[3]); !status) return 3;
+    auto result = pieces_of(*ranks, argv[2]);
+    if (mode == "failing" && is_last) result = fail(ErrorKind::input, "is damaged", argv[2]);
     const auto pieces =
-        made ? Outcome<std::span<const FilePiece>>(std::span<const FilePiece>(made->pieces)) : fail(made.error());
-    const auto done = app::write_together(*ranks, argv[3], made ? made->frame.bytes : 0, pieces, {});
-    if (done) return 0;
-    if (ranks->rank() == 0) std::fprintf(stderr, "camber: %s\n", describe(done.error()).c_str());
+        result ? Outcome<std::span<const FilePiece>>(std::span<const FilePiece>(result->pieces)) : fail(result.error());
+    const auto status = app::write_together(*ranks, argv[3], result ? result->frame.bytes : 0, pieces, {});
+    if (status) return 0;
+    if (ranks->rank() == 0) std::fprintf(stderr, "camber: %s\n", describe(status.error()).c_str());
     return 3;
 }

@@ -1,4 +1,4 @@
-// A square lattice that the ranks hold by rows, in parts by PT-Scotch: `mpirun -n N test_mpi_graph`.
+// Partitions a square lattice that ranks store by rows with PT-Scotch: `mpirun -n N test_mpi_graph`.
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
@@ -57,11 +57,11 @@ int main(int argc, char** argv) {
     require(all && all->size() == side * side, "all rows have parts");
     for (std::size_t part = 0; part < parts; ++part) {
         const auto size = std::ranges::count(*all, static_cast<std::int32_t>(part));
-        require(size > 280 && size < 360, "parts are of about the same size");  // 320
+        require(size > 280 && size < 360, "parts are of about the same size");  // the mean size is 320
     }
     std::size_t between = 0;
     for (std::uint64_t p = 0; p < side * side; ++p)
         for (const std::uint64_t q : neighbours_of(p)) between += (*all)[p] != (*all)[q] ? 1 : 0;
-    require(between < 600, "few arcs are between parts");  // of 6240
+    require(between < 600, "few arcs are between parts");  // of 6240 arcs
     return EXIT_SUCCESS;
 }

@@ -1,4 +1,4 @@
-"""What the tests of `camber-mpi` share: the programs, a folder for each test, runs on several ranks."""
+"""Base class of the tests of `camber-mpi`: the programs, a folder for each test, and runs on several ranks."""
 import subprocess
 import sys
 import tempfile
@@ -18,7 +18,7 @@ class OnRanks(unittest.TestCase):
         return subprocess.run(list(map(str, line)), cwd=self.folder, capture_output=True, text=True, timeout=100)
 
     def camber(self, *arguments):
-        """On one process, which does not fail."""
+        """Runs the serial program and checks that it succeeds."""
         run = self.run_line(CAMBER, *arguments)
         self.assertEqual(run.returncode, 0, run.stderr)
         return run

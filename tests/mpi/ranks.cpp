@@ -1,4 +1,4 @@
-// Laws of ranks by MPI, on as many as there are: `mpirun -n N test_mpi_ranks`.
+// Property tests of MPI ranks: `mpirun -n N test_mpi_ranks`.
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
@@ -19,14 +19,14 @@ namespace {
 using camber::Bytes;
 using camber::Outcome;
 
-/// Ends all ranks, with the sentence that does not hold.
+/// Ends all ranks with the sentence that does not hold.
 void require(bool holds, const char* what) {
     if (holds) return;
     std::fprintf(stderr, "does not hold: %s\n", what);
     std::abort();
 }
 
-/// What rank `from` gives to rank `to`: nothing, few bytes, or more than a message takes.
+/// The values that rank `from` sends to rank `to`: none, few, or more than one message holds.
 std::vector<std::uint32_t> values_of(std::size_t from, std::size_t to) {
     std::vector<std::uint32_t> values((from * 7 + to * 3) % 4 * 500);
     std::iota(values.begin(), values.end(), static_cast<std::uint32_t>(100000 * from + 1000 * to));
@@ -63,18 +63,18 @@ void all_have_the_values_of_all(camber::Ranks& ranks) {
     require(std::ranges::is_sorted(*all), "in the order of the ranks");
 }
 
-/// The last: it is the end of all exchanges.
+/// Must be last: an error ends all exchanges.
 void all_get_the_error_of_the_lowest_rank(camber::Ranks& ranks) {
     const std::size_t lowest = ranks.size() / 2;
     Outcome<std::vector<Bytes>> to = messages(ranks);
     if (ranks.rank() >= lowest)
         to = camber::fail(camber::ErrorKind::input, "is damaged", "rank " + std::to_string(ranks.rank()),
-                          camber::Entity{"tetrahedron", std::uint64_t{1} << 40U}, "write it anew");
+                          camber::Entity{"tetrahedron", std::uint64_t{1} << 40U}, "write it again");
     for (int again = 0; again < 2; ++again) {
         const auto from = ranks.exchange(to);
         require(!from, "an exchange with a failing rank fails on all");
         require(camber::describe(from.error()) ==
-                    "rank " + std::to_string(lowest) + ": tetrahedron 1099511627776: is damaged (write it anew)",
+                    "rank " + std::to_string(lowest) + ": tetrahedron 1099511627776: is damaged (write it again)",
                 "with that rank's error, whole; and so do those after it");
         require(from.error().kind == camber::ErrorKind::input, "and its kind");
         to = messages(ranks);

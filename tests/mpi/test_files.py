@@ -1,4 +1,4 @@
-"""A mesh that several ranks read and write, each its rows, and what is left where one of them fails or is killed."""
+"""Ranks read and write their rows of a mesh. No files remain if a rank fails or is killed."""
 import subprocess
 import sys
 import tempfile
@@ -26,19 +26,19 @@ class Files(unittest.TestCase):
     def tearDown(self):
         (self.path / "out.meshb").unlink(missing_ok=True)
 
-    def test_what_all_write_is_the_file(self):
+    def test_ranks_write_one_complete_file(self):
         for ranks in (1, 3):
             self.assertEqual(self.on_ranks(ranks, "copy").returncode, 0)
             self.assertEqual((self.path / "in.meshb").read_bytes(), (self.path / "out.meshb").read_bytes())
             self.assertEqual(self.files(), ["in.meshb", "out.meshb"])
 
-    def test_one_that_fails_ends_all_with_one_message(self):
+    def test_failing_rank_ends_all_ranks_with_one_message(self):
         run = self.on_ranks(3, "failing")
         self.assertEqual(run.returncode, 3)
         self.assertEqual(run.stderr.count("camber: in.meshb: is damaged"), 1, run.stderr)
         self.assertEqual(self.files(), ["in.meshb"])
 
-    def test_one_that_is_killed_ends_all_and_nothing_is_left(self):
+    def test_killed_rank_ends_all_ranks_without_partial_files(self):
         run = self.on_ranks(3, "killed")
         self.assertNotEqual(run.returncode, 0)
         self.assertEqual(self.files(), ["in.meshb"])

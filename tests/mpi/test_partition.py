@@ -1,4 +1,4 @@
-"""A mesh in parts for a solver, by ranks that hold it together: every cell once, parts of one size, joined the whole."""
+"""Partition of a distributed mesh for a solver: balanced parts that contain each cell once and join to the whole mesh."""
 import sys
 from pathlib import Path
 
@@ -13,7 +13,7 @@ PARTS = 5
 
 class Partition(OnRanks):
     def cells(self, name):
-        """Of each kind of cells a sorted list of (places of their nodes, reference)."""
+        """Returns a sorted list of (positions of nodes, reference) for each kind of cell."""
         mesh = gmf.read(self.folder / name)
         places = [tuple(point) for point in numpy.array(mesh.points).tolist()]
         return {kind: sorted((tuple(sorted(places[v] for v in cell)), int(reference))
@@ -21,7 +21,7 @@ class Partition(OnRanks):
                 for kind, cells in mesh.cells.items()}
 
     def in_parts(self, ranks, parts, *arguments):
-        """What ranks bring into parts.pvtu, of which the cells are given."""
+        """Runs a command that writes parts.pvtu, joins the parts and returns their cells."""
         run = self.on_ranks(ranks, *arguments, "-o", "parts.pvtu", "--partition", parts)
         if "PT-Scotch" in run.stderr:
             self.skipTest("Camber was built without PT-Scotch")
@@ -29,7 +29,7 @@ class Partition(OnRanks):
         self.camber("convert", "parts.pvtu", "-o", "joined.meshb")
         return self.cells("joined.meshb")
 
-    def test_parts_are_the_whole(self):
+    def test_parts_are_balanced_and_form_the_whole_mesh(self):
         for kind, shape in (("Tetrahedra", ("box", "--set", "cells=[8,8,8]")), ("Triangles", ("rectangle", "--set", "cells=[20,20]"))):
             self.camber("generate", *shape, "-o", "whole.meshb")
             joined = self.in_parts(3, PARTS, "convert", "whole.meshb")
@@ -42,14 +42,14 @@ class Partition(OnRanks):
             self.assertGreater(min(sizes) / mean, 0.94, sizes)
             self.assertEqual(joined, self.cells("whole.meshb"))
 
-    def test_parts_of_degree_2_are_the_whole_to_the_bit(self):
+    def test_parts_of_a_quadratic_mesh_form_the_whole_mesh(self):
         for shape in (("shell", "--set", "inner_size=0.5"), ("annulus", "--elements", 300)):
             self.camber("generate", *shape, "-o", "straight.meshb")
             self.camber("curve", "straight.meshb", "-o", "whole.meshb")
             self.assertEqual(self.in_parts(3, PARTS, "convert", "whole.meshb"), self.cells("whole.meshb"))
 
-    def test_what_ranks_curve_and_remesh_goes_into_parts(self):
-        """What they write as one file, in parts; nothing is written but these."""
+    def test_curve_and_remesh_write_their_output_in_parts(self):
+        """The parts form the mesh of the single output file, and no other files are written."""
         self.camber("generate", "annulus", "--elements", 300, "-o", "in.meshb")
         for verb in (("curve", "in.meshb", "--blocks", 60), ("remesh", "in.meshb", "--metric", 0.1, "--blocks", 200)):
             self.camber(*verb, "-o", "whole.meshb")
@@ -62,11 +62,11 @@ class Partition(OnRanks):
                 path.unlink()
             (self.folder / "joined.meshb").unlink()
 
-    def test_more_ranks_than_parts(self):
+    def test_more_ranks_than_parts_write_all_parts(self):
         self.camber("generate", "box", "-o", "whole.meshb")
         self.assertEqual(self.in_parts(4, 2, "convert", "whole.meshb"), self.cells("whole.meshb"))
 
-    def test_what_ranks_do_not_convert_is_refused(self):
+    def test_unsupported_partition_arguments_are_rejected(self):
         self.camber("generate", "box", "-o", "whole.meshb")
         for arguments in (("-o", "no.vtu"), ("-o", "no.vtu", "--partition", 2), ("-o", "no.pvtu", "--partition", 2, "--elevate")):
             run = self.on_ranks(2, "convert", "whole.meshb", *arguments)

@@ -1,27 +1,27 @@
-"""The program on several ranks: who speaks, how all end, and that one rank is as none."""
+"""The program on several ranks: output, exit codes and a single rank."""
 from on_ranks import CAMBER, OnRanks, main
 
 
 class Program(OnRanks):
-    def test_the_first_rank_alone_speaks(self):
+    def test_only_the_first_rank_prints(self):
         for arguments in ("--help", "--version"):
             alone = self.run_line(CAMBER, arguments)
             self.assertEqual(self.on_ranks(3, arguments).stdout, alone.stdout)
 
-    def test_an_error_is_said_once_and_is_the_exit_code_of_all(self):
+    def test_error_is_printed_once_and_sets_the_exit_code(self):
         alone = self.run_line(CAMBER, "curv")
         together = self.on_ranks(3, "curv")
         self.assertEqual(together.returncode, alone.returncode)
         self.assertEqual(together.stderr.count(alone.stderr), 1, together.stderr)
         self.assertEqual(together.stderr.count("camber: "), 1, together.stderr)
 
-    def test_verbs_that_do_not_go_by_blocks_are_refused(self):
+    def test_commands_without_block_support_are_rejected(self):
         run = self.on_ranks(2, "check", "shell.meshb", "--vtu", "shell.vtu")
         self.assertEqual(run.returncode, 2)
         self.assertIn("camber: check: does not go by blocks, and so on one rank alone", run.stderr)
         self.assertFalse((self.folder / "shell.vtu").exists())
 
-    def test_one_rank_is_the_program(self):
+    def test_one_rank_writes_the_same_mesh_as_the_serial_program(self):
         self.camber("generate", "shell", "-o", "shell.meshb")
         self.camber("curve", "shell.meshb", "-o", "alone.meshb")
         self.assertEqual(self.on_ranks(1, "curve", "shell.meshb", "-o", "one.meshb").returncode, 0)

@@ -33,8 +33,8 @@ std::vector<AffineConstraint> some_constraints(std::mt19937_64& random) {
 
 }  // namespace
 
-TEST_CASE("segment programmes") {
-    property("feasible: exactly where all constraints hold",
+TEST_CASE("segment programs agree with samples") {
+    property("feasible returns exactly the interval where all constraints hold",
              [] {
                  auto random = random_source();
                  const auto constraints = some_constraints(random);
@@ -48,7 +48,7 @@ TEST_CASE("segment programmes") {
                  }
              },
              {300});
-    property("highest_minimum: no other place is higher",
+    property("highest_minimum: no sampled position has a higher minimum",
              [] {
                  auto random = random_source();
                  const auto constraints = some_constraints(random);
@@ -64,7 +64,7 @@ TEST_CASE("segment programmes") {
              {300});
 }
 
-TEST_CASE("segment programmes: ends and empty ones") {
+TEST_CASE("segment programs handle empty constraints and end points") {
     CHECK(feasible({}).has_value());
     CHECK(highest_minimum({}, {0.25, 0.5}) == 0.5);
     const std::vector<AffineConstraint> never{{-1, -1, 0}};

@@ -68,7 +68,7 @@ class BackMesh:
         return np.column_stack([1 - rest.sum(axis=1), rest])
 
     def walk(self, x, start):
-        """(element, barycentrics, found) of each point, from a start element each."""
+        """(element, barycentrics, found) of each point, walking from its start element."""
         element = start.copy()
         weights = np.empty((len(x), self.k + 1))
         found = np.zeros(len(x), bool)
@@ -137,7 +137,7 @@ class BackMesh:
         return out
 
     def log_metric(self, x, start):
-        """Interpolated log-metric at points (n, d), and how many were outside."""
+        """Interpolated log-metric at points (n, d), and the number of points outside."""
         element, weights, found = self.locate(x, start)
         corner_logs = self.logs[self.elements[element]]
         return np.einsum("nk,nkij->nij", weights, corner_logs), int((~found).sum())

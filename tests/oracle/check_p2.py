@@ -1,4 +1,4 @@
-"""Independent check of a P2 mesh: exit status 0 when everything holds, 1 when not, 2 on bad input.
+"""Independent check of a P2 mesh. Exit status 0: no problem; 1: problems; 2: bad input.
 
     check_p2.py FILE [--linear INPUT] [--sphere REF,RADIUS[,CX,CY,CZ]]... [--planes] [--json]
 """

@@ -1,7 +1,7 @@
-"""Combinatorial laws of a P2 mesh: one mid node an edge, a closed boundary, nothing lost.
+"""Combinatorial checks of a P2 mesh: one mid node per edge, a closed boundary, preserved input.
 
-Each check returns (figures, problems): a dictionary to report, and sentences that are empty when the
-law holds.  Indices in sentences count from 1, as in the file.
+Each check returns (figures, problems): a dictionary for the report, and sentences on violations, without which
+the check passes.  Indices in sentences count from 1, as in the file.
 """
 import numpy as np
 
@@ -17,7 +17,7 @@ def some(rows):
 
 
 def rows_as_keys(rows):
-    """One comparable number a row of small non-negative integers (numbering of distinct rows)."""
+    """One comparable number for each row of small non-negative integers (index of the distinct row)."""
     return np.unique(rows, axis=0, return_inverse=True)[1].reshape(-1)
 
 
@@ -32,7 +32,7 @@ def corner_rows(mesh, k):
 
 
 def used_nodes(mesh):
-    """Mask of the nodes that some cell of any dimension holds."""
+    """Mask of the nodes used by any cell."""
     used = np.zeros(len(mesh.points), bool)
     for cells in mesh.cells.values():
         used[cells.nodes] = True
@@ -40,7 +40,8 @@ def used_nodes(mesh):
 
 
 def mid_nodes(mesh, linear=None):
-    """Each edge has one mid node, each mid node one edge, none is a corner; no orphan nodes."""
+    """Checks that edges and mid nodes correspond one to one, that no mid node is a corner, and that no node is
+    unused."""
     triples = np.unique(edge_triples(mesh), axis=0)
     pairs, edge_uses = np.unique(triples[:, :2], axis=0, return_counts=True)
     mids, mid_uses = np.unique(triples[:, 2], return_counts=True)
@@ -68,7 +69,7 @@ def mid_nodes(mesh, linear=None):
 
 
 def domain_facets(mesh):
-    """Facets of the elements: sorted vertices, number of elements, references differ across."""
+    """Facets of the elements: sorted vertices, number of elements, and whether the references of these differ."""
     k = mesh.dim
     elements, refs = corner_rows(mesh, k)
     local = np.array([[i for i in range(k + 1) if i != skip] for skip in range(k + 1)])
@@ -82,11 +83,11 @@ def domain_facets(mesh):
 
 
 def boundary_defects(mesh):
-    """Counts of what breaks 'the boundary cells are the facets of one element, and closed'."""
+    """Counts of the violations of a complete and closed boundary."""
     k = mesh.dim
     facets, count, interface = domain_facets(mesh)
-    given = np.sort(corner_rows(mesh, k - 1)[0], axis=1)
-    keys = rows_as_keys(np.concatenate([facets, given]))
+    listed_facets = np.sort(corner_rows(mesh, k - 1)[0], axis=1)
+    keys = rows_as_keys(np.concatenate([facets, listed_facets]))
     of_facet = np.full(keys.max(initial=0) + 1, -1)
     of_facet[keys[:len(facets)]] = np.arange(len(facets))
     facet = of_facet[keys[len(facets):]]
@@ -105,12 +106,12 @@ def boundary_defects(mesh):
         "inner boundary cells inside one reference":
             int((listed & (count == 2) & ~interface).sum()),
         "boundary ridges with an odd number of boundary cells": int((ridge_uses % 2).sum()),
-    }, {"boundary_cells": int(len(given)), "domain_boundary_facets": int((count == 1).sum()),
+    }, {"boundary_cells": int(len(listed_facets)), "domain_boundary_facets": int((count == 1).sum()),
         "inner_boundary_cells": int((listed & (count == 2)).sum())}
 
 
 def boundary(mesh, linear=None):
-    """The boundary is complete and closed; what the linear input lacked already is no problem."""
+    """Checks that the boundary is complete and closed; defects of the linear input are no problem."""
     defects, figures = boundary_defects(mesh)
     before = boundary_defects(linear)[0] if linear is not None else {}
     problems = [f"{n} {what}" for what, n in defects.items() if n and n != before.get(what)]
@@ -124,11 +125,12 @@ def same_bits(a, b):
 
 
 def survival(mesh, linear):
-    """Vertices (bit-exact), elements, references and marked entities of the input, in order."""
+    """Checks that vertices (bit for bit), elements, references and marked entities of the input are preserved in
+    order."""
     problems = []
     n = len(linear.points)
     expected = linear.points
-    if mesh.version == 1:  # 4-byte reals: what the input's become in such a file
+    if mesh.version == 1:  # 4-byte reals: the coordinates of the input rounded as in the file
         expected = expected.astype(np.float32).astype(float)
     if len(mesh.points) < n or not same_bits(mesh.points[:n], expected):
         moved = (np.flatnonzero((mesh.points[:n] != expected).any(axis=1))
@@ -141,20 +143,20 @@ def survival(mesh, linear):
         problems += cells_survive(name, mesh, linear)
     dropped = []
     for name, rows in linear.lists.items():
-        kept = mesh.lists.get(name)
-        if kept is not None and np.array_equal(kept[0], rows[0]) and np.array_equal(kept[1], rows[1]):
+        list_of_mesh = mesh.lists.get(name)
+        if list_of_mesh is not None and np.array_equal(list_of_mesh[0], rows[0]) and np.array_equal(list_of_mesh[1], rows[1]):
             continue
         marks = name in ("Corners", "Ridges") or name.startswith("Required")
         if marks and len(rows[0]):
             problems.append(f"{name} differ: {len(rows[0])} in the input, "
-                            f"{0 if kept is None else len(kept[0])} now")
+                            f"{0 if list_of_mesh is None else len(list_of_mesh[0])} now")
         elif len(rows[0]):
             dropped.append(name)
     return {"input_vertices": n, "other_blocks_dropped_or_changed": dropped}, problems
 
 
 def cells_survive(name, mesh, linear):
-    """The P2 cells have the corners and references of the input's cells, in order."""
+    """Checks that P2 cells have the corners and references of the input cells, in order."""
     k = CELLS[name][0]
     old, old_refs = corner_rows(linear, k)
     new, new_refs = corner_rows(mesh, k)

@@ -2,7 +2,7 @@
 
 It shares no code with the library.  Format: the table of keywords and node orders in the project's
 format notes; ASCII, and binary versions 1 to 4 in both byte orders.  Indices are 0-based once read.
-P2 rows come out in one canonical order (Vizir's), as Lagrange nodes, whatever the file held.
+P2 rows come out in one canonical order (Vizir's), as Lagrange nodes, for every order in the file.
 """
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -26,12 +26,12 @@ CELLS = {"Edges": (1, 1), "Triangles": (2, 1), "Tetrahedra": (3, 1),
          "EdgesP2": (1, 2), "TrianglesP2": (2, 2), "TetrahedraP2": (3, 2)}  # name -> (k, degree)
 ORDERINGS = {"EdgesP2Ordering": "EdgesP2", "TrianglesP2Ordering": "TrianglesP2",
              "TetrahedraP2Ordering": "TetrahedraP2"}
-UNSUPPORTED = {"Quadrilaterals": 5, "Prisms": 7, "Hexahedra": 9, "Pyramids": 6}  # integers a row
+UNSUPPORTED = {"Quadrilaterals": 5, "Prisms": 7, "Hexahedra": 9, "Pyramids": 6}  # integers per row
 VALUES = ("Dimension", "BezierBasis")  # a value and no count
 
 
 def row_pattern(name, dim):
-    """One character a column: i an integer, r a real; None when the keyword is not known."""
+    """One character per column: i an integer, r a real; None if the keyword is unknown."""
     if name in CELLS:
         k, degree = CELLS[name]
         return "i" * (len(CANONICAL[k]) if degree == 2 else k + 1) + "i"
@@ -54,7 +54,7 @@ class Cells:
 
 @dataclass
 class Gmf:
-    """What one file holds."""
+    """Content of a file."""
     version: int
     dim: int = 0
     bezier: bool = False
@@ -63,7 +63,7 @@ class Gmf:
     cells: dict = field(default_factory=dict)       # name -> Cells
     lists: dict = field(default_factory=dict)       # name -> (integers, reals), integers as stored
     fields: list = field(default_factory=list)      # (type, values) of SolAtVertices
-    skipped: list = field(default_factory=list)     # keywords that were not understood
+    skipped: list = field(default_factory=list)     # unknown keywords
 
 
 def field_width(kind, dim):
@@ -82,7 +82,7 @@ def read_solution(source, mesh):
 
 
 def read_block(source, name, mesh):
-    """Reads the block whose keyword was just met into mesh; skips it when it is not known."""
+    """Reads the block of the current keyword into the mesh; skips it if the keyword is unknown."""
     pattern = row_pattern(name, mesh.dim)
     if name in VALUES:
         value, = source.count_and_value(1)
@@ -108,22 +108,22 @@ def read_block(source, name, mesh):
 
 
 def apply_orderings(mesh):
-    """Permutes P2 rows into the canonical order, as the file's Ordering blocks say."""
+    """Permutes P2 rows into the canonical order, according to the Ordering blocks of the file."""
     for ordering, name in ORDERINGS.items():
         if ordering not in mesh.lists or name not in mesh.cells:
             continue
         k = CELLS[name][0]
-        given = mesh.lists.pop(ordering)[0]
+        exponents = mesh.lists.pop(ordering)[0]
         if k == 1:
-            given = np.column_stack([given[:, 0], 2 - given[:, 0]])
-        rows = [tuple(int(i) for i in row) for row in given]
+            exponents = np.column_stack([exponents[:, 0], 2 - exponents[:, 0]])
+        rows = [tuple(int(i) for i in row) for row in exponents]
         if sorted(rows) != sorted(CANONICAL[k]):
             raise GmfError(f"{ordering}: not a permutation of the P2 nodes")
         mesh.cells[name].nodes = mesh.cells[name].nodes[:, [rows.index(e) for e in CANONICAL[k]]]
 
 
 def edge_triples(mesh, names=("EdgesP2", "TrianglesP2", "TetrahedraP2")):
-    """All (end, end, mid node) of the P2 cells, ends sorted, one row a cell and edge."""
+    """All (end, end, mid node) of the P2 cells with sorted ends, one row for each cell and edge."""
     parts = [np.empty((0, 3), np.int64)]
     for name in names:
         if name in mesh.cells:
@@ -150,7 +150,7 @@ def check_indices(mesh):
 
 
 def read(path):
-    """Reads a mesh or a field; raises GmfError when the file breaks the format."""
+    """Reads a mesh or a field; raises GmfError if the file violates the format."""
     data = Path(path).read_bytes()
     binary = data[:4] in (b"\1\0\0\0", b"\0\0\0\1")
     source = BinarySource(data) if binary else AsciiSource(data)

@@ -18,7 +18,7 @@ CODES = {3: "Dimension", 4: "Vertices", 5: "Edges", 6: "Triangles", 7: "Quadrila
 
 
 class GmfError(ValueError):
-    """The file is not what its format promises."""
+    """The file violates its format."""
 
 
 class AsciiSource:
@@ -67,7 +67,7 @@ class AsciiSource:
             self.at += 1
 
     def close_block(self, name):
-        """Nothing to check: the next keyword() notices rows that are too long."""
+        """Checks nothing: the next keyword() detects rows that are too long."""
 
 
 class BinarySource:
@@ -111,7 +111,7 @@ class BinarySource:
         return [int(i) for i in self.take(self.int32 if short else self.int, n)]
 
     def count_and_value(self, n):
-        """The value of a keyword without a count: int32, or whatever the block has room for."""
+        """The value of a keyword without a count: int32, or a number of the size of the block."""
         return self.integers(n, short=self.next - self.at == 4 * n)
 
     def rows(self, pattern, n):

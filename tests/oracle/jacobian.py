@@ -99,7 +99,7 @@ def determinant(m):
 
 
 def permanent(m):
-    """As determinant, all signs plus: bounds the determinant of |m| and its rounding."""
+    """The permanent of m (all signs plus): for |m| it bounds the determinant and its rounding."""
     if m.shape[-1] == 2:
         return m[..., 0, 0] * m[..., 1, 1] + m[..., 0, 1] * m[..., 1, 0]
     return sum(m[..., 0, i] * (m[..., 1, j] * m[..., 2, l] + m[..., 1, l] * m[..., 2, j])
@@ -119,7 +119,7 @@ def coefficients(nodes):
 
 
 def exact_coefficients(nodes):
-    """The same for one element (nodes, k), as rationals."""
+    """The coefficients of one element (nodes, k), as rationals."""
     k = nodes.shape[1]
     gradients, to_coefficients, _ = tables(k, True)
     rational = np.array([[Fraction(float(x)) for x in row] for row in nodes])

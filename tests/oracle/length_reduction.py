@@ -73,7 +73,7 @@ def measure(mesh, back, same_elements):
 
 
 def statistics(triples, straight, curved, curvature, outside):
-    """What is printed."""
+    """Statistics of the length reductions."""
     if not len(triples):
         return {"volume_edges": 0}
     reduction = straight / curved - 1
@@ -87,7 +87,7 @@ def statistics(triples, straight, curved, curvature, outside):
 
 
 def evaluate(linear, mesh, metric="natural", back=None):
-    """The figures for a P2 mesh; the metric lives on the vertices of the back mesh."""
+    """Statistics of a P2 mesh; the metric is given at the vertices of the back mesh."""
     support = back if back is not None else linear
     floored = 0
     if metric == "natural":

@@ -1,4 +1,4 @@
-"""Geometric checks of a curved boundary: planes stay planes, spheres are approached.
+"""Geometric checks of a curved boundary: planes stay planes, spheres are approximated.
 
 Boundary cells are the P2 triangles in 3D and the P2 edges in 2D; both go through the same code.
 """
@@ -30,8 +30,7 @@ def plane_of(points):
 
 
 def planes(mesh):
-    """Mid nodes of a reference whose straight cells are coplanar are on that plane, and have the
-    very coordinate of an axis-aligned one."""
+    """Checks that mid nodes of coplanar straight cells lie on their plane, for axis-aligned planes bit for bit."""
     cells, problems, figures = boundary_cells(mesh), [], {}
     # 4-byte reals cannot hold a skew plane better than their rounding
     relative = RELATIVE if mesh.version > 1 else 1e-6

@@ -1,4 +1,4 @@
-"""Self-tests of the GMF reader, on files of a writer of its own.  Run: python3 test_gmf.py."""
+"""Self-tests of the GMF reader with files of an independent writer.  Run: python3 test_gmf.py."""
 import tempfile
 import unittest
 from pathlib import Path
@@ -46,7 +46,7 @@ class Files(unittest.TestCase):
             for mine, theirs in zip(a.lists[name], b.lists[name]):
                 np.testing.assert_array_equal(mine, theirs)
 
-    def test_binary_versions_orders_and_orderings(self):
+    def test_binary_files_of_all_versions_byte_orders_and_orderings_are_read(self):
         mesh = curved_cube()
         for version in (1, 2, 3, 4):
             for byte_order in "<>":
@@ -57,17 +57,17 @@ class Files(unittest.TestCase):
                     self.assertEqual(read.version, version)
                     self.assertEqual(read.skipped, ["keyword 777"] * len(extra))
 
-    def test_ascii(self):
+    def test_ascii_files_are_read(self):
         for orders in ({}, ORDERS):
             self.same(read_bytes(samples.ascii_file(curved_cube(), orders), ".mesh"), curved_cube())
 
-    def test_linear_and_two_dimensions(self):
+    def test_linear_and_2d_meshes_are_read(self):
         flat = samples.linear_mesh([[0, 0], [1, 0], [0, 1]], [[0, 1, 2]], [[0, 1], [1, 2]])
         for mesh in (flat, samples.elevate(flat), samples.cube(1)):
             self.same(read_bytes(samples.binary_file(mesh, 4)), mesh)
             self.same(read_bytes(samples.ascii_file(mesh), ".mesh"), mesh)
 
-    def test_control_points_become_nodes(self):
+    def test_bezier_control_points_are_converted_to_nodes(self):
         mesh = curved_cube()
         file = gmf.Gmf(2, 3, True, mesh.points.copy(), mesh.point_refs, mesh.cells)
         a, b, mid = np.unique(gmf.edge_triples(mesh), axis=0).T
@@ -76,7 +76,7 @@ class Files(unittest.TestCase):
                      samples.binary_file(file, 2, ">", ORDERS)):
             np.testing.assert_array_equal(read_bytes(data).points, mesh.points)
 
-    def test_bad_files_are_refused(self):
+    def test_bad_files_are_rejected(self):
         good = samples.binary_file(curved_cube(), 2)
         ten = b"MeshVersionFormatted 2 Dimension 3 Vertices 1 0 0 0 0 Tetrahedra 1 " + b"1 " * 11 + b"End"
         quad = b"MeshVersionFormatted 2 Dimension 3 Vertices 1 0 0 0 0 Quadrilaterals 1 1 1 1 1 0 End"
@@ -85,7 +85,7 @@ class Files(unittest.TestCase):
             with self.assertRaises(gmf.GmfError):
                 read_bytes(data)
 
-    def test_solutions(self):
+    def test_solution_files_are_read(self):
         tensors = np.arange(12.).reshape(2, 6)
         for version in (1, 2, 3, 4):
             (kind, values), = read_bytes(samples.solution_file(tensors, 3, 3, version), ".solb").fields

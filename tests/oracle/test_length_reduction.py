@@ -21,14 +21,14 @@ def shell():
 
 
 class Metrics(unittest.TestCase):
-    def test_natural_metric_of_a_stretched_regular_tetrahedron(self):
+    def test_the_natural_metric_of_a_stretched_regular_simplex_is_exact(self):
         for k in (2, 3):
             points = np.vstack([np.zeros(k), log_metrics.regular_simplex(k).T])
             stretch = np.diag([1.0, 1e-3, 1e-6][:k])
             logs, _ = log_metrics.element_log_metrics(points @ stretch, np.arange(k + 1)[None])
             np.testing.assert_allclose(np.diag(logs[0]), -2 * np.log(np.diag(stretch)), rtol=1e-9, atol=1e-9)
 
-    def test_tensor_storage(self):
+    def test_tensors_are_read_in_the_order_of_gmf(self):
         field = gmf.Gmf(2, 3, fields=[(3, np.array([[4., 1, 5, 2, 3, 9]]))])
         logs, floored = log_metrics.from_field(field, 3)
         metric = np.array([[4., 1, 2], [1, 5, 3], [2, 3, 9]])
@@ -36,18 +36,18 @@ class Metrics(unittest.TestCase):
         self.assertEqual(floored, 0)
         self.assertAlmostEqual(log_metrics.speeds(logs, v)[0] ** 2, (v @ metric @ v.T)[0, 0])
 
-    def test_scalar_is_a_size(self):
+    def test_a_scalar_field_is_a_size(self):
         field = gmf.Gmf(2, 2, fields=[(1, np.array([[0.5]]))])
         speed = log_metrics.speeds(log_metrics.from_field(field, 2)[0], np.array([[3., 4.]]))
         self.assertAlmostEqual(speed[0], 10)
 
-    def test_indefinite_is_refused(self):
+    def test_an_indefinite_tensor_is_rejected(self):
         with self.assertRaises(ValueError):
             log_metrics.from_field(gmf.Gmf(2, 2, fields=[(3, np.array([[1., 0, -1]]))]), 2)
 
 
 class Location(unittest.TestCase):
-    def test_random_points_around_a_hole(self):
+    def test_random_points_around_a_hole_are_located(self):
         mesh = shell()
         back = BackMesh(mesh, np.zeros((len(mesh.points), 3, 3)))
         random = np.random.default_rng(1)
@@ -63,7 +63,7 @@ class Location(unittest.TestCase):
 
 
 class Lengths(unittest.TestCase):
-    def test_length_in_an_exponential_field_has_a_closed_form(self):
+    def test_the_length_in_an_exponential_field_equals_the_closed_form(self):
         """log M = (a + b x) I: a straight edge along d has length |d| (e^(..)-e^(..)) / (b dx / 2)."""
         mesh = samples.cube(2)
         a, b = 0.3, 2.0
@@ -75,7 +75,7 @@ class Lengths(unittest.TestCase):
         self.assertEqual(outside, 0)
         self.assertAlmostEqual(found[0], np.linalg.norm(step) * (high - low) / (b * step[0] / 2), places=12)
 
-    def test_reduction_of_straight_and_bent_edges(self):
+    def test_the_length_reduction_of_straight_and_bent_edges_is_exact(self):
         linear = samples.cube(3)
         mesh = samples.elevate(linear)
         with tempfile.TemporaryDirectory() as folder:

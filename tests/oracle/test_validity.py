@@ -18,7 +18,7 @@ def tetrahedron(offsets):
 
 
 def sampled_minimum(nodes, n=24):
-    """Smallest det J of a P2 element on a lattice, from the derivative written out again."""
+    """Smallest det J of a P2 element on a lattice, from an independent implementation of the derivative."""
     k = nodes.shape[1]
     grid = np.indices((n + 1,) * k).reshape(k, -1).T
     grid = grid[grid.sum(axis=1) <= n] / n
@@ -36,7 +36,7 @@ def sampled_minimum(nodes, n=24):
 
 
 def product_formula(nodes):
-    """The 20 coefficients as means of 8 det(a_i, b_j, c_k) over ordered triples (the other way)."""
+    """The 20 coefficients as means of 8 det(a_i, b_j, c_k) over ordered triples, as an alternative formula."""
     k = nodes.shape[1]
     control = {}
     for exps, node in zip(gmf.CANONICAL[k], nodes):
@@ -72,7 +72,7 @@ class Validity(unittest.TestCase):
                 worst = max(abs(Fraction(float(c)) - e) for c, e in zip(coefs, exact))
                 self.assertLess(worst, 64 * jacobian.EPS * s)
 
-    def test_valid_and_plainly_invalid(self):
+    def test_valid_and_clearly_invalid_tetrahedra_are_decided(self):
         bent = np.zeros((6, 3))
         bent[0] = [0, 0.1, 0.1]
         self.assertEqual(self.verdict(tetrahedron(bent)), jacobian.VALID)
@@ -83,8 +83,8 @@ class Validity(unittest.TestCase):
 
     def test_inconclusive_coefficients_are_decided_by_subdivision(self):
         random = np.random.default_rng(8)
-        seen = {jacobian.VALID: 0, jacobian.INVALID: 0}
-        while min(seen.values()) < 5:
+        decided = {jacobian.VALID: 0, jacobian.INVALID: 0}
+        while min(decided.values()) < 5:
             nodes = tetrahedron(random.normal(scale=0.16, size=(6, 3)))
             coefs = jacobian.coefficients(nodes[None])[0][0]
             if coefs[:4].min() <= 0 or coefs.min() > 0:
@@ -94,9 +94,9 @@ class Validity(unittest.TestCase):
                 continue
             expected = jacobian.VALID if low > 0 else jacobian.INVALID
             self.assertEqual(self.verdict(nodes), expected)
-            seen[expected] += 1
+            decided[expected] += 1
 
-    def test_triangles_against_sampling(self):
+    def test_verdicts_of_triangles_agree_with_sampling(self):
         random = np.random.default_rng(9)
         straight = np.array([[0, 0], [1, 0], [0, 1], [0.5, 0], [0.5, 0.5], [0, 0.5]])
         for _ in range(100):
@@ -105,7 +105,7 @@ class Validity(unittest.TestCase):
             if abs(low) > 0.02:
                 self.assertEqual(self.verdict(nodes), jacobian.VALID if low > 0 else jacobian.INVALID)
 
-    def test_zero_is_not_positive(self):
+    def test_a_zero_determinant_at_a_vertex_is_invalid(self):
         """det J = 1 + 4 d.grad(xi_0 xi_1) with d = e_x / -4 is exactly 0 at vertex 0."""
         nodes = tetrahedron(np.zeros((6, 3)))
         nodes[4, 0] = 0.25
@@ -114,7 +114,7 @@ class Validity(unittest.TestCase):
         self.assertEqual(self.verdict(nodes), jacobian.VALID)
         self.assertEqual(jacobian.examine(nodes, np.arange(10)[None])["decided_in_rationals"], 1)
 
-    def test_thin_elements_go_to_rationals(self):
+    def test_thin_flat_and_non_finite_elements_are_decided(self):
         nodes = tetrahedron(np.zeros((6, 3)))
         turn = np.linalg.qr(np.random.default_rng(2).normal(size=(3, 3)))[0]
         turn *= np.sign(np.linalg.det(turn))
@@ -125,7 +125,7 @@ class Validity(unittest.TestCase):
         self.assertEqual(jacobian.examine(nodes * [1, 1, np.nan], np.arange(10)[None])["verdict"][0],
                          jacobian.INVALID)
 
-    def test_smallest_ratio_is_within_its_tolerance(self):
+    def test_the_smallest_ratio_is_within_its_tolerance(self):
         random = np.random.default_rng(4)
         for _ in range(20):
             nodes = tetrahedron(random.normal(scale=0.1, size=(6, 3)))

@@ -43,8 +43,8 @@ def blocks(data, at, order):
     for k, packed in enumerate(sizes):
         out.append(zlib.decompress(data[at:at + int(packed)]))
         at += int(packed)
-        wanted = int(last) if k + 1 == count and last else int(size)
-        demand(len(out[-1]) == wanted, f"block {k} has {len(out[-1])} bytes, not {wanted}")
+        expected = int(last) if k + 1 == count and last else int(size)
+        demand(len(out[-1]) == expected, f"block {k} has {len(out[-1])} bytes, not {expected}")
     return b"".join(out), at
 
 

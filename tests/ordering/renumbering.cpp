@@ -1,4 +1,4 @@
-// Meshes by other numbers: every entity is where it was, and the way back leads to the same mesh.
+// Renumbered meshes have the same entities, and the inverse renumbering restores the mesh.
 #include <algorithm>
 #include <array>
 #include <cstddef>
@@ -32,10 +32,10 @@ Permutation<EntityId> any_order(std::size_t count, std::uint64_t seed) {
     Buffer<EntityId> ids;
     for (std::size_t i = 0; i < count; ++i) ids.push_back(EntityId(i));
     std::shuffle(ids.begin(), ids.end(), std::mt19937_64(seed));
-    return must(permutation(Column<EntityId>(std::move(ids)), alone));
+    return must(permutation(Column<EntityId>(std::move(ids)), one_thread));
 }
 
-/// A mesh that has some of everything.
+/// A random mesh with data of every kind.
 template <int D>
 LinearMesh<D> full_mesh(std::uint64_t seed) {
     Dice dice(seed);
@@ -45,19 +45,19 @@ LinearMesh<D> full_mesh(std::uint64_t seed) {
     LinearMesh<D> mesh = lattice_mesh(options);
     const auto any = [&] { return static_cast<Reference>(dice.below(100)); };
     const std::size_t vertices = mesh.points.size(), elements = mesh.elements.size();
-    mesh.point_references = must(map_each(alone, vertices, [&](std::size_t) { return any(); }));
-    mesh.elements.references = must(map_each(alone, elements, [&](std::size_t) { return any(); }));
+    mesh.point_references = must(map_each(one_thread, vertices, [&](std::size_t) { return any(); }));
+    mesh.elements.references = must(map_each(one_thread, elements, [&](std::size_t) { return any(); }));
     if (dice.below(2) != 0) mesh.elements.entities = mesh.elements.references;
     mesh.elements.required =
         some<std::uint32_t>(elements, dice, [](std::size_t e) { return static_cast<std::uint32_t>(e); });
     const auto vertex = [](std::size_t v) { return VertexId(v); };
     mesh.corners = some<VertexId>(vertices, dice, vertex);
     mesh.required_vertices = some<VertexId>(vertices, dice, vertex);
-    const auto around = must(balls(mesh, alone));
+    const auto around = must(balls(mesh, one_thread));
     Buffer<SimplexVertices<D - 1>> facets;
-    for (const ElementFace face : boundary_faces<D>(must(neighbours(mesh, around, alone))))
+    for (const ElementFace face : boundary_faces<D>(must(neighbours(mesh, around, one_thread))))
         facets.push_back(face_of(mesh, face));
-    mesh.facets.references = must(map_each(alone, facets.size(), [&](std::size_t) { return any(); }));
+    mesh.facets.references = must(map_each(one_thread, facets.size(), [&](std::size_t) { return any(); }));
     mesh.facets.vertices = std::move(facets);
     if (D == 3) {
         mesh.edges.vertices = some<SimplexVertices<1>>(elements, dice, [&](std::size_t e) {
@@ -78,7 +78,7 @@ Renumbering any_renumbering(const LinearMesh<D>& mesh, std::uint64_t seed) {
     return {any_order<VertexId>(mesh.points.size(), seed + 1), any_order<ElementId>(mesh.elements.size(), seed + 2)};
 }
 
-/// The points of each simplex, in turn.
+/// True if the vertices of both simplices have the same points in order.
 template <int D, int K>
 bool has_points_of(const LinearMesh<D>& now, const SimplexVertices<K>& is, const LinearMesh<D>& before,
                    const SimplexVertices<K>& was) {
@@ -88,11 +88,11 @@ bool has_points_of(const LinearMesh<D>& now, const SimplexVertices<K>& is, const
 }
 
 template <int D>
-void straight_law(std::uint64_t seed) {
+void check_renumbering(std::uint64_t seed) {
     const LinearMesh<D> mesh = full_mesh<D>(seed);
     const Renumbering order = any_renumbering(mesh, seed);
     const LinearMesh<D> now = must(renumbered(mesh, order, Execution{.threads = 2}));
-    RC_ASSERT(must(renumbered(now, inverse(order), alone)) == mesh);
+    RC_ASSERT(must(renumbered(now, inverse(order), one_thread)) == mesh);
     for (std::size_t v = 0; v < now.points.size(); ++v) {
         const VertexId was = order.vertices.before[v];
         RC_ASSERT(now.points[v] == mesh.points[was]);
@@ -119,16 +119,16 @@ void straight_law(std::uint64_t seed) {
 }
 
 template <int D>
-void quadratic_law(std::uint64_t seed) {
-    QuadraticMesh<D> mesh = must(elevate(full_mesh<D>(seed), alone));
+void check_quadratic_renumbering(std::uint64_t seed) {
+    QuadraticMesh<D> mesh = must(elevate(full_mesh<D>(seed), one_thread));
     Dice dice(seed);
     auto nodes = take(std::move(mesh.mid_nodes));
     for (auto& node : nodes) node.point = node.point + 0.1 * dice.vector<D>();
     mesh.mid_nodes = std::move(nodes);
     const Renumbering order = any_renumbering(mesh.linear, seed);
     const auto [now, edges] = must(renumbered(mesh, order, Execution{.threads = 2}));
-    RC_ASSERT(must(renumbered(now, inverse(order), alone)).mesh == mesh);
-    RC_ASSERT(now.linear == must(renumbered(mesh.linear, order, alone)));
+    RC_ASSERT(must(renumbered(now, inverse(order), one_thread)).mesh == mesh);
+    RC_ASSERT(now.linear == must(renumbered(mesh.linear, order, one_thread)));
     for (std::size_t e = 0; e < now.edges.size(); ++e) {
         const auto [a, b] = now.edges.vertices[e];
         const EdgeId was = find_edge(mesh.edges, order.vertices.before[a], order.vertices.before[b]);
@@ -139,16 +139,18 @@ void quadratic_law(std::uint64_t seed) {
 
 }  // namespace
 
-TEST_CASE("a mesh by other numbers") {
-    property("2D: is the same, and comes back", [](std::uint64_t seed) { straight_law<2>(seed); });
-    property("3D: is the same, and comes back", [](std::uint64_t seed) { straight_law<3>(seed); });
-    property("2D, degree 2: each edge keeps its node", [](std::uint64_t seed) { quadratic_law<2>(seed); });
-    property("3D, degree 2: each edge keeps its node", [](std::uint64_t seed) { quadratic_law<3>(seed); });
+TEST_CASE("renumbering preserves a mesh and can be inverted") {
+    property("renumbering preserves the mesh and can be inverted, 2D", [](std::uint64_t seed) { check_renumbering<2>(seed); });
+    property("renumbering preserves the mesh and can be inverted, 3D", [](std::uint64_t seed) { check_renumbering<3>(seed); });
+    property("renumbering preserves the node of each edge, 2D, degree 2",
+             [](std::uint64_t seed) { check_quadratic_renumbering<2>(seed); });
+    property("renumbering preserves the node of each edge, 3D, degree 2",
+             [](std::uint64_t seed) { check_quadratic_renumbering<3>(seed); });
 }
 
-TEST_CASE("rows of several values go together") {
-    const auto order = must(permutation(Column<VertexId>({VertexId(2), VertexId(0), VertexId(1)}), alone));
+TEST_CASE("renumbering keeps rows of several values together") {
+    const auto order = must(permutation(Column<VertexId>({VertexId(2), VertexId(0), VertexId(1)}), one_thread));
     const Column<int> rows({1, 2, 3, 4, 5, 6});
-    CHECK(must(renumbered_rows(rows, order.before, alone, 2)) == Column<int>({5, 6, 1, 2, 3, 4}));
-    CHECK(must(renumbered_rows(Column<int>{}, order.before, alone)).empty());
+    CHECK(must(renumbered_rows(rows, order.before, one_thread, 2)) == Column<int>({5, 6, 1, 2, 3, 4}));
+    CHECK(must(renumbered_rows(Column<int>{}, order.before, one_thread)).empty());
 }

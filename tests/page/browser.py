@@ -1,4 +1,5 @@
-"""A page in Chromium, without a window: opened, asked, photographed. By its own protocol over a pipe, so that nothing else is needed."""
+"""A page in headless Chromium: opened, queried and photographed through the DevTools protocol over a pipe, without
+other dependencies."""
 
 import base64
 import json
@@ -14,19 +15,19 @@ STARTS = 4
 
 
 def program():
-    """The browser's path; None: there is none."""
+    """The path of the browser, or None."""
     return shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 
 
 class Browser:
-    """One page of `size` pixels; what the console says of trouble is kept in `trouble`."""
+    """One page of `size` pixels. `trouble` contains errors and warnings of the console."""
 
     def __init__(self, size=(1200, 800), scheme="light"):
         for _ in range(STARTS):
             self.start(size, scheme)
-            if self.ask("document.createElement('canvas').getContext('webgl2') !== null"):
+            if self.evaluate("document.createElement('canvas').getContext('webgl2') !== null"):
                 return
-            self.__exit__()  # on a busy machine its drawing process is now and then given up for good
+            self.__exit__()  # on a loaded machine the GPU process sometimes ends permanently
         raise RuntimeError(f"Chromium draws nothing (WebGL 2 is off) in {STARTS} starts")
 
     def start(self, size, scheme):
@@ -34,7 +35,7 @@ class Browser:
         to_browser, self.out = os.pipe()
         self.answers, from_browser = os.pipe()
 
-        def pipes():  # the protocol is at 3 and 4
+        def pipes():  # the protocol uses file descriptors 3 and 4
             os.dup2(to_browser, 13)
             os.dup2(from_browser, 14)
             os.dup2(13, 3)
@@ -69,7 +70,7 @@ class Browser:
         self.profile.cleanup()
 
     def scheme(self, scheme):
-        """Light or dark, as the reader's system says it."""
+        """Sets the preferred colour scheme of the system, light or dark."""
         self.call("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": scheme}])
 
     def call(self, method, **parameters):
@@ -109,48 +110,48 @@ class Browser:
             self.trouble.append("asks for " + parameters["request"]["url"])
 
     def open(self, path):
-        """Opens a page that Camber wrote and waits until it is drawn: milliseconds until then, as the page itself counts them."""
+        """Opens a page of Camber, waits until it is drawn, and returns the milliseconds that the page measured."""
         self.call("Page.navigate", url=pathlib.Path(path).resolve().as_uri())
         end = time.monotonic() + SECONDS
         while time.monotonic() < end:
-            state = self.ask("document.documentElement?.dataset.state ?? ''")
+            state = self.evaluate("document.documentElement?.dataset.state ?? ''")
             if state == "failed":
-                raise RuntimeError("the page failed: " + self.ask("document.getElementById('trouble').textContent"))
+                raise RuntimeError("the page failed: " + self.evaluate("document.getElementById('trouble').textContent"))
             if state == "drawn":
-                return int(self.ask("document.documentElement.dataset.firstFrame"))
+                return int(self.evaluate("document.documentElement.dataset.firstFrame"))
             time.sleep(0.05)
         raise TimeoutError(f"{path} is not drawn after {SECONDS} s; {self.trouble}")
 
-    def ask(self, expression):
-        """What JavaScript says; promises are waited for."""
+    def evaluate(self, expression):
+        """Returns the value of a JavaScript expression; waits for promises."""
         answer = self.call("Runtime.evaluate", expression=expression, awaitPromise=True, returnByValue=True)
         if "exceptionDetails" in answer:
             raise RuntimeError(json.dumps(answer["exceptionDetails"])[:2000])
         return answer["result"].get("value")
 
     def press(self, key):
-        self.ask(f"document.dispatchEvent(new KeyboardEvent('keydown', {{key: {json.dumps(key)}, bubbles: true}}))")
+        self.evaluate(f"document.dispatchEvent(new KeyboardEvent('keydown', {{key: {json.dumps(key)}, bubbles: true}}))")
         self.settle()
 
     def settle(self):
-        """Until what was asked for is drawn."""
-        self.ask("new Promise(done => requestAnimationFrame(() => requestAnimationFrame(() => setTimeout(done, 30))))")
+        """Waits until pending changes are drawn."""
+        self.evaluate("new Promise(done => requestAnimationFrame(() => requestAnimationFrame(() => setTimeout(done, 30))))")
 
     def picture(self, path=None):
-        """PNG of the window, as base64; also as a file."""
+        """Returns a PNG of the window in base64; writes it to `path` if set."""
         data = self.call("Page.captureScreenshot", format="png")["data"]
         if path:
             pathlib.Path(path).write_bytes(base64.b64decode(data))
         return data
 
     def silhouette(self):
-        """Pixels of the mesh in the window: how many, and the sides of the box around them."""
-        self.ask("""(() => { const s = document.createElement('style'); s.id = 'bare';
+        """Returns the number of pixels of the mesh and the width and height of their bounding box."""
+        self.evaluate("""(() => { const s = document.createElement('style'); s.id = 'bare';
             s.textContent = '#stage{background:#0f0!important}.card,#pin{display:none!important}canvas{box-shadow:none!important}';
             document.head.append(s); })()""")
         self.settle()
         data = self.picture()
-        counts = self.ask(f"""(async () => {{
+        counts = self.evaluate(f"""(async () => {{
             const image = await createImageBitmap(await (await fetch('data:image/png;base64,{data}')).blob());
             const box = document.getElementById('canvas').getBoundingClientRect();
             const paper = new OffscreenCanvas(box.width, box.height).getContext('2d');
@@ -164,5 +165,5 @@ class Browser:
             }}
             return [area, right - left + 1, bottom - top + 1];
         }})()""")
-        self.ask("document.getElementById('bare').remove()")
+        self.evaluate("document.getElementById('bare').remove()")
         return counts

@@ -1,4 +1,5 @@
-"""Links, paths and names in the pages exist; tables of modules are those of the manifests. Measured tables: test_tables.py.
+"""Checks that links, paths and names in the pages exist and that module tables equal the manifests. test_tables.py
+checks measured tables.
 
     python3 tests/pages/test_pages.py [unittest arguments]
 """
@@ -17,14 +18,14 @@ def text_of(page):
 
 
 def headings(page):
-    """The anchors of a page's headings, as GitHub makes them."""
+    """The anchors of the headings of a page, formed as on GitHub."""
     text = re.sub(r"```.*?```", "", text_of(page), flags=re.DOTALL)
     lower = [re.sub(r"\[([^\]]*)\]\([^)]*\)", r"\1", line).lower() for line in re.findall(r"^#+ (.*)$", text, re.MULTILINE)]
     return {re.sub(r"[^\w\- ]", "", line).strip().replace(" ", "-") for line in lower}
 
 
 class Links(unittest.TestCase):
-    def test_what_pages_link_to_is_there(self):
+    def test_link_targets_of_pages_exist(self):
         links = 0
         for page in pages():
             for target in re.findall(r"\]\(([^)#\s]+)(?:#[^)]*)?\)", re.sub(r"```.*?```", "", text_of(page), flags=re.DOTALL)):
@@ -34,7 +35,7 @@ class Links(unittest.TestCase):
                 self.assertTrue((page.parent / target).exists(), f"{page.relative_to(ROOT)} links to {target}")
         self.assertGreater(links, 50)
 
-    def test_headings_that_pages_link_to_are_there(self):
+    def test_linked_headings_of_pages_exist(self):
         anchors = 0
         for page in pages():
             for target, anchor in re.findall(r"\]\(([^)#\s]*)#([^)]*)\)", re.sub(r"```.*?```", "", text_of(page), flags=re.DOTALL)):
@@ -46,28 +47,28 @@ class Links(unittest.TestCase):
 
 
 def braces(path):
-    """`a/{b,c}.cpp` is `a/b.cpp` and `a/c.cpp`."""
+    """Expands braces: `a/{b,c}.cpp` gives `a/b.cpp` and `a/c.cpp`."""
     found = re.match(r"(.*?)\{([^}]*)\}(.*)", path)
     return [found[1] + part + found[3] for part in found[2].split(",")] if found else [path]
 
 
 class Words(unittest.TestCase):
-    def test_one_name_for_a_thing(self):
-        """docs/glossary.md has the words; docs/report.md tells of a key that was called otherwise."""
+    def test_pages_use_the_terms_of_the_glossary(self):
+        """docs/glossary.md defines the terms; docs/report.md mentions the former name of a key."""
         other = re.compile(r"normali[sz]ed[ _]jacobian|untangl", re.IGNORECASE)
         for page in pages():
             if page.name not in ("glossary.md", "report.md"):
                 self.assertIsNone(other.search(text_of(page)), page.relative_to(ROOT))
 
-    def test_words_of_the_house_stay_away(self):
-        """Said instead: recommended, settled, curved back mesh, length reduction, disjoint."""
+    def test_pages_do_not_use_private_words(self):
+        """Terms to use instead: recommended, settled, curved back mesh, length reduction, disjoint."""
         other = re.compile(r"\bwish(?:es|ed)?\b|\bat rest\b|\bcarried (?:field|one)\b|\b(?:length|mean) gain|proved clear", re.IGNORECASE)
         for page in pages():
             self.assertIsNone(other.search(" ".join(text_of(page).split())), page.relative_to(ROOT))
 
 
 def sentences(text):
-    """Of what is read as text: no blocks of code, a table's cells and a list's items each by themselves."""
+    """Sentences of the text without code blocks; table cells and list items are separate."""
     text = re.sub(r"```.*?```|<!--.*?-->", "\n\n", text, flags=re.DOTALL)
     text = re.sub(r"!?\[([^\]]*)\]\([^)]*\)", r"\1", text)
     for part in re.split(r"\n\s*\n|\n(?=[-#|]|\d\. )|\|", text):
@@ -75,33 +76,32 @@ def sentences(text):
 
 
 class Sentences(unittest.TestCase):
-    def test_what_is_read_first_is_read_once(self):
-        """No sentence of the README, of CONTRIBUTING or of a guide has more than 30 words."""
+    def test_sentences_of_readme_contributing_and_guides_have_at_most_30_words(self):
         for page in [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *(ROOT / "docs" / "guides").glob("*.md")]:
             for sentence in sentences(text_of(page)):
                 self.assertLessEqual(len(sentence.split()), 30, f"{page.relative_to(ROOT)}: {sentence}")
 
-    def test_long_ones_are_found(self):
+    def test_a_sentence_of_31_words_is_found(self):
         long = " ".join(["word"] * 31)
         self.assertEqual([s for s in sentences(f"# Head\n\nShort one. {long}.\n") if len(s.split()) > 30], [long + "."])
 
 
 class Places(unittest.TestCase):
-    """Where pages say that something is, it is."""
+    """Files and modules that pages name exist."""
 
-    def test_files_are_there(self):
+    def test_files_named_in_pages_exist(self):
         files = 0
         for page in pages():
             for named in re.findall(r"`((?:apps|bench|cmake|configs|docs|examples|modules|packaging|tests)/[^`\s]*)`", text_of(page)):
                 for path in braces(named):
                     if re.search(r"[A-Z]{3,}|…", path) or re.fullmatch(r"configs/\w+\.\w+\.json", path):
-                        continue  # a word that stands for many
+                        continue  # a placeholder
                     files += 1
                     self.assertTrue(list(ROOT.glob(path.rstrip("/"))), f"{page.relative_to(ROOT)} names {named}")
         self.assertGreater(files, 40)
 
-    def test_partitions_are_there(self):
-        """`module:partition`, and `:partition` of the module named last before it."""
+    def test_module_partitions_named_in_pages_exist(self):
+        """Checks `module:partition`, and `:partition` of the module named last."""
         partitions = 0
         for page in [*(ROOT / "docs" / "algorithms").glob("*.md"), ROOT / "docs" / "glossary.md"]:
             module = None
@@ -133,15 +133,15 @@ def manifest(module):
 
 
 def libraries(cell):
-    """The names in a cell, without what is said of them in brackets."""
+    """The names in a table cell, without remarks in brackets."""
     return {name.strip() for name in re.sub(r"\([^)]*\)", "", cell).split(",") if name.strip()}
 
 
 class Modules(unittest.TestCase):
-    """The table of modules in docs/embedding.md, and the list in docs/architecture.md, are those of the manifests."""
+    """The module table in docs/embedding.md and the list in docs/architecture.md equal the manifests."""
 
     def header_only(self):
-        """Nothing of these is left to link once the module is built."""
+        """Header-only libraries: not linked after the module is built."""
         text = text_of(ROOT / "cmake" / "CamberModule.cmake")
         words = re.search(r"set\(CAMBER_HEADER_ONLY ([^)]*)\)", text)[1].split()
         return {LIBRARIES[word] for word in words if word in LIBRARIES}
@@ -149,7 +149,7 @@ class Modules(unittest.TestCase):
     def floors(self):
         return re.search(r"set\(camber_floors ([^)]*)\)", text_of(ROOT / "CMakeLists.txt"))[1].split()
 
-    def test_the_table_is_that_of_the_manifests(self):
+    def test_the_module_table_equals_the_manifests(self):
         text = text_of(ROOT / "docs" / "embedding.md")
         rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in text.splitlines()
                 if re.match(r"\| `\w+` \| ", line)]
@@ -163,7 +163,7 @@ class Modules(unittest.TestCase):
                 self.assertEqual(libraries(installed), public | (private - self.header_only()))
                 self.assertEqual(libraries(to_build), private & self.header_only())
 
-    def test_the_drawing_has_every_module_above_what_it_uses(self):
+    def test_the_layer_diagram_places_modules_above_those_they_use(self):
         text = text_of(ROOT / "docs" / "architecture.md")
         floors = {name: int(floor) for floor, name in re.findall(r"^  (\d+)  (\w+) ", text, re.MULTILINE)}
         self.assertEqual(set(floors), set(self.floors()))
@@ -171,7 +171,7 @@ class Modules(unittest.TestCase):
             below = [floors[used] for used in manifest(module).get("USES", [])]
             self.assertEqual(floor, max(below, default=-1) + 1, module)
 
-    def test_the_map_has_a_line_for_each_source_file(self):
+    def test_the_list_of_source_files_is_complete(self):
         text = text_of(ROOT / "docs" / "architecture.md").split("## Source files of the modules")[1]
         listed = {}
         for section in text.split("\n### ")[1:]:

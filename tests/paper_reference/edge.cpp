@@ -1,4 +1,4 @@
-// Walks find points, gradients of lengths are limits of differences, and edges do not get longer.
+// Point location, gradients of lengths and minimisation of the scalar reference.
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -23,7 +23,7 @@ using namespace camber::testing;
 
 namespace {
 
-/// A box of 3 cells an axis, with a field that is linear in space: without kinks.
+/// A box of 3 cells per axis with a log-metric that is linear in space, hence without kinks.
 paper::BackField smooth_field(Dice& dice, double change) {
     const LinearMesh<3> mesh = must(generate(BoxOptions<3>{.cells = {3, 3, 3}, .seed = dice.below(1000) + 1}));
     const Sym<3> constant = dice.symmetric<3>(3);
@@ -34,15 +34,15 @@ paper::BackField smooth_field(Dice& dice, double change) {
         logs[v].l = constant;
         for (std::size_t i = 0; i < 3; ++i) logs[v].l += mesh.points[v][i] * slopes[i];
     }
-    const auto across = must(neighbours(mesh, must(balls(mesh, alone)), alone));
+    const auto across = must(neighbours(mesh, must(balls(mesh, one_thread)), one_thread));
     return paper::field_of(mesh, across, Column<LogMetric<3>>(std::move(logs)));
 }
 
-/// Two vertices of an element, which holds their edge.
-struct Held {
+/// An edge, given by an element and two of its vertices.
+struct ElementEdge {
     std::uint32_t element, a, b;
 };
-Held random_edge(const paper::BackField& field, Dice& dice) {
+ElementEdge random_edge(const paper::BackField& field, Dice& dice) {
     const auto element = static_cast<std::uint32_t>(dice.below(field.elements.size()));
     const auto& v = field.elements[element].vertices;
     const std::size_t i = dice.below(4);
@@ -51,8 +51,8 @@ Held random_edge(const paper::BackField& field, Dice& dice) {
 
 }  // namespace
 
-TEST_CASE("paper_reference: walk") {
-    property("a point is found from anywhere, or known to be beyond", [](std::uint64_t seed) {
+TEST_CASE("paper_reference: locate finds a point exactly if it lies in the mesh") {
+    property("a point is located from any hint exactly if it is inside", [](std::uint64_t seed) {
         Dice dice(seed);
         const paper::BackField field = smooth_field(dice, 1);
         const auto hint = static_cast<std::uint32_t>(dice.below(field.elements.size()));
@@ -71,14 +71,14 @@ TEST_CASE("paper_reference: walk") {
     });
 }
 
-TEST_CASE("paper_reference: length") {
+TEST_CASE("paper_reference: the gradient of a length is the limit of central differences") {
     for (const paper::Along along : {paper::Along::nodes, paper::Along::points})
-        property(along == paper::Along::nodes ? "gradient by nodes" : "gradient by points", [=](std::uint64_t seed) {
+        property(along == paper::Along::nodes ? "the gradient by nodes equals differences" : "the gradient by points equals differences", [=](std::uint64_t seed) {
             Dice dice(seed);
             const paper::BackField field = smooth_field(dice, 3);
-            const Held held = random_edge(field, dice);
-            paper::Edge edge(field, along, held.a, held.b, held.element);
-            // Towards the box's middle from the chord's, so that the curve stays in the box.
+            const ElementEdge ends = random_edge(field, dice);
+            paper::Edge edge(field, along, ends.a, ends.b, ends.element);
+            // The node moves towards the middle of the box, so that the curve stays inside.
             const paper::Vector middle = edge.middle();
             const paper::Vector centre{{0.5, 0.5, 0.5}};
             const paper::Vector node = middle + dice.uniform(0.02, 0.1) * (centre - middle);
@@ -97,20 +97,20 @@ TEST_CASE("paper_reference: length") {
         });
 }
 
-TEST_CASE("paper_reference: minimise") {
-    property("an edge does not get longer on its three points", [](std::uint64_t seed) {
+TEST_CASE("paper_reference: minimise does not increase the length of an edge") {
+    property("minimise makes no edge longer than its chord", [](std::uint64_t seed) {
         Dice dice(seed);
         const paper::BackField field = smooth_field(dice, 3);
-        const Held held = random_edge(field, dice);
-        const paper::Minimum m = paper::minimise(field, held.a, held.b, held.element, {});
+        const ElementEdge ends = random_edge(field, dice);
+        const paper::Minimum m = paper::minimise(field, ends.a, ends.b, ends.element, {});
         RC_ASSERT(m.length <= m.straight_length);
         RC_ASSERT(m.work.iterations <= paper::Options{}.max_iterations);
     });
-    property("in a constant metric it stays straight", [](std::uint64_t seed) {
+    property("minimise keeps edges straight in a constant metric", [](std::uint64_t seed) {
         Dice dice(seed);
         const paper::BackField field = smooth_field(dice, 0);
-        const Held held = random_edge(field, dice);
-        const paper::Minimum m = paper::minimise(field, held.a, held.b, held.element, {});
+        const ElementEdge ends = random_edge(field, dice);
+        const paper::Minimum m = paper::minimise(field, ends.a, ends.b, ends.element, {});
         RC_ASSERT(m.work.iterations == 0);
         RC_ASSERT(m.length == m.straight_length);
     });

@@ -1,4 +1,4 @@
-// The exponential by scaling and squaring against that by eigenvectors, its derivative against differences too.
+// The exponential by scaling and squaring against the spectral formula, and its derivative against differences.
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -23,7 +23,7 @@ double distance(const paper::Symmetric& a, const Sym<3>& b) {
     return paper::norm(difference);
 }
 
-/// Of any size up to that of a metric of anisotropy 10^6, and nearly a multiple of the identity now and then.
+/// Log-metric with a magnitude up to that of anisotropy 10^6, in some cases close to a multiple of the identity.
 Sym<3> log_metric(Dice& dice) {
     const Sym<3> s = dice.symmetric<3>(std::pow(10, dice.uniform(-4, 1.2)));
     return s + dice.uniform(-5, 5) * Sym<3>::identity();
@@ -31,15 +31,15 @@ Sym<3> log_metric(Dice& dice) {
 
 }  // namespace
 
-TEST_CASE("paper_reference: exponential") {
-    property("it is that by eigenvectors", [](std::uint64_t seed) {
+TEST_CASE("paper_reference: the exponential and its derivatives match independent formulas") {
+    property("the exponential equals that by eigenvectors", [](std::uint64_t seed) {
         Dice dice(seed);
         const Sym<3> log = log_metric(dice);
         const Sym<3> expected = camber::exp(LogMetric<3>{log}).m;
         const paper::Jet<0> found = paper::exponential(paper::Jet<0>{{log.c}});
         RC_ASSERT(distance(found.value, expected) <= 1e-11 * paper::norm({expected.c}));
     });
-    property("its derivatives are those of Daletskii and Krein", [](std::uint64_t seed) {
+    property("the derivatives equal those of Daletskii and Krein", [](std::uint64_t seed) {
         Dice dice(seed);
         const Sym<3> log = log_metric(dice);
         std::array<Sym<3>, 3> slopes;
@@ -54,7 +54,7 @@ TEST_CASE("paper_reference: exponential") {
         for (std::size_t n = 0; n < 3; ++n)
             RC_ASSERT(distance(found.slope[n], exp_derivative(metric, slopes[n])) <= 1e-10 * size);
     });
-    property("its derivatives are limits of central differences", [](std::uint64_t seed) {
+    property("the derivatives equal central differences", [](std::uint64_t seed) {
         Dice dice(seed);
         const Sym<3> log = dice.symmetric<3>(4);
         const Sym<3> slope = dice.symmetric<3>();

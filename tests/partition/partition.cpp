@@ -1,4 +1,4 @@
-// Parts are of about the same size, always the same, and together the mesh.
+// Parts have about the same size, are reproducible and together form the mesh.
 #include <algorithm>
 #include <array>
 #include <cstddef>
@@ -13,18 +13,18 @@ import camber.core;
 import camber.partition;
 
 using namespace camber;
-using cut::alone, cut::must;
+using cut::one_thread, cut::must;
 
 namespace {
 
 template <int D>
-void pieces_are_the_mesh(std::uint64_t seed) {
+void check_pieces(std::uint64_t seed) {
     const auto mesh = cut::mesh<D>(seed, 3);
     const auto count = *rc::gen::inRange<std::size_t>(1, 5);
     const CellParts parts = cut::any_parts(mesh.linear, count, seed);
     std::size_t elements = 0, facets = 0;
     for (std::size_t p = 0; p < count; ++p) {
-        const auto piece = must(piece_of(mesh, parts, static_cast<std::int32_t>(p), alone));
+        const auto piece = must(piece_of(mesh, parts, static_cast<std::int32_t>(p), one_thread));
         const LinearMesh<D>& own = piece.mesh.linear;
         elements += own.elements.size();
         facets += own.facets.size();
@@ -50,12 +50,12 @@ void pieces_are_the_mesh(std::uint64_t seed) {
 
 }  // namespace
 
-TEST_CASE("pieces have the rows of the whole, each cell once") {
-    testing::property("2D", pieces_are_the_mesh<2>);
-    testing::property("3D", pieces_are_the_mesh<3>);
+TEST_CASE("pieces have the data of the mesh and each cell once") {
+    testing::property("2D", check_pieces<2>);
+    testing::property("3D", check_pieces<3>);
 }
 
-TEST_CASE("facets go along with an element that they bound") {
+TEST_CASE("facets are in the part of an element that they bound") {
     const auto mesh = cut::mesh<3>(1, 3).linear;
     const CellParts parts = cut::any_parts(mesh, 4, 2);
     for (std::size_t f = 0; f < mesh.facets.size(); ++f) {
@@ -68,11 +68,11 @@ TEST_CASE("facets go along with an element that they bound") {
     }
 }
 
-TEST_CASE("Scotch makes parts of the same size with few faces between, and the same ones again") {
+TEST_CASE("Scotch makes balanced, reproducible parts with few faces between them") {
     const auto mesh = cut::mesh<3>(3, 8).linear;  // 3072 tetrahedra
-    const auto one = partition<3>(mesh, 1, alone);
+    const auto one = partition<3>(mesh, 1, one_thread);
     CHECK(std::ranges::count(one->elements, 0) == static_cast<std::ptrdiff_t>(mesh.elements.size()));
-    const auto parts = partition<3>(mesh, 6, alone);
+    const auto parts = partition<3>(mesh, 6, one_thread);
     if (!parts) {
         CHECK(parts.error().kind == ErrorKind::unsupported);
         return;
@@ -82,7 +82,7 @@ TEST_CASE("Scotch makes parts of the same size with few faces between, and the s
         CHECK(size > 460);  // of 512
         CHECK(size < 564);
     }
-    const DualGraph graph = must(dual_graph(mesh, alone));
+    const DualGraph graph = must(dual_graph(mesh, one_thread));
     std::size_t between = 0;
     for (std::size_t e = 0; e < graph.size(); ++e)
         for (std::uint32_t i = graph.starts[e]; i < graph.starts[e + 1]; ++i)
@@ -92,23 +92,23 @@ TEST_CASE("Scotch makes parts of the same size with few faces between, and the s
     CHECK(again->elements == parts->elements);
 }
 
-TEST_CASE("a surface alone is divided by its triangles, and pieces are the surface") {
+TEST_CASE("a surface mesh is divided by its triangles") {
     auto mesh = cut::mesh<3>(3, 4).linear;
     mesh.elements = {};
     mesh.edges.vertices = Buffer<SimplexVertices<1>>{{mesh.facets.vertices[5][0], mesh.facets.vertices[5][1]}};
     mesh.edges.references = Buffer<Reference>{1};
-    const DualGraph graph = must(dual_graph(mesh, alone));
+    const DualGraph graph = must(dual_graph(mesh, one_thread));
     CHECK(graph.size() == mesh.facets.size());
     CHECK(graph.neighbours.size() == 3 * mesh.facets.size());  // the boundary of a box is closed
-    CHECK(partition<3>(mesh, mesh.facets.size() + 1, alone).error().kind == ErrorKind::usage);
-    const auto parts = partition<3>(mesh, 3, alone);
+    CHECK(partition<3>(mesh, mesh.facets.size() + 1, one_thread).error().kind == ErrorKind::usage);
+    const auto parts = partition<3>(mesh, 3, one_thread);
     if (!parts) {
         CHECK(parts.error().kind == ErrorKind::unsupported);
         return;
     }
     std::size_t facets = 0, edges = 0;
     for (std::int32_t p = 0; p < 3; ++p) {
-        const auto piece = must(piece_of(mesh, *parts, p, alone));
+        const auto piece = must(piece_of(mesh, *parts, p, one_thread));
         facets += piece.mesh.facets.size();
         edges += piece.mesh.edges.size();
         CHECK(piece.mesh.facets.size() > mesh.facets.size() / 4);
@@ -117,8 +117,8 @@ TEST_CASE("a surface alone is divided by its triangles, and pieces are the surfa
     CHECK(edges == 1);
 }
 
-TEST_CASE("parts that there cannot be are refused") {
+TEST_CASE("invalid numbers of parts are rejected") {
     const auto mesh = cut::mesh<2>(3, 2).linear;
-    CHECK(partition<2>(mesh, 0, alone).error().kind == ErrorKind::usage);
-    CHECK(partition<2>(mesh, 9, alone).error().kind == ErrorKind::usage);
+    CHECK(partition<2>(mesh, 0, one_thread).error().kind == ErrorKind::usage);
+    CHECK(partition<2>(mesh, 9, one_thread).error().kind == ErrorKind::usage);
 }

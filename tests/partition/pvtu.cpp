@@ -1,4 +1,4 @@
-// Pieces in VTU files, joined by their numbers or by their places, are the mesh that was cut.
+// Pieces in VTU files, joined by numbers or positions, give the original mesh.
 #include <algorithm>
 #include <array>
 #include <cstddef>
@@ -19,7 +19,7 @@ import camber.io;
 import camber.partition;
 
 using namespace camber;
-using cut::alone, cut::must;
+using cut::one_thread, cut::must;
 
 namespace {
 
@@ -53,17 +53,17 @@ MeshFields numbers_of(const MeshPiece<QuadraticMesh<D>>& piece, std::size_t vert
                        numbers(std::string(global_cells), Centring::cell, cells)});
 }
 
-/// The files of the mesh in any parts; "mesh.pvtu" names the others.
+/// The files of the mesh in random parts; "mesh.pvtu" lists the others.
 Files files_of(const QuadraticMesh<3>& mesh, std::size_t count, std::uint64_t seed, bool numbered) {
     const CellParts parts = cut::any_parts(mesh.linear, count, seed);
     Files files;
     std::vector<std::string> names;
     for (std::size_t p = 0; p < count; ++p) {
-        const auto piece = must(piece_of(mesh, parts, static_cast<std::int32_t>(p), alone));
+        const auto piece = must(piece_of(mesh, parts, static_cast<std::int32_t>(p), one_thread));
         const MeshFields fields =
             numbered ? numbers_of(piece, mesh.linear.points.size(), mesh.linear.elements.size()) : MeshFields();
         names.push_back("mesh." + std::to_string(p) + ".vtu");
-        files[names.back()] = joined(must(encode_vtu(as_mesh(piece.mesh), fields, {}, alone)));
+        files[names.back()] = joined(must(encode_vtu(as_mesh(piece.mesh), fields, {}, one_thread)));
     }
     files["mesh.pvtu"] = bytes_of(must(encode_pvtu(files[names.front()], names)));
     return files;
@@ -76,17 +76,17 @@ Outcome<DecodedMesh> decoded(const Files& files) {
         if (file == files.end()) return fail(ErrorKind::input, "is not there", name);
         return file->second;
     };
-    return decode_mesh(files.at("mesh.pvtu"), "mesh.pvtu", options, alone);
+    return decode_mesh(files.at("mesh.pvtu"), "mesh.pvtu", options, one_thread);
 }
 
-/// Where each reference is, which are numbers.
+/// Position of each reference; references are the numbers from 1.
 std::vector<std::size_t> order_of(const Column<Reference>& references) {
     std::vector<std::size_t> order(references.size());
     for (std::size_t i = 0; i < order.size(); ++i) order[static_cast<std::size_t>(references[i] - 1)] = i;
     return order;
 }
 
-void pieces_joined_by_numbers_are_the_mesh(std::uint64_t seed) {
+void check_joined_pieces(std::uint64_t seed) {
     const auto mesh = cut::mesh<3>(seed, 2);
     const auto back = decoded(files_of(mesh, *rc::gen::inRange<std::size_t>(1, 5), seed, true));
     if (!back) RC_FAIL(describe(back.error()));
@@ -106,11 +106,9 @@ void pieces_joined_by_numbers_are_the_mesh(std::uint64_t seed) {
 
 }  // namespace
 
-TEST_CASE("pieces joined by the numbers of their nodes are the mesh, its nodes in order") {
-    testing::property("3D", pieces_joined_by_numbers_are_the_mesh);
-}
+TEST_CASE("pieces with node numbers are joined to the original mesh") { testing::property("3D", check_joined_pieces); }
 
-TEST_CASE("pieces without numbers are joined at the same places, and that is told") {
+TEST_CASE("pieces without numbers are joined by position with a notice") {
     const auto mesh = cut::mesh<3>(7, 2);
     const auto back = decoded(files_of(mesh, 3, 7, false));
     REQUIRE(back.has_value());
@@ -122,14 +120,14 @@ TEST_CASE("pieces without numbers are joined at the same places, and that is tol
     CHECK(back->notices.back().what.find("at the same places") != std::string::npos);
 }
 
-TEST_CASE("a piece that is missing or damaged is named") {
+TEST_CASE("a missing or damaged piece is reported by name") {
     Files files = files_of(cut::mesh<3>(5, 2), 2, 5, true);
     Files cut_off = files;
     cut_off["mesh.1.vtu"].resize(200);
     CHECK(describe(decoded(cut_off).error()).starts_with("mesh.1.vtu: line "));
     files.erase("mesh.1.vtu");
     CHECK(describe(decoded(files).error()).starts_with("mesh.1.vtu: is not there"));
-    CHECK(decode_mesh(files.at("mesh.pvtu"), "mesh.pvtu", alone).error().kind == ErrorKind::unsupported);
+    CHECK(decode_mesh(files.at("mesh.pvtu"), "mesh.pvtu", one_thread).error().kind == ErrorKind::unsupported);
     files["mesh.pvtu"] = bytes_of("<VTKFile type=\"PUnstructuredGrid\"><PUnstructuredGrid/></VTKFile>");
     CHECK(describe(decoded(files).error()).starts_with("mesh.pvtu: names no pieces"));
     files["mesh.pvtu"].resize(50);

@@ -1,4 +1,4 @@
-"""The kinds of bad input, one `Case` each: how its files are made, and what the program promises to do with them.
+"""Cases of bad input: the creation of the files, and the promised behaviour of the program.
 
 test_bad_input.py runs the cases, and docs/input.md lists them.
 """
@@ -22,7 +22,8 @@ BINARY = ("curve", "in.meshb", "-o", "out.mesh")
 
 
 def with_cad_shell(radius=5):
-    """A model of the shell between spheres of radii 1 and 5, and two meshes: one of this radius, one of a cube."""
+    """A CAD model of the shell between spheres of radii 1 and 5, a mesh with this outer radius, and a mesh of a
+    cube."""
     model = (ROOT / "tests" / "cad" / "shell.brep").read_bytes()
     octahedron = [tuple(side * radius * (i == k) for i in range(3)) for side in (1, -1) for k in range(3)]
     faces = [(1, 2, 3), (2, 4, 3), (4, 5, 3), (5, 1, 3), (2, 1, 6), (4, 2, 6), (5, 4, 6), (1, 5, 6)]
@@ -33,7 +34,8 @@ def with_cad_shell(radius=5):
 
 
 def quadratic_solution(order):
-    """A straight mesh of the unit square, and a field of degree 2: rows of vertices, then of edges in some order."""
+    """A straight mesh of the unit square and a quadratic field: rows of vertices, then of edges in the order of
+    `order`."""
     n = 20
     at = lambda i, j: i * (n + 1) + j
     points = [(i / n, j / n) for i in range(n + 1) for j in range(n + 1)]
@@ -55,23 +57,23 @@ def shuffled(edges):
 
 @dataclass
 class Case:
-    """`files` maps names to bytes (or None: a folder). Exit code 0 or 1: out.mesh is written; else nothing is."""
+    """`files` maps names to bytes (None: a folder). With exit code 0 or 1 out.mesh is written, otherwise nothing."""
     group: str
-    given: str
+    name: str
     does: str                       # repaired, refused, accepted
     code: int
-    says: str                       # part of the one line on standard error; "" where none is printed
+    says: str                       # part of the line on standard error; "" if none is printed
     files: Callable
     arguments: tuple = CURVE
-    finds: str = ""                 # the key under which `camber check --json` counts it
-    limits: tuple = ()              # of the process: (resource, bytes)
-    setup: Callable = lambda folder: None   # last touches to the folder
-    as_nobody: bool = False         # root may read and write everything
-    run: Callable = None            # instead of starting the program and waiting
-    needs: Callable = lambda: ""    # why it cannot be tried here; "" when it can
+    finds: str = ""                 # key of the defect in `camber check --json`
+    limits: tuple = ()              # limits of the process: (resource, bytes)
+    setup: Callable = lambda folder: None   # final changes in the folder
+    as_unprivileged_user: bool = False         # needed for permissions: root may read and write everything
+    run: Callable = None            # replaces the start of the program
+    needs: Callable = lambda: ""    # reason why it cannot be tested here, or ""
 
 
-# ---------------------------------------------------------------- all of it
+# ---------------------------------------------------------------- all cases
 
 CASES = [
     # ------------------------------------------------ cut off
@@ -91,10 +93,10 @@ CASES = [
          lambda: {"in.mesh": b"\n".join(ascii_file(block()).split(b"\n")[:20]) + b"\n"}),
     Case("Cut off", "ASCII: between two blocks", "refused", 3, "the mesh is empty",
          lambda: {"in.mesh": cut(ascii_file(block()), b"Tetrahedra\n", 0)}),
-    Case("Cut off", "ASCII: without End", "accepted", 0, "the file has no End", text(("\nEnd", "\n"))),
+    Case("Cut off", "ASCII: without End", "accepted", 0, "the file has no keyword End", text(("\nEnd", "\n"))),
 
     # ------------------------------------------------ wrong words and numbers
-    Case("Words and numbers", "no mesh at all", "refused", 3, "no GMF file",
+    Case("Words and numbers", "no mesh at all", "refused", 3, "not a GMF file",
          lambda: {"in.mesh": b"a solid cube\nfacet normal 0 0 1\n"}),
     Case("Words and numbers", "10¹⁸ vertices in half a kilobyte", "refused", 3, "announces 1000000000000000000 rows",
          lambda: {"in.meshb": small_binary(10 ** 18)}, BINARY),
@@ -165,13 +167,13 @@ CASES = [
     Case("Sizes", "a surface only (triangles in 3D)", "accepted", 0, "", plain(surface_only)),
 
     # ------------------------------------------------ vertices
-    Case("Vertices", "two at one place, both used", "refused", 3, "vertex 28: is at the very place of vertex 10",
+    Case("Vertices", "two at one place, both used", "refused", 3, "vertex 28: has the same position as vertex 10",
          changed(block, cut_open(False)), finds="duplicate_vertices"),
-    Case("Vertices", "two at one place, on a seam of a surface", "refused", 3, "is at the very place of vertex",
+    Case("Vertices", "two at one place, on a seam of a surface", "refused", 3, "has the same position as vertex",
          plain(duplicated_surface), finds="duplicate_vertices"),
     Case("Vertices", "two at one place, across a slit with both sides listed", "accepted", 0, "across a slit",
          changed(block, cut_open(True)), finds="slit_vertices"),
-    Case("Vertices", "unused ones", "accepted", 0, "belong to nothing",
+    Case("Vertices", "unused ones", "accepted", 0, "belong to no entity",
          changed(block, lambda m: with_points(m, [[7, 7, 7], [0.5, 0.5, 0.5]])), finds="unused_vertices"),
 
     # ------------------------------------------------ elements
@@ -226,8 +228,8 @@ CASES = [
     Case("Boundary", "an edge of four boundary faces", "accepted", 0,
          "edge from vertex 1 to vertex 2 is shared by more than two faces", plain(pair_at_edge), finds="non_manifold_edges"),
     Case("Boundary", "a vertex where the boundary touches itself", "accepted", 0,
-         "vertex 1 is where the boundary touches itself", plain(pair_at_vertex), finds="pinched_vertices"),
-    Case("Boundary", "the same in 2D", "accepted", 0, "vertex 1 is where the boundary touches itself",
+         "vertex 1 is a point at which the boundary touches itself", plain(pair_at_vertex), finds="pinched_vertices"),
+    Case("Boundary", "the same in 2D", "accepted", 0, "vertex 1 is a point at which the boundary touches itself",
          plain(pair_at_corner), finds="pinched_vertices"),
     Case("Boundary", "triangles inside one material", "accepted", 0, "lie between tetrahedra of one reference",
          changed(block, inner_face), finds="inner_facets"),
@@ -289,15 +291,15 @@ CASES = [
     Case("Files", "no such mesh", "refused", 3, "in.mesh: cannot be read", lambda: {}),
     Case("Files", "a folder as the mesh", "refused", 3, "in.mesh: cannot be read", lambda: {"in.mesh": None}),
     Case("Files", "a mesh that may not be read", "refused", 3, "in.mesh: cannot be read", plain(block),
-         as_nobody=True, setup=lambda folder: os.chmod(folder / "in.mesh", 0)),
-    Case("Files", "a device without an end", "refused", 3, "begins as no known format", lambda: {},
+         as_unprivileged_user=True, setup=lambda folder: os.chmod(folder / "in.mesh", 0)),
+    Case("Files", "a device without an end", "refused", 3, "belongs to a known format", lambda: {},
          ("curve", "/dev/zero", "-o", "out.mesh")),
     Case("Files", "a device without an end that is named as a mesh", "refused", 3, "a stream of more than 64.0 MiB", lambda: {},
          setup=lambda folder: os.symlink("/dev/zero", folder / "in.mesh")),
     Case("Files", "no such config", "refused", 2, "run.json: cannot be read", lambda: {}, RUN),
     Case("Files", "a folder as the config", "refused", 2, "run.json: cannot be read", lambda: {"run.json": None}, RUN),
     Case("Files", "a config that may not be read", "refused", 2, "run.json: cannot be read", config(), RUN,
-         as_nobody=True, setup=lambda folder: os.chmod(folder / "run.json", 0)),
+         as_unprivileged_user=True, setup=lambda folder: os.chmod(folder / "run.json", 0)),
     Case("Files", "a config that is no JSON", "refused", 2, "line 1", lambda: {"run.json": b"{\"input\": }"}, RUN),
     Case("Files", "a config that names no such mesh", "refused", 3, "absent.mesh: cannot be read",
          config(input={"mesh": "absent.mesh"}), RUN),
@@ -309,7 +311,7 @@ CASES = [
          CURVE + ("--cad", "in.mesh")),
     Case("CAD models", "no such file", "refused", 3, "absent.step: cannot be opened", plain(block),
          CURVE + ("--cad", "absent.step"), needs=bad_moments.no_cad),
-    Case("CAD models", "no model", "refused", 3, "it is no STEP file", lambda: plain(block)() | {"m.step": b"solid\n"},
+    Case("CAD models", "no model", "refused", 3, "it is not a STEP file", lambda: plain(block)() | {"m.step": b"solid\n"},
          CURVE + ("--cad", "m.step"), needs=bad_moments.no_cad),
     Case("CAD models", "of another part", "refused", 3, "the mesh's boundary reaches from", with_cad_shell,
          CURVE + ("--cad", "shell.brep"), needs=bad_moments.no_cad),
@@ -337,7 +339,7 @@ CASES = [
          ("curve", "in.mesh", "-o", "in.mesh/deep/out.mesh")),
     Case("Output", "a folder", "refused", 3, "Is a directory", lambda: plain(block)() | {"out.mesh": None}),
     Case("Output", "not permitted", "refused", 3, "Permission denied", lambda: plain(block)() | {"closed": None},
-         ("curve", "in.mesh", "-o", "closed/out.mesh"), as_nobody=True,
+         ("curve", "in.mesh", "-o", "closed/out.mesh"), as_unprivileged_user=True,
          setup=lambda folder: os.chmod(folder / "closed", 0o555)),
     Case("Output", "of an unknown format", "refused", 2, "no format known", plain(block),
          ("curve", "in.mesh", "-o", "out.xyz")),
@@ -375,7 +377,7 @@ CASES = [
          bad_moments.box_config(10), RUN, run=bad_moments.with_ever_more_memory_for_threads,
          needs=bad_moments.address_sanitizer),
     Case("Memory", "no thread to be had (ulimit -u)", "refused", 4, "the system refuses", bad_moments.box_config(10),
-         RUN, limits=((resource.RLIMIT_NPROC, 1),), as_nobody=True, needs=bad_moments.no_threads_to_refuse),
+         RUN, limits=((resource.RLIMIT_NPROC, 1),), as_unprivileged_user=True, needs=bad_moments.no_threads_to_refuse),
 
     # ------------------------------------------------ interrupts
     Case("Interrupts", "Ctrl-C while a file is read", "refused", 130, "stopped on request", lambda: {},

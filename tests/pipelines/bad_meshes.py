@@ -1,4 +1,4 @@
-"""Makers of the files that bad_input.py gives to the program: sound meshes, and what is done to them.
+"""Files for the cases of bad_input.py: sound meshes and changes of them.
 
 Meshes are written by the oracle's writer, which shares no code with the program.
 """
@@ -25,7 +25,7 @@ def square():
 
 
 def flat_square():
-    """The square in a file of dimension 3, as programs write it that know no other."""
+    """The square in a file of dimension 3, as written by programs without a 2D format."""
     mesh = square()
     mesh.dim, mesh.points = 3, np.column_stack([mesh.points, np.zeros(len(mesh.points))])
     return mesh
@@ -54,7 +54,7 @@ def with_points(mesh, points):
 
 
 def changed(make, change):
-    """The file of a mesh after change(mesh), ASCII."""
+    """The ASCII file of a mesh with replaced words."""
     def files():
         mesh = make()
         change(mesh)
@@ -82,7 +82,7 @@ def cut(data, marker, after):
 
 
 def keyword_at(data, code):
-    """Where the header of a block begins in a binary file of version 2."""
+    """Position of the header of a block in a binary file of version 2."""
     at = 8
     while struct.unpack_from("<i", data, at)[0] != code:
         at = struct.unpack_from("<i", data, at + 4)[0]
@@ -113,12 +113,12 @@ def swapped(rows):
 
 
 def centre_out(mesh):
-    """The inner vertex beyond the boundary: some of its elements are inverted."""
+    """Moves the inner vertex beyond the boundary: some elements are inverted."""
     mesh.points[13] = (1.4, 0.5, 0.5)
 
 
 def onto_face(mesh):
-    """The inner vertex onto the boundary: an element has no volume."""
+    """Moves the inner vertex onto the boundary: an element has no volume."""
     mesh.points[13] = (0.4, 0.5, 0)
 
 
@@ -141,7 +141,7 @@ def inner_face(mesh, ref=9):
 
 
 def cut_open(listed):
-    """The cube cut in two at x = 1/2, each side with vertices of its own: a slit if its sides are listed."""
+    """The cube cut at x = 1/2, with separate vertices on both sides: a slit if the sides are listed."""
     def change(mesh):
         e, f = elements(mesh), facets(mesh)
         if listed:
@@ -162,7 +162,7 @@ def cut_open(listed):
 
 
 def hanging(mesh):
-    """A third triangle beside the square, its long side split for the others only."""
+    """A third triangle beside the square with a hanging vertex in the middle of its long side."""
     with_points(mesh, [[2, 0.5], [1, 0.5]])
     appended(elements(mesh), [1, 4, 5], 1)
     appended(elements(mesh), [5, 4, 2], 1)
@@ -173,7 +173,7 @@ def hanging(mesh):
 
 
 def hanging_in_space():
-    """A tetrahedron on whose face three others stand, around a vertex that it does not have."""
+    """A tetrahedron with three others on one face, around a vertex that it does not have."""
     mesh = linear_mesh([[0, 0, 0], [3, 0, 0], [0, 3, 0], [0, 0, 3], [0, 0, -3], [1, 1, 0]],
                        [[0, 1, 2, 3], [0, 5, 1, 4], [1, 5, 2, 4], [2, 5, 0, 4]])
     del mesh.cells["Triangles"]
@@ -199,7 +199,7 @@ def pair_at_vertex():
 
 
 def nested_bodies():
-    """The block, and a small one inside its elements."""
+    """The block and a small block inside its elements."""
     mesh, other = block(), block()
     number = len(mesh.points)
     with_points(mesh, 0.13 + 0.2 * other.points)
@@ -224,7 +224,7 @@ def surface_only():
 
 
 def duplicated_surface():
-    """A surface whose seam is listed twice."""
+    """A surface with duplicated vertices along a seam."""
     mesh = surface_only()
     f = mesh.cells["Triangles"]
     right = f.refs == 2
@@ -262,7 +262,7 @@ def quadratic(change=lambda mesh: None, change_nodes=lambda mesh: None):
 
 
 def mixed_degrees():
-    """A quadratic mesh, one element of which is listed as a straight one."""
+    """A quadratic mesh with one element listed as straight."""
     files = quadratic()()
     mesh = elevate(block())
     curved = mesh.cells["TetrahedraP2"]
@@ -281,7 +281,7 @@ IDENTITY = [1.0, 0, 1, 0, 0, 1]
 
 
 def metric(rows=27, row=IDENTITY, at=None, dim=3, kind=3):
-    """The block with a metric of so many rows, `row` in all of them or at one vertex."""
+    """The block with a metric of `rows` rows: `row` at all vertices or at one."""
     def files():
         values = np.array([row if at is None or i + 1 == at else IDENTITY for i in range(rows)], float)
         return plain(block)() | {"m.solb": solution_file(values, kind, dim)}

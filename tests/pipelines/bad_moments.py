@@ -1,6 +1,6 @@
-"""Runs of the program that end badly for a reason outside their input: no memory, no threads, no room, Ctrl-C.
+"""Runs that fail for a reason outside their input: memory, threads, disk space, Ctrl-C.
 
-Each is told by what the program does, not by a clock: pipes that are silent or full say where it is.
+The moments are set by silent or full pipes, which block the program, and not by a clock.
 """
 import json
 import os
@@ -14,21 +14,21 @@ import time
 
 from program import CAMBER
 
-LOADER_FAILED = 127  # what ld.so ends with, in words that depend on what it lacked
+LOADER_FAILED = 127  # exit code of ld.so; its message depends on the missing library
 
 
 def box_config(cells):
-    """A generated box of 6 cells³ tetrahedra."""
+    """A config that generates a box of 6 cells³ tetrahedra."""
     def files():
         return {"run.json": json.dumps({
             "input": {"generate": {"box": {"cells": [cells] * 3}}}, "output": {"mesh": "out.mesh"}}).encode()}
     return files
 
 
-# ---------------------------------------------------------------- what cannot be tried here
+# ---------------------------------------------------------------- reasons to skip
 
 def address_sanitizer():
-    """It maps terabytes."""
+    """The address sanitizer reserves terabytes of address space."""
     with open(CAMBER, "rb") as file:
         return "does not work with the address sanitizer" if b"__asan_init" in file.read() else ""
 
@@ -51,14 +51,14 @@ def no_cad():
         config = {"input": {"generate": {"box": {"cells": [1, 1, 1]}}}, "geometry": {"cad": {"file": "none.step"}}}
         with open(os.path.join(folder, "run.json"), "w", encoding="utf-8") as file:
             json.dump(config, file)
-        said = subprocess.run([CAMBER, "run", "run.json"], cwd=folder, capture_output=True, text=True).stderr
-        return "built without OpenCASCADE" if "reads no CAD files" in said else ""
+        error_output = subprocess.run([CAMBER, "run", "run.json"], cwd=folder, capture_output=True, text=True).stderr
+        return "built without OpenCASCADE" if "reads no CAD files" in error_output else ""
 
 
-# ---------------------------------------------------------------- room
+# ---------------------------------------------------------------- disk space
 
 def on_a_full_disk(folder):
-    """The output's folder is a disk of 16 KiB; the program's own view of the mounts goes with it."""
+    """The output folder is a disk of 16 KiB, mounted in a private namespace."""
     os.mkdir(folder.path / "disk")
     script = ('mount -t tmpfs -o size=16k tmpfs disk && "$0" curve in.mesh -o disk/out.mesh; code=$?; '
               'test -z "$(ls -A disk)" || { echo "left on the disk: $(ls -A disk)" >&2; exit 99; }; exit $code')
@@ -67,7 +67,7 @@ def on_a_full_disk(folder):
 
 
 def printing_on_a_full_device(folder):
-    """No output but what is printed."""
+    """Only standard output, which is full."""
     with open("/dev/full", "w", encoding="ascii") as full:
         done = subprocess.run([CAMBER, "info", "in.mesh"], cwd=folder.path, stdout=full, stderr=subprocess.PIPE, text=True)
     return subprocess.CompletedProcess(done.args, done.returncode, "", done.stderr)
@@ -76,8 +76,8 @@ def printing_on_a_full_device(folder):
 # ---------------------------------------------------------------- memory
 
 def with_ever_more_memory(folder, threads="1"):
-    """With 2 MiB more each time, until the run is done. Every failure must be one of memory, whole and in one line; the
-    last that ran out on the way is told."""
+    """Runs with 2 MiB more each time until the run succeeds. Each failure must be an error of memory in one line;
+    returns the last one."""
     last = None
     for mib in range(12, 400, 2):
         limit = mib << 20
@@ -87,7 +87,7 @@ def with_ever_more_memory(folder, threads="1"):
             os.remove(folder.path / "out.mesh")
             return last
         if done.returncode == LOADER_FAILED or "libgomp: " in done.stderr or done.returncode < 0 and not done.stderr:
-            continue    # not even the program itself fits, or what its libraries begin with
+            continue    # neither the program nor its libraries can start
         if done.returncode != 4 or len(done.stderr.splitlines()) != 1 or folder.files() != ["run.json"]:
             return done
         if "not enough memory" in done.stderr:
@@ -96,7 +96,7 @@ def with_ever_more_memory(folder, threads="1"):
 
 
 def with_ever_more_memory_for_threads(folder):
-    """Which stage is the last that runs out is chance here, so it is not told."""
+    """The same with two threads. The stage of the last failure is random and is removed from the message."""
     done = with_ever_more_memory(folder, "2")
     if done:
         done.stderr = re.sub(r"(?<=^camber: )[a-z.]+: (?=not enough memory)", "", done.stderr)
@@ -116,10 +116,10 @@ def ended(process):
 
 
 def interrupted_reading(folder):
-    """The mesh is a pipe that stays silent."""
+    """The input is a pipe that stays silent."""
     os.mkfifo(folder.path / "in.mesh")
     process = started(folder, "curve", "in.mesh", "-o", "out.mesh")
-    with open(folder.path / "in.mesh", "wb") as pipe:   # opens when the program does
+    with open(folder.path / "in.mesh", "wb") as pipe:   # blocks until the program opens it
         pipe.write(b"MeshVersionFormatted 2\n")
         pipe.flush()
         process.send_signal(signal.SIGINT)
@@ -127,7 +127,7 @@ def interrupted_reading(folder):
 
 
 def interrupted_working(folder):
-    """A run of many seconds."""
+    """Interrupts a run of many seconds."""
     process = started(folder, "run", "run.json")
     time.sleep(1)
     process.send_signal(signal.SIGINT)
@@ -135,7 +135,7 @@ def interrupted_working(folder):
 
 
 def interrupted_writing(folder):
-    """The output is a pipe that is read no more than one byte."""
+    """The output is a pipe from which only one byte is read."""
     os.mkfifo(folder.path / "out.mesh")
     process = started(folder, "curve", "in.mesh", "-o", "out.mesh")
     with open(folder.path / "out.mesh", "rb", buffering=0) as pipe:
@@ -145,9 +145,10 @@ def interrupted_writing(folder):
 
 
 def interrupted_anywhere(folder, times=24):
-    """At so many times in a run: it is whole or it left nothing. A signal before the program listens ends it as such."""
+    """Interrupts a run at `times` moments: the output is complete or absent. A signal before the handler is installed
+    ends the process."""
     begin = time.monotonic()
-    told = folder.camber("curve", "in.mesh", "-o", "out.mesh")
+    last_stopped = folder.camber("curve", "in.mesh", "-o", "out.mesh")
     length = time.monotonic() - begin
     whole = (folder.path / "out.mesh").read_bytes()
     for i in range(times):
@@ -162,6 +163,6 @@ def interrupted_anywhere(folder, times=24):
         if done.returncode not in (130, -signal.SIGINT) or left != ["in.mesh"]:
             return done
         if done.returncode == 130:
-            told = done
+            last_stopped = done
     (folder.path / "out.mesh").unlink(missing_ok=True)
-    return told
+    return last_stopped

@@ -1,4 +1,4 @@
-"""Meshes for tests of the program, made without it: lattices of simplices, of degree 1 and 2, as ASCII files."""
+"""Meshes made without the program: lattices of simplices of degree 1 and 2 as ASCII files."""
 import itertools
 
 import numpy as np
@@ -12,8 +12,8 @@ def edges_of(simplex):
 
 
 class Mesh:
-    """Points, then rows of vertices (degree 1) or nodes (degree 2); all from 0.  `references` are of points, elements
-    and facets."""
+    """Points, and rows of vertices (degree 1) or nodes (degree 2), counted from 0. Elements and facets have
+    references."""
 
     def __init__(self, points, elements, facets, degree=1):
         self.points, self.elements, self.facets = np.array(points, float), elements, facets
@@ -32,7 +32,7 @@ class Mesh:
 
 
 def lattice(dim, n):
-    """[0, n]^dim cut into simplices, one for each order of the axes, with the boundary's facets."""
+    """[0, n]^dim cut into simplices, one for each order of the axes, with its boundary facets."""
     number = {at: i for i, at in enumerate(itertools.product(range(n + 1), repeat=dim))}
     elements = []
     for cell in itertools.product(range(n), repeat=dim):
@@ -49,12 +49,12 @@ def lattice(dim, n):
 
 
 def moved(mesh, by, scale=1.0):
-    """A copy, scaled and then moved."""
+    """A scaled and translated copy."""
     return Mesh(scale * mesh.points + by, list(mesh.elements), list(mesh.facets))
 
 
 def joined(one, other):
-    """Both bodies in one mesh, of references 1 and 2, without common vertices."""
+    """Both bodies in one mesh, with references 1 and 2 and without common vertices."""
     number = len(one.points)
     both = Mesh(np.concatenate([one.points, other.points]),
                 one.elements + [tuple(v + number for v in e) for e in other.elements],
@@ -65,7 +65,7 @@ def joined(one, other):
 
 
 def with_boundary(mesh):
-    """The mesh of the elements alone, its boundary listed."""
+    """The mesh of the elements with its boundary listed."""
     sides = {}
     for element in mesh.elements:
         for face in itertools.combinations(element, mesh.dim):
@@ -74,7 +74,7 @@ def with_boundary(mesh):
 
 
 def elevated(mesh, random=None, amplitude=0.0):
-    """Degree 2: mid nodes at the middles of the edges, those inside moved by up to the amplitude."""
+    """Elevates to degree 2: mid nodes at the edge middles; inner ones are displaced by up to the amplitude."""
     boundary = {tuple(sorted(e)) for facet in mesh.facets for e in edges_of(facet)}
     number, points = {}, list(mesh.points)
     for simplex in itertools.chain(mesh.elements, mesh.facets):
@@ -93,8 +93,8 @@ def elevated(mesh, random=None, amplitude=0.0):
 
 
 def permuted(mesh, random):
-    """The same mesh with its points and elements in another order; and old element of each new one."""
-    new = random.permutation(len(mesh.points))  # of each old point
+    """The mesh with points and elements in another order, and the old index of each new element."""
+    new = random.permutation(len(mesh.points))  # new index of each old point
     order = random.permutation(len(mesh.elements))
     points = np.empty_like(mesh.points)
     points[new] = mesh.points
@@ -118,7 +118,7 @@ def scattered_square(n):
 
 
 def without_unused_points(points, elements):
-    """The mesh of these elements with all of its boundary."""
+    """The mesh of these elements with its whole boundary and without unused points."""
     used = sorted({v for element in elements for v in element})
     number = {v: i for i, v in enumerate(used)}
     elements = [tuple(number[v] for v in element) for element in elements]
@@ -131,27 +131,27 @@ def without_unused_points(points, elements):
 
 
 def as_ball(points, radii):
-    """A cube [-n, n]^dim brought to a ball: what is k from the centre, by the largest coordinate, to radii[k]."""
+    """Maps a cube [-n, n]^dim to a ball: points with largest coordinate k get the radius radii[k]."""
     most, length = np.abs(points).max(axis=1), np.linalg.norm(points, axis=1)
     scale = np.interp(most, range(len(radii)), radii) / np.where(length > 0, length, 1)
     return points * scale[:, None]
 
 
 def ball_in_shell(dim, n, gap, layers=2):
-    """A ball of radius 1 and a shell around it, with an empty gap between them; facets by bodies: 1 and 2."""
+    """A ball of radius 1 and a shell around it with an empty gap between them; facet references 1 and 2 by body."""
     whole = lattice(dim, 2 * (n + 1 + layers))
     points = whole.points - (n + 1 + layers)
     layer = [np.abs(points[list(e)].mean(axis=0)).max() for e in whole.elements]
-    kept = [e for e, at in zip(whole.elements, layer) if not n < at < n + 1]
+    elements_outside_gap = [e for e, at in zip(whole.elements, layer) if not n < at < n + 1]
     radii = [k / n for k in range(n + 1)] + [1 + gap + 0.25 * k for k in range(layers + 1)]
-    mesh = without_unused_points(as_ball(points, radii), kept)
+    mesh = without_unused_points(as_ball(points, radii), elements_outside_gap)
     mesh.facet_references = [1 if np.linalg.norm(mesh.points[f[0]]) < 1 + gap / 2 else 2 for f in mesh.facets]
     return mesh
 
 
 def block_beside_ball(dim, n, share, size=0.1):
-    """A ball of radius 1, and a small block before the middle of one of its facets: as far from it as this share of
-    what the sphere bows there. Facets by bodies: 1 and 2."""
+    """A ball of radius 1 and a small block in front of the middle of one of its facets. `share` is the distance to the
+    facet relative to the height of the sphere over it. Facet references 1 and 2 by body."""
     ball = lattice(dim, 2 * n)
     points = as_ball(ball.points - n, [k / n for k in range(n + 1)])
     facet = max(ball.facets, key=lambda f: np.dot(points[list(f)].mean(axis=0), np.arange(dim, 0, -1)))
@@ -165,7 +165,7 @@ def block_beside_ball(dim, n, share, size=0.1):
     block = lattice(dim, 1)
     at = (block.points - np.array([0] + [0.5] * (dim - 1))) * size
     elements = block.elements
-    if np.linalg.norm(mirror) > 1e-12:  # turned by a mirror: the blocks' elements are turned back
+    if np.linalg.norm(mirror) > 1e-12:  # a reflection inverts elements: they are reoriented
         at -= 2 * np.outer(at @ mirror, mirror) / (mirror @ mirror)
         elements = [(e[1], e[0], *e[2:]) for e in elements]
     at += middle + share * (1 - normal @ middle) * normal

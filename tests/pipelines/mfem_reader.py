@@ -1,4 +1,4 @@
-"""Reader of "MFEM mesh v1.0" for the tests, written from the format's definition; it shares no code with the library.
+"""Reader of "MFEM mesh v1.0", written from the format definition; it shares no code with the library.
 
 The degrees of freedom of an H1 field of order 2 on simplices are the vertices, then the edges. Edges are numbered as a loop over the
 elements meets them, in each element in the order of its local edges: 01 12 20 of a triangle, 01 02 03 12 13 23 of a tetrahedron.
@@ -18,8 +18,8 @@ class Simplex:
     attribute: int
     geometry: int
     vertices: list
-    corners: np.ndarray         # their places
-    mid_nodes: dict             # (local vertex, local vertex) -> place of the node of that edge; without nodes of order 2 empty
+    corners: np.ndarray         # coordinates
+    mid_nodes: dict             # (local vertex, local vertex) -> coordinates of the mid node; empty without nodes of order 2
 
 
 @dataclass
@@ -28,7 +28,7 @@ class Mesh:
     vertices: int
     elements: list
     boundary: list
-    nodes: np.ndarray           # one row a degree of freedom
+    nodes: np.ndarray           # one row per degree of freedom
 
 
 class Words:

@@ -1,4 +1,4 @@
-"""A reader of Gmsh's files as text (versions 2.2 and 4.1) that knows nothing of Camber."""
+"""Reader of text files of Gmsh (versions 2.2 and 4.1) that shares no code with Camber."""
 from collections import Counter
 from dataclasses import dataclass, field
 
@@ -14,13 +14,13 @@ class Msh:
     names: dict = field(default_factory=dict)    # (dimension, physical tag): name
 
     def cells(self, types=None):
-        """How often there is an element of a type with nodes at these places, of this entity and these groups."""
+        """Number of elements by type, entity, groups and node coordinates."""
         return Counter((kind, entity, physicals, tuple(rounded(self.nodes[n]) for n in nodes))
                        for _, kind, entity, physicals, nodes in self.elements if not types or kind in types)
 
 
 def rounded(point):
-    """Gmsh writes 16 digits as text."""
+    """Rounds a point, since Gmsh writes 16 digits."""
     return tuple(round(x, 9) + 0.0 for x in point)
 
 

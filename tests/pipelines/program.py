@@ -1,4 +1,4 @@
-"""Runs the program in a folder of its own, for the tests of this directory."""
+"""Runs the program in a temporary folder, for the tests of this directory."""
 import json
 import os
 import subprocess
@@ -7,14 +7,14 @@ import tempfile
 from pathlib import Path
 
 CAMBER = str(Path(sys.argv[1] if len(sys.argv) > 1 else "build/bin/camber").resolve())
-SANITIZED = os.environ.get("CAMBER_SANITIZED") == "1"  # twenty times as long
+SANITIZED = os.environ.get("CAMBER_SANITIZED") == "1"  # sanitized runs take twenty times as long
 ROOT = Path(__file__).resolve().parents[2]
 CONFIGS = ROOT / "configs"
 sys.path.insert(0, str(ROOT / "tests" / "oracle"))
 
 
 class Folder(tempfile.TemporaryDirectory):
-    """A working directory that goes when the test ends. The configs write into out/."""
+    """A working directory that is deleted at the end of the test. The configs write into out/."""
 
     def __init__(self):
         super().__init__()

@@ -1,4 +1,4 @@
-"""What tests need that is not everywhere: programs and Python modules of others that read or write meshes."""
+"""Requirements of tests: external programs and Python modules that read or write meshes."""
 import importlib.util
 import os
 import shutil
@@ -10,8 +10,8 @@ def is_there(name):
 
 
 def needs(name):
-    """A decorator: leaves the test out, with a word, where neither a program nor a Python module of that name is installed; where
-    CAMBER_NO_SKIP=1 says that all must be there, it fails."""
+    """Decorator: skips the test if neither a program nor a Python module of that name is installed. With
+    CAMBER_NO_SKIP=1 the test fails."""
     def decorate(test):
         if is_there(name):
             return test

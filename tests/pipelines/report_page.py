@@ -12,7 +12,7 @@ END = "<!-- end of the keys -->\n"
 
 
 def rows_of(properties, path, known):
-    """(key, unit, meaning) of all leaves below; of an object that came before one row."""
+    """(key, unit, meaning) of all leaves; a repeated object gets one row."""
     rows = []
     for key, schema in properties.items():
         name, meaning = f"{path}{key}", schema.get("description", "")
@@ -46,7 +46,7 @@ def properties_of(camber, report):
 
 
 def tables_of_run(camber, known):
-    """The run and its lists first; then a section for each part that is an object of its own."""
+    """The table of the run, then a section for each part that is an object."""
     few = 4
     run, parts = [], []
     for key, schema in properties_of(camber, "report").items():
@@ -60,7 +60,7 @@ def tables_of_run(camber, known):
 
 
 def page(camber):
-    """The page with the tables of this program."""
+    """The page with the tables of this build."""
     known, text = {}, PAGE.read_text(encoding="utf-8")
     for name, tables in (("report.json", lambda: tables_of_run(camber, known)),
                          ("check --json", lambda: table(rows_of(properties_of(camber, "check"), "", known))),

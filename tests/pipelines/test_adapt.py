@@ -1,4 +1,4 @@
-"""`camber adapt`, and the same as a config: cycles with a made-up solver, their folders, and their errors.
+"""`camber adapt` and its configs: cycles with a test solver, their folders and errors.
 
     python3 tests/pipelines/test_adapt.py build/bin/camber [unittest arguments]
 """
@@ -16,7 +16,7 @@ from program import CAMBER, ROOT, SANITIZED, Folder, report_of
 import gmf  # of the oracle
 
 FIELD = "tanh((sqrt(x^2+y^2)-0.5)/0.05)"
-# Takes the exact solution as the solved one: rows at all points of the mesh's file.
+# Solver that writes the exact solution at all points of the mesh file.
 SOLVER = """
 import sys
 import numpy as np
@@ -35,7 +35,7 @@ print("solved", len(u))
 
 
 class Adapting(Folder):
-    """A square to adapt, and a solver."""
+    """A folder with a mesh of a square and a solver."""
 
     def __init__(self, cells=6):
         super().__init__()
@@ -60,7 +60,7 @@ class Adapting(Folder):
 
 
 class Cycles(unittest.TestCase):
-    def test_a_known_solution_is_adapted_to_in_2d_curved_and_straight(self):
+    def test_adapt_reduces_the_error_of_a_field_in_2d_for_degrees_1_and_2(self):
         with Adapting() as folder:
             for degree in (1, 2):
                 done = folder.adapt("--field", FIELD, "--degree", degree, "--folder", f"d{degree}", "--cycles", 5)
@@ -74,27 +74,27 @@ class Cycles(unittest.TestCase):
                 self.assertIn("cycle", done.stdout)
             self.assertNotIn(".camber-cycles", " ".join(folder.files()))
 
-    def test_errors_by_cycle_are_those_that_check_tells(self):
+    def test_cycles_report_the_interpolation_errors_of_check(self):
         with Adapting() as folder:
             self.assertEqual(folder.adapt("--field", FIELD, "--folder", "c", "--cycles", 2).returncode, 0)
-            told = folder.rows("c")[-1]["interpolation_error"]
+            reported = folder.rows("c")[-1]["interpolation_error"]
             found = folder.check("n.meshb", "--field", FIELD)["interpolation"][0]
-            self.assertAlmostEqual(told["l2"] / found["curved"]["l2"]["value"], 1, delta=3e-3)
-            self.assertAlmostEqual(told["h1"] / found["curved"]["h1"]["value"], 1, delta=3e-3)
+            self.assertAlmostEqual(reported["l2"] / found["curved"]["l2"]["value"], 1, delta=3e-3)
+            self.assertAlmostEqual(reported["h1"] / found["curved"]["h1"]["value"], 1, delta=3e-3)
 
     @unittest.skipIf(SANITIZED, "the same paths as in 2D")
-    def test_straight_meshes_for_elements_of_degree_2_are_judged_by_these(self):
+    def test_straight_meshes_report_errors_of_quadratic_interpolants_for_metric_degree_2(self):
         with Adapting() as folder:
             done = folder.adapt("--field", FIELD, "--degree", 1, "--set", "metric/solution/degree=2", "--folder", "c",
                                 "--cycles", 3, "--convergence-tolerance", 0, "--result", "last")
             self.assertEqual(done.returncode, 0, done.stderr)
-            told = folder.rows("c")[-1]["interpolation_error"]
+            reported = folder.rows("c")[-1]["interpolation_error"]
             self.assertEqual(folder.camber("convert", "n.meshb", "--elevate", "-o", "two.meshb").returncode, 0)
             checked = folder.check("two.meshb", "--field", FIELD)["interpolation"][0]["curved"]
             for key in ("l2", "h1"):
-                self.assertAlmostEqual(told[key] / checked[key]["value"], 1, delta=1e-2)
+                self.assertAlmostEqual(reported[key] / checked[key]["value"], 1, delta=1e-2)
 
-    def test_tetrahedra(self):
+    def test_adapt_in_3d_writes_no_invalid_tetrahedra(self):
         with Adapting() as folder:
             folder.camber("generate", "box", "-o", "b.meshb", "--set", "cells=[3,3,3]")
             done = folder.camber("adapt", "b.meshb", "--field", "tanh((x+y+z-1.5)/0.3)", "--complexity", 30, "-o",
@@ -103,13 +103,13 @@ class Cycles(unittest.TestCase):
             checked = json.loads(folder.camber("check", "n.meshb", "--json").stdout)
             self.assertEqual(checked["invalid"], 0)
 
-    def test_a_metric_instead_of_a_solution(self):
+    def test_adapt_accepts_a_metric_instead_of_a_solution(self):
         with Adapting() as folder:
             done = folder.adapt("--metric", "0.2", "--degree", 1, "--cycles", 2)
             self.assertEqual(done.returncode, 0, done.stderr)
             self.assertTrue((folder.path / "n.meshb").exists())
 
-    def test_a_file_of_the_solution_is_one_cycle_and_goes_along(self):
+    def test_a_solution_file_is_transferred_and_allows_one_cycle_only(self):
         with Adapting() as folder:
             subprocess.run([sys.executable, "solver.py", "r.mesh", "u.sol"], cwd=folder.name, check=True, capture_output=True)
             done = folder.adapt("--solution", "u.sol", "--degree", 1, "--output-solution", "v.sol")
@@ -124,8 +124,8 @@ S_FRONT = "tanh((y-0.5-0.25*tanh(6*(x-0.5)))/0.01)"
 
 
 class Errors(unittest.TestCase):
-    def test_nodes_do_not_slide_across_fronts(self):
-        """Edges are oblique to the front: the errors are those of structured meshes along it, and not a multiple."""
+    def test_errors_at_an_oblique_front_stay_at_those_of_aligned_meshes(self):
+        """Nodes must not slide across the front. The bounds are the errors of structured meshes aligned with it."""
         with Adapting(cells=16) as folder:
             done = folder.adapt("--field", S_FRONT, "--folder", "c", "--cycles", 7, "--convergence-tolerance", 0, complexity="600")
             self.assertEqual(done.returncode, 0, done.stderr)
@@ -134,13 +134,13 @@ class Errors(unittest.TestCase):
                 self.assertLess(row["interpolation_error"]["l2"] * size ** 1.5, 1.2e-5)
                 self.assertLess(row["interpolation_error"]["h1"] * size, 4.2e-2)
 
-    def test_an_interface_between_materials_has_the_sizes_of_the_finer_side(self):
-        """A layer in one material: errors do not jump from cycle to cycle."""
+    def test_errors_at_a_layer_in_one_material_do_not_jump_between_cycles(self):
+        """The interface must get the sizes of the finer side."""
         with Adapting(cells=10) as folder:
             mesh = gmf.read(folder.path / "r.mesh")
             lines = (folder.path / "r.mesh").read_text().split("\n")
             first = lines.index("Triangles") + 2
-            vertices = {1: set(), 2: set()}  # by material
+            vertices = {1: set(), 2: set()}  # vertices of each material
             for k in range(int(lines[first - 1])):
                 row = [int(v) for v in lines[first + k].split()[:3]]
                 material = 1 if np.mean([mesh.points[v - 1][0] for v in row]) < 0.5 else 2
@@ -158,7 +158,7 @@ class Errors(unittest.TestCase):
             self.assertLess(max(errors), 5 * np.median(errors))
             self.assertLess(np.median(errors), 8e-6)
 
-    def test_the_expected_error_is_in_the_unit_of_the_solution(self):
+    def test_the_expected_error_scales_with_the_unit_of_the_solution(self):
         for unit in (1, 3, 1e-9, 1e9):
             with Adapting(cells=12) as folder:
                 solver = (folder.path / "solver.py").read_text().replace("u = np", f"u = {unit} * np")
@@ -181,11 +181,11 @@ class Errors(unittest.TestCase):
                 errors = [row["interpolation_error"]["l2"] for row in rows]
                 cycle = 2 + int(np.argmin(errors[2:])) if result == "best" else 8
                 self.assertEqual("the result is the mesh of cycle" in done.stderr, cycle < 8)
-                kept = folder.path / result / f"cycle-{cycle:03}"
-                self.assertEqual((folder.path / f"{result}.meshb").read_bytes(), (kept / "mesh.meshb").read_bytes())
-                self.assertEqual((folder.path / f"{result}.json").read_text(), (kept / "report.json").read_text())
+                stored = folder.path / result / f"cycle-{cycle:03}"
+                self.assertEqual((folder.path / f"{result}.meshb").read_bytes(), (stored / "mesh.meshb").read_bytes())
+                self.assertEqual((folder.path / f"{result}.json").read_text(), (stored / "report.json").read_text())
 
-    def test_cycles_end_when_the_error_falls_no_more(self):
+    def test_cycles_end_when_the_error_stops_falling(self):
         with Adapting(cells=10) as folder:
             done = folder.adapt("--field", S_FRONT, "--folder", "c", "--cycles", 30, complexity="100")
             self.assertEqual(done.returncode, 0, done.stderr)
@@ -194,7 +194,7 @@ class Errors(unittest.TestCase):
             self.assertLess(len(errors), 25)
             self.assertGreater(min(errors[1:]), 0.9 * min(errors[1:-2]))
 
-    def test_going_on_after_the_best_cycle_returns_it(self):
+    def test_resuming_after_the_best_cycle_returns_its_mesh(self):
         with Adapting() as folder:
             solve = ("--solve", folder.solver(), "--field", FIELD, "--mesh-file", "m.mesh", "--convergence-tolerance", 0)
             self.assertEqual(folder.adapt(*solve, "--cycles", 6).returncode, 0)
@@ -203,7 +203,7 @@ class Errors(unittest.TestCase):
             self.assertEqual(folder.adapt(*solve, "--cycles", 6, "--from", 5).returncode, 0)
             self.assertEqual((folder.path / "n.meshb").read_bytes(), whole)
 
-    def test_h1_is_the_norm_of_gradients(self):
+    def test_norm_h1_equals_norm_2_of_gradients_and_rejects_error_of_values(self):
         with Adapting() as folder:
             configs = [folder.adapt("--field", FIELD, "--print-config", *norm).stdout
                        for norm in (("--norm", "H1"), ("--norm", 2, "--error-of", "gradients"))]
@@ -227,7 +227,7 @@ class CurvedWalls(unittest.TestCase):
         folder.camber("generate", "annulus", "--elements", 200, "--set", "outer_radius=2", "-o", "ring.mesh")
 
     def wall(self, folder, mesh):
-        """The largest distance of the inner circle's edges, sampled, from radius 1."""
+        """The largest distance of samples on the inner circle's edges from radius 1."""
         read = gmf.read(folder.path / mesh)
         edges = read.cells["EdgesP2" if "EdgesP2" in read.cells else "Edges"]
         t = np.linspace(0, 1, 21)
@@ -244,7 +244,7 @@ class CurvedWalls(unittest.TestCase):
         self.assertEqual(done.returncode, 0, done.stderr)
         return done, folder.rows(name)
 
-    def test_a_wall_is_as_near_to_its_geometry_as_the_expected_error_allows(self):
+    def test_the_expected_error_bounds_the_distance_of_a_boundary_to_its_geometry(self):
         with Adapting() as folder:
             self.ring(folder)
             for degree in (1, 2):
@@ -256,7 +256,7 @@ class CurvedWalls(unittest.TestCase):
                     self.assertEqual(distance["origin"], "expected_error")
                     self.assertLess(distance["reached"], 2 * distance["bound"])
                 self.assertEqual(free[-1]["boundary_distance"]["origin"], "config")
-                # The normal derivative is 20 along 2 pi, and u changes by 1.
+                # The distance bound is error / sqrt(g L Δu): normal derivative g = 1/0.05 = 20, length L = 2π, change Δu = 1 of u.
                 before = bounded[-2]
                 error = before.get("expected_error", before["interpolation_error"]["l2"])
                 wall = self.wall(folder, f"b{degree}.mesh")
@@ -265,7 +265,7 @@ class CurvedWalls(unittest.TestCase):
                 self.assertLess(bounded[-1]["elements"], 1.15 * free[-1]["elements"])
                 self.assertLess(bounded[-1]["interpolation_error"]["l2"], 1.3 * free[-1]["interpolation_error"]["l2"])
 
-    def test_bounds_follow_the_unit_of_the_solution(self):
+    def test_distance_bounds_do_not_depend_on_the_unit_of_the_solution(self):
         with Adapting() as folder:
             self.ring(folder)
             meshes = []
@@ -275,7 +275,7 @@ class CurvedWalls(unittest.TestCase):
             self.assertEqual(*meshes[:2])
             self.assertEqual(*meshes[1:])
 
-    def test_plane_boundaries_have_no_distance_and_no_note(self):
+    def test_plane_boundaries_have_zero_distance_and_no_note(self):
         with Adapting() as folder:
             done = folder.adapt("--field", FIELD, "--folder", "c", "--cycles", 3)
             self.assertEqual(done.returncode, 0, done.stderr)
@@ -284,8 +284,8 @@ class CurvedWalls(unittest.TestCase):
                 self.assertLess(row["boundary_distance"]["reached"], 1e-14)
                 self.assertGreater(row["boundary_distance"]["bound"], 0)
 
-    def test_a_bound_of_the_error_that_is_not_met_is_a_note(self):
-        """Required edges of the wall are not split."""
+    def test_a_distance_bound_that_is_not_met_is_a_note(self):
+        """Required boundary edges are not split."""
         with Adapting() as folder:
             self.ring(folder)
             text = (folder.path / "ring.mesh").read_text()
@@ -299,7 +299,7 @@ class CurvedWalls(unittest.TestCase):
 
 
 class Solvers(unittest.TestCase):
-    def test_the_solver_is_asked_on_every_mesh_and_all_is_kept(self):
+    def test_adapt_runs_the_solver_on_every_mesh_and_stores_all_files(self):
         with Adapting() as folder:
             done = folder.adapt("--solve", folder.solver(), "--field", FIELD, "--cycles", 2, "--mesh-file", "mesh.mesh",
                                 "--output-solution", "v.sol", "--report", "r.json", complexity="30,50")
@@ -310,7 +310,7 @@ class Solvers(unittest.TestCase):
                 here = folder.path / "n.cycles" / f"cycle-{k:03}"
                 self.assertEqual((here / "solver.txt").read_text().split()[0], "solved")
                 self.assertTrue((here / "view.vtu").exists())
-                for key in ("l2", "h1"):  # the made-up solution is the interpolant
+                for key in ("l2", "h1"):  # the test solver writes the interpolant
                     self.assertAlmostEqual(row["solution_error"][key] / row["interpolation_error"][key], 1, delta=3e-3)
             self.assertTrue((folder.path / "n.cycles" / "cycle-002" / "guess.sol").exists())
             self.assertIn("cycle-002/view.vtu", (folder.path / "n.cycles" / "series.pvd").read_text())
@@ -319,33 +319,33 @@ class Solvers(unittest.TestCase):
             self.assertEqual(rows[-1]["unknowns"], nodes)
             self.assertIn(f"\n{nodes}\n", (folder.path / "v.sol").read_text())
 
-    def test_formats_with_fields_get_the_last_solution(self):
+    def test_vtu_output_contains_the_last_solution(self):
         with Adapting() as folder:
             done = folder.adapt("--solve", folder.solver(), "--cycles", 1, "--mesh-file", "m.mesh", output="n.vtu")
             self.assertEqual(done.returncode, 0, done.stderr)
             self.assertIn("field_1", (folder.path / "n.vtu").read_bytes().decode("latin-1"))
 
-    def test_what_a_solver_does_wrong_is_told_with_its_last_words(self):
+    def test_solver_failures_are_reported_with_their_last_output(self):
         cases = [("import sys; print('no convergence'); sys.exit(7)", "exit code 7: no convergence"),
                  ("pass", "was not written by the solver of cycle 0"),
                  ("import os; os.abort()", "abort"),
                  ("import time; time.sleep(60)", "took more than 0.5 s"),
                  ("import sys; open(sys.argv[2], 'w').write('nonsense')", "solution.sol")]
         with Adapting() as folder:
-            for program, told in cases:
+            for program, reported in cases:
                 (folder.path / "bad.py").write_text(program)
                 done = folder.adapt("--solve", f"{sys.executable} bad.py {{mesh}} {{solution}}", "--timeout", 0.5,
-                                    "--folder", f"c{len(told)}")
+                                    "--folder", f"c{len(reported)}")
                 self.assertEqual(done.returncode, 3, (program, done.stderr))
-                self.assertIn(told, done.stderr)
-                self.assertFalse((folder.path / f"c{len(told)}" / "cycle-000").exists())
+                self.assertIn(reported, done.stderr)
+                self.assertFalse((folder.path / f"c{len(reported)}" / "cycle-000").exists())
 
-    def test_no_solver_is_asked_on_a_mesh_that_is_not_valid(self):
+    def test_adapt_does_not_run_the_solver_on_an_invalid_mesh(self):
         with Adapting() as folder:
             folder.camber("convert", "r.mesh", "--elevate", "-o", "q.mesh")
             lines = (folder.path / "q.mesh").read_text().split("\n")
             first = lines.index("Vertices") + 2
-            last = first + int(lines[first - 1]) - 1  # a node of an edge
+            last = first + int(lines[first - 1]) - 1  # a mid node
             x, y, reference = lines[last].split()
             lines[last] = f"{float(x) + 0.3} {float(y) + 0.3} {reference}"
             (folder.path / "q.mesh").write_text("\n".join(lines))
@@ -354,12 +354,12 @@ class Solvers(unittest.TestCase):
             self.assertIn("camber repair", done.stderr)
             self.assertFalse((folder.path / "n.cycles" / "cycle-000" / "solver.txt").exists())
 
-    def test_a_mesh_with_invalid_elements_is_made_again_with_a_smaller_step(self):
-        """Without a stage that repairs them, edges that follow the metric leave some at a coarse wall."""
+    def test_a_cycle_with_invalid_elements_is_repeated_with_a_smaller_step(self):
+        """The metric leaves invalid elements at a coarse boundary; the config has no stage that repairs them."""
         with Adapting() as folder:
             folder.camber("generate", "annulus", "-o", "a.mesh", "--elements", 200, "--set", "outer_radius=5")
-            told = folder.adapt("--field", "exp(-(sqrt(x^2+y^2)-1)/0.02)", "--cycles", 3, "--print-config", mesh="a.mesh")
-            config = json.loads(told.stdout)
+            reported = folder.adapt("--field", "exp(-(sqrt(x^2+y^2)-1)/0.02)", "--cycles", 3, "--print-config", mesh="a.mesh")
+            config = json.loads(reported.stdout)
             config["stages"] = ["elevate", "remesh", {"curve": {"objective": "length"}}, "validate"]
             config["adapt"]["complexity"] = [80]
             config["adapt"]["folder"] = "c"
@@ -368,19 +368,19 @@ class Solvers(unittest.TestCase):
             self.assertIn("are not certified valid; tried again at", done.stderr)
             rows = folder.rows("c")
             self.assertTrue(any(0 < row["complexity"] < 0.95 * 80 for row in rows))
-            kept = [(folder.path / "c" / f"cycle-{row['cycle']:03}" / "mesh.meshb").read_bytes() for row in rows if row.get("valid", True)]
-            self.assertIn((folder.path / "n.meshb").read_bytes(), kept)
+            stored = [(folder.path / "c" / f"cycle-{row['cycle']:03}" / "mesh.meshb").read_bytes() for row in rows if row.get("valid", True)]
+            self.assertIn((folder.path / "n.meshb").read_bytes(), stored)
 
-    def test_a_command_is_checked_before_anything_is_done(self):
+    def test_a_bad_solver_command_is_rejected_before_the_first_cycle(self):
         with Adapting() as folder:
-            for command, told in (("flow {mesh}", "has no {solution}"), ("flow {solution}", "has no {mesh}"),
+            for command, reported in (("flow {mesh}", "has no {solution}"), ("flow {solution}", "has no {mesh}"),
                                   ("/no/such/solver {mesh} {solution}", "cannot be started")):
                 done = folder.adapt("--solve", command)
                 self.assertEqual(done.returncode, 2, done.stderr)
-                self.assertIn(told, done.stderr)
+                self.assertIn(reported, done.stderr)
 
 
-# Takes the exact solution as the solved one on straight elements of degree 2: rows at the vertices, then one an edge.
+# Solver that writes the exact solution on straight quadratic elements: rows at the vertices, then one per edge.
 QUADRATIC_SOLVER = """
 import sys
 import numpy as np
@@ -428,7 +428,7 @@ ROUND_FRONT = {2: "tanh((sqrt(x^2+y^2)-0.5)/0.1)", 3: "tanh((sqrt(x^2+y^2+z^2)-0
 
 
 class StraightLoops(unittest.TestCase):
-    """Straight meshes, and a solver with elements of degree 1 or 2 on them."""
+    """Straight meshes with a solver of degree 1 or 2."""
 
     def loop(self, folder, *more, order="edges", solution="solution.sol", settled=0, **options):
         (folder.path / "quadratic.py").write_text(QUADRATIC_SOLVER.format(oracle=str(ROOT / "tests" / "oracle")))
@@ -438,7 +438,7 @@ class StraightLoops(unittest.TestCase):
     def degree_of_metric(self, folder, way, cycle):
         return report_of(folder.path / way / f"cycle-{cycle:03}" / "report.json")["solution_metric"]["degree"]
 
-    def test_the_metric_is_that_of_the_solvers_elements(self):
+    def test_the_metric_has_the_degree_of_the_solution(self):
         for dimension, complexity, cycles in ((2, "150", 3), (3, "150", 2)):
             with self.subTest(dimension), Adapting(cells=10) as folder:
                 if dimension == 3:
@@ -453,11 +453,11 @@ class StraightLoops(unittest.TestCase):
                     meshes[way], last[way] = (folder.path / "n.meshb").read_bytes(), folder.rows(way)[-1]
                     checked = folder.check("n.meshb")
                     self.assertEqual((checked["degree"], checked["invalid"]), (1, 0))
-                # The same values by other files are the same meshes.
+                # Equal values in different file formats give equal meshes.
                 self.assertEqual(meshes["sol"], meshes["vtu"])
                 self.assertLess(last["sol"]["solution_error"]["l2"], 0.5 * last["linear"]["solution_error"]["l2"])
 
-    def test_the_expected_error_is_that_of_the_solution_on_its_mesh(self):
+    def test_the_expected_error_estimates_the_error_of_the_solution(self):
         with Adapting(cells=10) as folder:
             for order in ("edges", "vertices"):
                 done = self.loop(folder, "--folder", order, "--cycles", 5, "--field", ROUND_FRONT[2], order=order,
@@ -467,7 +467,7 @@ class StraightLoops(unittest.TestCase):
                     ratio = row["expected_error"] / row["solution_error"]["l2"]
                     self.assertTrue(1 / 1.5 < ratio < 1.5, (order, row))
 
-    def test_a_loop_without_the_exact_solution_ends_by_its_error(self):
+    def test_cycles_without_an_exact_solution_end_by_the_expected_error(self):
         with Adapting(cells=10) as folder:
             done = self.loop(folder, "--folder", "c", "--cycles", 15, settled=0.1, complexity="150")
             self.assertEqual(done.returncode, 0, done.stderr)
@@ -476,7 +476,7 @@ class StraightLoops(unittest.TestCase):
             self.assertEqual(gmf.read(folder.path / "n.meshb").points.tolist(),
                              gmf.read(folder.path / "c" / f"cycle-{best['cycle']:03}" / "mesh.mesh").points.tolist())
 
-    def test_the_guess_has_the_nodes_of_the_solution(self):
+    def test_the_initial_guess_has_one_row_per_node_of_the_solution(self):
         with Adapting() as folder:
             for order in ("edges", "vertices"):
                 self.assertEqual(self.loop(folder, "--folder", order, "--cycles", 1, order=order).returncode, 0)
@@ -484,11 +484,11 @@ class StraightLoops(unittest.TestCase):
                 rows = [int((here / name).read_text().split()[5]) for name in ("guess.sol", "solution.sol")]
                 self.assertEqual(*rows)
 
-    def test_another_order_of_nodes_is_refused_or_noted(self):
-        told = {"elements": (3, "in the order in which elements"), "random": (3, "are in another order"),
+    def test_other_node_orders_of_the_solution_are_rejected_or_noted(self):
+        reported = {"elements": (3, "in the order in which elements"), "random": (3, "are in another order"),
                 "all": (0, "as unrelated as in a random order")}
         with Adapting(cells=20) as folder:
-            for order, (code, text) in told.items():
+            for order, (code, text) in reported.items():
                 done = self.loop(folder, "--cycles", 1, "--folder", f"c{order}", order=order, complexity="100")
                 self.assertEqual(done.returncode, code, (order, done.stderr))
                 self.assertIn(text, done.stderr)
@@ -496,7 +496,7 @@ class StraightLoops(unittest.TestCase):
             done = self.loop(folder, "--cycles", 1, "--folder", "c", complexity="100")
             self.assertEqual((done.returncode, "order" in done.stderr), (0, False), done.stderr)
 
-    def test_rows_that_are_neither_are_refused_with_both_numbers(self):
+    def test_a_wrong_number_of_solution_rows_is_rejected_with_both_valid_numbers(self):
         with Adapting() as folder:
             (folder.path / "u.sol").write_text("MeshVersionFormatted 2\nDimension 2\nSolAtVertices\n3\n1 1\n1\n2\n3\nEnd\n")
             done = folder.camber("metric", "r.mesh", "--solution", "u.sol", "--complexity", 50, "-o", "m.sol")
@@ -505,7 +505,7 @@ class StraightLoops(unittest.TestCase):
 
 
 class MovingFronts(unittest.TestCase):
-    def test_meshes_coarsen_behind_and_refine_ahead(self):
+    def test_meshes_coarsen_behind_a_moving_front_and_refine_at_it(self):
         with Adapting() as folder:
             (folder.path / "moving.py").write_text((folder.path / "solver.py").read_text().replace(
                 "- 0.5)", "- 0.3 - 0.08 * int(sys.argv[3]))"))
@@ -514,18 +514,18 @@ class MovingFronts(unittest.TestCase):
             self.assertEqual(done.returncode, 0, done.stderr)
 
             def near(cycle, radius):
-                """How many nodes there are within 0.03 of the circle."""
+                """Number of nodes within 0.03 of the circle, relative to its radius."""
                 points = gmf.read(folder.path / "n.cycles" / f"cycle-{cycle:03}" / "m.mesh").points
                 return int((abs(np.hypot(points[:, 0], points[:, 1]) - radius) < 0.03).sum()) / radius
 
-            for cycle in (4, 5, 6):  # made for the front of the cycle before
+            for cycle in (4, 5, 6):  # each mesh is adapted to the front of the previous cycle
                 self.assertGreater(near(cycle, 0.3 + 0.08 * (cycle - 1)), 1.3 * near(cycle, 0.3 + 0.08 * (cycle - 3)))
             sizes = [row["elements"] for row in folder.rows("n.cycles")[2:]]
             self.assertLess(max(sizes), 1.3 * min(sizes))
 
 
-class GoingOn(unittest.TestCase):
-    def test_going_on_gives_the_same_bytes_as_going_through(self):
+class Resuming(unittest.TestCase):
+    def test_resumed_cycles_write_the_same_bytes_as_uninterrupted_ones(self):
         with Adapting() as folder:
             whole = folder.adapt("--solve", folder.solver(), "--cycles", 3, "--mesh-file", "m.mesh", "--convergence-tolerance", 0)
             self.assertEqual(whole.returncode, 0, whole.stderr)
@@ -546,7 +546,7 @@ class GoingOn(unittest.TestCase):
             self.assertEqual(none.returncode, 2)
             self.assertIn("cycle 9 is not there", none.stderr)
 
-    def test_an_interrupt_leaves_the_last_whole_cycle(self):
+    def test_an_interrupt_leaves_the_last_complete_cycle(self):
         with Adapting() as folder:
             (folder.path / "slow.py").write_text("import os, sys, time\nif sys.argv[3] == '2': time.sleep(60)\n"
                                                  "os.execv(sys.executable, [sys.executable, 'solver.py', *sys.argv[1:]])\n")
@@ -559,12 +559,12 @@ class GoingOn(unittest.TestCase):
             while not part.exists() and time.time() < until:
                 time.sleep(0.02)
             running.send_signal(signal.SIGINT)
-            _, said = running.communicate(timeout=60)
+            _, error_output = running.communicate(timeout=60)
             self.assertEqual(running.returncode, 130)
-            self.assertIn("cycles 0 to 1 are whole", said)
+            self.assertIn("cycles 0 to 1 are whole", error_output)
             self.assertEqual(len(folder.rows("n.cycles")), 2)
-            kept = folder.path / "n.cycles" / "cycle-001" / "m.mesh"
-            self.assertEqual(folder.check("n.meshb")["elements"], folder.check(kept)["elements"])
+            stored = folder.path / "n.cycles" / "cycle-001" / "m.mesh"
+            self.assertEqual(folder.check("n.meshb")["elements"], folder.check(stored)["elements"])
 
 
 class Configs(unittest.TestCase):
@@ -576,7 +576,7 @@ class Configs(unittest.TestCase):
                       "solve": [sys.executable, "solver.py", "{mesh}", "{solution}"]},
             "output": {"mesh": "n.meshb"}}))
 
-    def test_a_config_runs_commands_only_where_that_is_allowed(self):
+    def test_a_config_runs_commands_with_allow_commands_only(self):
         with Adapting() as folder:
             self.config(folder)
             refused = folder.camber("run", "a.json")
@@ -586,7 +586,7 @@ class Configs(unittest.TestCase):
             self.assertEqual(done.returncode, 0, done.stderr)
             self.assertEqual(len(folder.rows("c")), 3)
 
-    def test_the_verb_prints_the_config_that_does_the_same(self):
+    def test_the_printed_config_writes_the_same_mesh(self):
         with Adapting() as folder:
             first = folder.adapt("--field", FIELD, "--cycles", 2, "--print-config")
             (folder.path / "p.json").write_text(first.stdout)
@@ -594,7 +594,7 @@ class Configs(unittest.TestCase):
             self.assertEqual(folder.adapt("--field", FIELD, "--cycles", 2).returncode, 0)
             self.assertEqual((folder.path / "p.meshb").read_bytes(), (folder.path / "n.meshb").read_bytes())
 
-    def test_settings_reach_the_stages(self):
+    def test_set_changes_options_of_stages_and_rejects_adapt_options(self):
         with Adapting() as folder:
             done = folder.adapt("--field", FIELD, "--print-config", "--set", "stages/curve/objective=shape", "--set",
                                 "metric/solution/norm=4", "--max-size", 0.3)
@@ -604,7 +604,7 @@ class Configs(unittest.TestCase):
             refused = folder.adapt("--field", FIELD, "--set", "adapt/cycles=3")
             self.assertEqual(refused.returncode, 2)
 
-    def test_a_plan_does_nothing(self):
+    def test_a_dry_run_writes_no_files(self):
         with Adapting() as folder:
             before = folder.files()
             done = folder.adapt("--field", FIELD, "--dry-run")
@@ -612,7 +612,7 @@ class Configs(unittest.TestCase):
             self.assertIn("at most 8 such cycles", done.stdout)
             self.assertEqual(folder.files(), before)
 
-    def test_a_plan_with_a_solver_does_not_ask_it(self):
+    def test_a_dry_run_does_not_start_the_solver(self):
         with Adapting() as folder:
             before = folder.files()
             done = folder.adapt("--solve", folder.solver(), "--dry-run")
@@ -620,13 +620,13 @@ class Configs(unittest.TestCase):
             self.assertIn("after the solver", done.stdout)
             self.assertEqual(folder.files(), before)
 
-    def test_the_input_is_not_overwritten(self):
+    def test_adapt_rejects_an_output_equal_to_the_input(self):
         with Adapting() as folder:
             done = folder.adapt("--field", FIELD, output="r.mesh")
             self.assertEqual(done.returncode, 2)
             self.assertIn("same file", done.stderr)
 
-    def test_nothing_to_adapt_to_is_told(self):
+    def test_adapt_rejects_a_call_without_an_adaptation_target(self):
         with Adapting() as folder:
             done = folder.adapt()
             self.assertEqual(done.returncode, 2)

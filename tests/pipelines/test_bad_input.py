@@ -1,5 +1,5 @@
-"""Every kind of bad input through the real program: its exit code, its one line on standard error, and that nothing is
-written when it fails. docs/input.md holds what was printed, and must equal it.
+"""Runs all cases of bad input: exit code, one line on standard error, and no output file after a failure. docs/input.md
+contains the printed messages and must equal them.
 
     python3 tests/pipelines/test_bad_input.py build/bin/camber [unittest arguments]
     python3 tests/pipelines/test_bad_input.py build/bin/camber --write      rewrite docs/input.md
@@ -17,11 +17,11 @@ from program import CAMBER, ROOT, Folder
 
 DOCUMENT = ROOT / "docs" / "input.md"
 BEGIN, END = "<!-- made by tests/pipelines/test_bad_input.py --write -->\n", "<!-- end -->\n"
-NOBODY = 65534
+UNPRIVILEGED_USER = 65534
 
 
 def filled(case):
-    """A folder with the case's files."""
+    """A folder with the files of the case."""
     folder = Folder()
     for name, data in case.files().items():
         path = folder.path / name
@@ -30,10 +30,10 @@ def filled(case):
     return folder
 
 
-def what_hinders(case):
-    """Why the case cannot be tried here, or ''."""
-    if case.as_nobody and os.geteuid() == 0:
-        probe = subprocess.run([CAMBER, "--version"], user=NOBODY, group=NOBODY, extra_groups=[], cwd="/",
+def skip_reason(case):
+    """The reason why the case cannot be tested here, or ''."""
+    if case.as_unprivileged_user and os.geteuid() == 0:
+        probe = subprocess.run([CAMBER, "--version"], user=UNPRIVILEGED_USER, group=UNPRIVILEGED_USER, extra_groups=[], cwd="/",
                                capture_output=True)
         if probe.returncode != 0:
             return "nobody cannot run the program"
@@ -41,54 +41,53 @@ def what_hinders(case):
 
 
 def started(case, folder, arguments):
-    """The program's end."""
+    """Runs the case and returns the completed process."""
     if case.run:
         return case.run(folder)
     options = {}
     if case.limits:
         options["preexec_fn"] = lambda: [resource.setrlimit(kind, (n, n)) for kind, n in case.limits]
-    if case.as_nobody and os.geteuid() == 0:
-        options |= {"user": NOBODY, "group": NOBODY, "extra_groups": []}
+    if case.as_unprivileged_user and os.geteuid() == 0:
+        options |= {"user": UNPRIVILEGED_USER, "group": UNPRIVILEGED_USER, "extra_groups": []}
         os.chmod(folder.path, 0o777)
     return folder.camber(*arguments, **options)
 
 
 def line_of(case, done):
-    """What is printed on standard error, without the program's name; in whichever stage memory ran out, or, where the
-    case is not about that, it was stopped."""
+    """The message on standard error without the program name and without the stage if that varies."""
     text = done.stderr.strip()
     text = text.removeprefix("camber: ")
-    if case.given == "Ctrl-C at any other time":
+    if case.name == "Ctrl-C at any other time":
         text = re.sub(r"^\S+: stopped on request", "stopped on request", text)
     return re.sub(r"^\w+: not enough memory", "curve: not enough memory", text)
 
 
 class BadInput(unittest.TestCase):
-    """One test a case, made below."""
+    """One test per case, added below."""
 
     def check_case(self, case):
-        if hinders := what_hinders(case):
-            self.skipTest(f"{case.given}: {hinders}")
+        if reason := skip_reason(case):
+            self.skipTest(f"{case.name}: {reason}")
         folder = filled(case)
         with folder:
             before = folder.files()
             done = started(case, folder, case.arguments)
-            said = f"{case.group}, {case.given}: {done.returncode}\n{done.stderr}{done.stdout}"
-            self.assertEqual(done.returncode, case.code, said)
-            self.assertEqual(len(done.stderr.strip().splitlines()), 1 if case.says else 0, said)
-            self.assertIn(case.says, done.stderr, said)
+            details = f"{case.group}, {case.name}: {done.returncode}\n{done.stderr}{done.stdout}"
+            self.assertEqual(done.returncode, case.code, details)
+            self.assertEqual(len(done.stderr.strip().splitlines()), 1 if case.says else 0, details)
+            self.assertIn(case.says, done.stderr, details)
             if case.code > 1:
-                self.assertEqual(done.stdout, "", said)
-                self.assertEqual(folder.files(), before, said)
+                self.assertEqual(done.stdout, "", details)
+                self.assertEqual(folder.files(), before, details)
             else:
-                self.assertEqual(folder.files(), sorted([*before, "out.mesh"]), said)
+                self.assertEqual(folder.files(), sorted([*before, "out.mesh"]), details)
                 self.check_output(folder, case)
             if case.finds:
                 self.check_finding(folder, case)
-            SEEN[id(case)] = line_of(case, done)
+            OUTPUTS[id(case)] = line_of(case, done)
 
     def check_output(self, folder, case):
-        """What is written is sound and valid, unless the exit code says otherwise."""
+        """The output is sound and valid, unless the exit code says otherwise."""
         done = folder.camber("check", "out.mesh", "--json")
         soundness = json.loads(done.stdout)["soundness"]
         self.assertEqual(done.returncode, case.code, done.stdout)
@@ -96,7 +95,7 @@ class BadInput(unittest.TestCase):
             self.assertTrue(soundness["sound"], done.stdout)
 
     def check_finding(self, folder, case):
-        """`check` counts the defect and mends nothing."""
+        """`check` counts the defect and repairs nothing."""
         done = folder.camber("check", "in.mesh", "--json")
         report = json.loads(done.stdout)
         self.assertGreater(report["soundness"][case.finds], 0, done.stdout)
@@ -107,24 +106,24 @@ class BadInput(unittest.TestCase):
         self.assertIn(" sound  ", folder.camber("check", "in.mesh").stdout)
 
 
-SEEN = {}
+OUTPUTS = {}
 
 
 def add_tests():
     for number, case in enumerate(CASES):
-        name = re.sub(r"\W+", "_", f"test_{number:03}_{case.group}_{case.given}").lower()
+        name = re.sub(r"\W+", "_", f"test_{number:03}_{case.group}_{case.name}").lower()
         setattr(BadInput, name, lambda self, case=case: self.check_case(case))
 
 
 class Document(unittest.TestCase):
-    """Runs after the cases: unittest sorts classes by name only within a module's list, see `load_tests`."""
+    """Runs after the cases, see `load_tests`."""
 
-    def test_the_document_says_what_the_program_does(self):
+    def test_docs_input_md_equals_the_output_of_the_program(self):
         text = DOCUMENT.read_text()
         rows = dict(rows_of(text))
-        tried = [case for case in CASES if id(case) in SEEN]
+        tried = [case for case in CASES if id(case) in OUTPUTS]
         for case in tried:
-            self.assertEqual(rows.get((case.group, case.given)), row(case, SEEN[id(case)]),
+            self.assertEqual(rows.get((case.group, case.name)), row(case, OUTPUTS[id(case)]),
                              "docs/input.md is not what the program does: --write")
         if len(tried) == len(CASES):
             self.assertEqual(len(rows), len(CASES), "docs/input.md has rows of cases that are no more: --write")
@@ -132,11 +131,11 @@ class Document(unittest.TestCase):
 
 def row(case, line):
     cell = "`" + line.replace("|", "\\|") + "`" if line else "—"
-    return f"| {case.given} | {case.does} | {case.code} | {cell} |"
+    return f"| {case.name} | {case.does} | {case.code} | {cell} |"
 
 
 def rows_of(text):
-    """((group, given), row) of the document's tables."""
+    """((group, name), row) of the tables in the document."""
     group = ""
     for line in text.partition(BEGIN)[2].partition(END)[0].splitlines():
         if line.startswith("### "):
@@ -146,13 +145,13 @@ def rows_of(text):
 
 
 def tables(old):
-    """The tables anew; rows of cases that could not be tried stay as they were."""
+    """The new tables; rows of cases that could not be tested are unchanged."""
     out, group = [], None
     for case in CASES:
         if case.group != group:
             group = case.group
             out += ["", f"### {group}", "", "| given | Camber | exit | it says |", "|---|---|---|---|"]
-        out.append(row(case, SEEN[id(case)]) if id(case) in SEEN else old.get((group, case.given), ""))
+        out.append(row(case, OUTPUTS[id(case)]) if id(case) in OUTPUTS else old.get((group, case.name), ""))
     return "\n".join(out[1:]) + "\n\n"
 
 
@@ -164,7 +163,7 @@ def load_tests(loader, _tests, _pattern):
 
 
 def write():
-    """Runs all cases and rewrites the document's tables."""
+    """Runs all cases and rewrites the tables of the document."""
     suite = unittest.defaultTestLoader.loadTestsFromTestCase(BadInput)
     result = unittest.TextTestRunner(verbosity=0).run(suite)
     text = DOCUMENT.read_text()

@@ -1,4 +1,4 @@
-"""CGNS files: ours before cgnscheck and read again, and files that the library itself makes, as other programs have them.
+"""CGNS files: written files pass cgnscheck and are read again; files written with the CGNS library are read.
 
     python3 tests/pipelines/test_cgns.py build/bin/camber [unittest arguments]
 """
@@ -25,7 +25,7 @@ VERTEX, FACE_CENTER = 2, 4
 USER_DEFINED, ABUTTING_1_TO_1 = 1, 4
 TYPES = Path("/usr/include/cgnstypes.h")
 IS_HERE = ctypes.util.find_library("cgns") is not None and TYPES.exists()
-# The library is built for one width of its numbers.
+# The library has one integer width.
 SIZE = ctypes.c_int if IS_HERE and re.search(r"define CG_BUILD_64BIT\s+0", TYPES.read_text()) else ctypes.c_long
 POINTS = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 1.]])
 TETRAHEDRA = [[1, 2, 3, 4], [2, 5, 3, 4]]
@@ -33,7 +33,7 @@ TRIANGLES = [[1, 3, 2], [1, 2, 4], [1, 4, 3], [2, 3, 5], [3, 4, 5], [2, 5, 4]]
 
 
 class File:
-    """A CGNS file by the library, for tests: each call must succeed."""
+    """Writes a CGNS file with the library; each call must succeed."""
 
     def __init__(self, path, points, cells, dimension=3):
         name = ctypes.util.find_library("cgns")
@@ -46,7 +46,7 @@ class File:
         self.begin_zone(b"Zone", points, cells)
 
     def begin_zone(self, name, points, cells):
-        """What follows is of this one."""
+        """Starts a zone; later calls apply to it."""
         zone, one = ctypes.c_int(), ctypes.c_int()
         self.call("zone_write", self.number, 1, name, self.sizes(len(points), cells, 0), UNSTRUCTURED, ctypes.byref(zone))
         self.zone = zone.value
@@ -84,7 +84,7 @@ class File:
         self.call("boco_gridlocation_write", self.number, 1, self.zone, bc, location)
 
     def connection(self, name, vertices, donor):
-        """Vertices of this zone that are those of another, one to one."""
+        """Writes a one-to-one connection of vertices of this zone to those of another."""
         one = ctypes.c_int()
         self.call("conn_write_short", self.number, 1, self.zone, name, VERTEX, ABUTTING_1_TO_1, POINT_LIST,
                   SIZE(len(vertices)), self.sizes(*vertices), donor, ctypes.byref(one))
@@ -94,7 +94,7 @@ class File:
 
 
 class Hdf5:
-    """A CGNS file as HDF5 sees it, for tests: each call must succeed."""
+    """Modifies a CGNS file through HDF5; each call must succeed."""
 
     def __init__(self, path):
         name = ctypes.util.find_library("hdf5_serial") or ctypes.util.find_library("hdf5")
@@ -127,7 +127,7 @@ class Hdf5:
         self.call("H5Dclose", data)
 
     def blow_up(self, node, kind, size):
-        """The node's data become so many numbers in chunks of which none is written."""
+        """Replaces the data of a node by a chunked data set of `size` numbers without written chunks."""
         self.call("H5Ldelete", self.file, node + b"/ data", 0)
         space = self.call("H5Screate_simple", 1, (ctypes.c_uint64 * 1)(size), None)
         options = self.call("H5Pcreate", self.of_library("H5P_CLS_DATASET_CREATE_ID_g"))
@@ -155,7 +155,7 @@ class Cgns(unittest.TestCase):
         return json.loads(self.run_camber("info", "--json", name).stdout)
 
     @needs("cgnscheck")
-    def test_ours_pass_cgnscheck_and_come_back(self):
+    def test_written_files_pass_cgnscheck_and_are_read_unchanged(self):
         shapes = {"box": {"box": {"cells": [2, 2, 2]}}, "annulus": {"annulus": {"inner_layer": {"count": 3, "first_height": 0.05, "growth": 1.3}}},
                   "shell": {"shell": {"inner_size": 0.8, "outer_size": 2.5}}}
         for shape, options in shapes.items():
@@ -166,10 +166,10 @@ class Cgns(unittest.TestCase):
                 config["output"] = {"mesh": "a.meshb"}
                 self.path("run.json").write_text(json.dumps(config))
                 self.run_camber("run", "run.json")
-                told = subprocess.run(["cgnscheck", str(self.path("a.cgns"))], capture_output=True, text=True)
-                self.assertNotIn("ERROR", told.stdout + told.stderr)
-                # What it warns of: that coordinates have no units.
-                self.assertEqual((told.stdout + told.stderr).count("WARNING"), told.stdout.count("dataclass not given"))
+                checked = subprocess.run(["cgnscheck", str(self.path("a.cgns"))], capture_output=True, text=True)
+                self.assertNotIn("ERROR", checked.stdout + checked.stderr)
+                # The only warnings are missing units of coordinates.
+                self.assertEqual((checked.stdout + checked.stderr).count("WARNING"), checked.stdout.count("dataclass not given"))
                 self.run_camber("convert", "a.cgns", "-o", "b.meshb")
                 a, b = gmf.read(self.path("a.meshb")), gmf.read(self.path("b.meshb"))
                 np.testing.assert_array_equal(a.points, b.points)
@@ -178,7 +178,7 @@ class Cgns(unittest.TestCase):
                     rows = [sorted(map(tuple, np.column_stack([m.cells[kind].nodes, m.cells[kind].refs]))) for m in (a, b)]
                     self.assertEqual(*rows)
 
-    def test_fields_go_along(self):
+    def test_fields_are_written_to_cgns_and_read_back(self):
         self.path("run.json").write_text(json.dumps({"input": {"generate": {"box": {"cells": [2, 2, 2]}}}, "stages": [],
                                                      "output": {"mesh": "a.mesh"}}))
         self.run_camber("run", "run.json")
@@ -192,7 +192,7 @@ class Cgns(unittest.TestCase):
         self.run_camber("convert", "a.sol", "-o", "c.sol")
         self.assertEqual(self.path("b.sol").read_bytes(), self.path("c.sol").read_bytes())
 
-    def test_mixed_sections_and_conditions_of_every_kind(self):
+    def test_mixed_sections_and_boundary_conditions_become_references_and_groups(self):
         file = File(self.path("mixed.cgns"), POINTS, 2)
         file.mixed_section(b"fluid", 1, [(TETRA_4, t) for t in TETRAHEDRA] + [(TRI_3, t) for t in TRIANGLES[:3]])
         file.section(b"far", TRI_3, 6, 8, [n for cell in TRIANGLES[3:] for n in cell])
@@ -204,10 +204,10 @@ class Cgns(unittest.TestCase):
         self.assertEqual((info["tetrahedra"], info["triangles_by_reference"]), (2, {"1": 1, "2": 2, "4": 3}))
         self.assertEqual({(g["dimension"], g["reference"]): g["name"] for g in info["groups"]},
                          {(2, 1): "floor", (2, 2): "sides", (2, 4): "far", (3, 1): "fluid"})
-        self.assertIn('the boundary condition "nowhere" has no face of the mesh', info["notices"])
+        self.assertIn('the boundary condition "nowhere" contains no face of the mesh', info["notices"])
         self.run_camber("check", "mixed.cgns")
 
-    def test_references_that_are_given_are_nobody_else_s(self):
+    def test_references_stated_in_the_file_are_assigned_to_one_group_only(self):
         file = File(self.path("given.cgns"), POINTS, 2)
         file.section(b"fluid", TETRA_4, 1, 2, [n for cell in TETRAHEDRA for n in cell])
         file.section(b"loose", TRI_3, 3, 5, [n for cell in TRIANGLES[:3] for n in cell])
@@ -221,7 +221,7 @@ class Cgns(unittest.TestCase):
         self.assertEqual({(g["dimension"], g["reference"]): g["name"] for g in info["groups"]},
                          {(2, 1): "wall", (2, 2): "loose", (3, 1): "fluid"})
 
-    def test_conditions_of_a_surface_list_its_edges(self):
+    def test_boundary_conditions_of_a_surface_assign_references_to_its_edges(self):
         square = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 1.]])
         file = File(self.path("surface.cgns"), square, 2, dimension=2)
         file.section(b"skin", TRI_3, 1, 2, [1, 2, 3, 1, 3, 4])
@@ -231,7 +231,7 @@ class Cgns(unittest.TestCase):
         info = self.info("surface.cgns")
         self.assertEqual((info["triangles_by_reference"], info["edges_by_reference"]), ({"1": 2}, {"1": 2, "2": 2}))
 
-    def test_no_room_for_temporary_files(self):
+    def test_a_file_size_limit_is_an_error_and_leaves_no_output(self):
         self.path("run.json").write_text(json.dumps({"input": {"generate": {"box": {"cells": [8, 8, 8]}}}, "stages": [],
                                                      "output": {"mesh": "a.meshb"}}))
         self.run_camber("run", "run.json")
@@ -242,7 +242,7 @@ class Cgns(unittest.TestCase):
         self.assertNotIn("a.cgns", self.folder.files())
 
     def zones(self, name, connected):
-        """The two tetrahedra, each in a zone of its own, with the faces of the box as walls."""
+        """The two tetrahedra in separate zones, with the faces of the box as walls."""
         file = File(self.path(name), POINTS[:4], 1)
         file.section(b"solid", TETRA_4, 1, 1, [1, 2, 3, 4])
         file.section(b"faces", TRI_3, 2, 4, [n for cell in TRIANGLES[:3] for n in cell])
@@ -255,7 +255,7 @@ class Cgns(unittest.TestCase):
         file.condition(b"wall", POINT_RANGE, FACE_CENTER, [2, 4])
         file.close()
 
-    def test_zones_are_joined_or_chosen(self):
+    def test_zones_are_joined_at_connections_or_selected_by_name(self):
         self.zones("apart.cgns", False)
         self.zones("joined.cgns", True)
         apart, joined = self.info("apart.cgns"), self.info("joined.cgns")
@@ -267,7 +267,7 @@ class Cgns(unittest.TestCase):
                              {(2, 1): "wall", (3, 1): "Right solid", (3, 2): "Zone solid"})
         self.assertIn("2 zones were joined into one mesh, at 3 vertices", joined["notices"])
         self.run_camber("curve", "joined.cgns", "-o", "curved.meshb")
-        for zone in ("Right", "1"):  # by name, as the library lists them
+        for zone in ("Right", "1"):  # by name, in the order of the library
             done = self.run_camber("info", "joined.cgns", "--zone", zone, "--json")
             self.assertEqual(json.loads(done.stdout)["vertices"], 4)
             self.run_camber("convert", "joined.cgns", "-o", "right.meshb", "--zone", zone)
@@ -275,14 +275,14 @@ class Cgns(unittest.TestCase):
         self.assertEqual(done.returncode, 3)
         self.assertIn('joined.cgns: has no zone "Left" (its zones are Right, Zone)', done.stderr)
 
-    def test_what_cannot_be_held_is_refused_with_counts(self):
+    def test_unsupported_cells_and_bad_node_numbers_are_rejected(self):
         file = File(self.path("quads.cgns"), POINTS, 2)
         file.section(b"fluid", TETRA_4, 1, 2, [n for cell in TETRAHEDRA for n in cell])
         file.section(b"quads", QUAD_4, 3, 5, [1, 2, 3, 4] * 3)
         file.close()
         done = self.folder.camber("check", "quads.cgns")
         self.assertEqual(done.returncode, 3)
-        self.assertIn("quads.cgns: holds 3 QUAD_4, which Camber cannot hold", done.stderr)
+        self.assertIn("quads.cgns: holds 3 QUAD_4, which Camber does not support", done.stderr)
         self.assertEqual(self.info("quads.cgns")["not_held"], {"QUAD_4": 3})
         file = File(self.path("far.cgns"), POINTS, 1)
         file.section(b"fluid", TETRA_4, 1, 1, [1, 2, 3, 99])
@@ -291,9 +291,9 @@ class Cgns(unittest.TestCase):
         self.assertEqual(done.returncode, 3)
         self.assertIn("far.cgns: tetrahedron 1: a node is not one of those that the file lists", done.stderr)
 
-    # Guards against gigabytes that are allocated for data sets without chunks.
-    def test_data_that_nobody_wrote_are_not_believed(self):
-        """A data set of HDF5 is as large as it says, whether its chunks were written or not."""
+    # Guards against the allocation of gigabytes for data sets without chunks.
+    def test_data_sets_without_written_chunks_are_rejected(self):
+        """An HDF5 data set has its declared size even if no chunk is written."""
         many = 400_000_000
         for changed in ("vertices", "elements", "a name"):
             file = File(self.path("bomb.cgns"), POINTS, 2)
@@ -315,15 +315,15 @@ class Cgns(unittest.TestCase):
             limit = None if SANITIZED else lambda: resource.setrlimit(resource.RLIMIT_AS, (2 << 30, 2 << 30))
             done = self.folder.camber("info", "bomb.cgns", preexec_fn=limit)
             self.assertEqual(done.returncode, 3, (changed, done.stderr))
-            self.assertIn("bomb.cgns: " + ("" if changed == "a name" else "its nodes announce more than 64 MiB"), done.stderr)
+            self.assertIn("bomb.cgns: " + ("" if changed == "a name" else "its nodes declare more than 64 MiB"), done.stderr)
 
-    def test_an_empty_mesh_has_no_place(self):
+    def test_cgns_rejects_an_empty_mesh(self):
         self.path("empty.mesh").write_text("MeshVersionFormatted 2\nDimension 3\nVertices\n0\nEnd\n")
         done = self.folder.camber("convert", "empty.mesh", "-o", "empty.cgns")
         self.assertEqual(done.returncode, 3, done.stderr)
-        self.assertIn("CGNS has no zones without vertices", done.stderr)
+        self.assertIn("a CGNS zone must have vertices", done.stderr)
 
-    def test_damaged_files_are_errors(self):
+    def test_a_damaged_file_is_an_error(self):
         self.path("cut.cgns").write_bytes(b"\x89HDF\r\n\x1a\n" + bytes(200))
         done = self.folder.camber("info", "cut.cgns")
         self.assertEqual(done.returncode, 3, done.stderr)

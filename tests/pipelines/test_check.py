@@ -1,4 +1,4 @@
-"""`camber check` as its users meet it: laws against the oracle, what was broken on purpose is found with its number.
+"""`camber check`: properties against the oracle, and defects reported with their numbers.
 
     python3 tests/pipelines/test_check.py build/bin/camber [unittest arguments]
 """
@@ -29,7 +29,7 @@ def verdicts(mesh):
 
 
 def scaled_jacobian(mesh, element, barycentric):
-    """det J / |det straight| of an element, from 0, by the oracle's coefficients."""
+    """det J / |det straight| of an element from its Bernstein coefficients by the oracle; elements count from 0."""
     nodes = mesh.points[list(mesh.elements[element])]
     k = mesh.dim
     values = jacobian.coefficients(nodes[None])[0][0]
@@ -38,7 +38,8 @@ def scaled_jacobian(mesh, element, barycentric):
 
 
 def exact_jacobian(mesh, element, weights):
-    """det J at w/Σw and det of the straight element, from 0, as fractions: from the shape functions' slopes."""
+    """det J at w/Σw and the determinant of the straight element as fractions, from derivatives of the shape
+    functions."""
     k = mesh.dim
     nodes = [[Fraction(float(x)) for x in mesh.points[v]] for v in mesh.elements[element]]
     xi = [w / sum(weights) for w in weights]
@@ -76,8 +77,8 @@ class Check(unittest.TestCase):
     def report(self, mesh, *arguments, code=None):
         return json.loads(self.check(mesh, "--json", *arguments, code=code).stdout)
 
-    def test_lengths_and_qualities_in_a_metric(self):
-        """In a constant metric they are those of the mesh where it is the identity."""
+    def test_straight_lengths_and_qualities_in_a_constant_metric_match_numpy(self):
+        """Reference values: Euclidean ones of the mesh transformed to the identity metric."""
         for dim, n in ((2, 4), (3, 2)):
             mesh = lattice(dim, n)
             root = self.random.normal(size=(dim, dim)) + 3 * np.eye(dim)  # M = rootT root
@@ -86,25 +87,25 @@ class Check(unittest.TestCase):
             solution = f"MeshVersionFormatted 2\nDimension {dim}\nSolAtVertices\n{len(mesh.points)}\n1 3\n"
             (self.folder.path / "m.sol").write_text(solution + (row + "\n") * len(mesh.points) + "End\n")
             found = self.report(mesh, "--metric", "m.sol", code=0)
-            told = found["unit_mesh"]
+            reported = found["unit_mesh"]
             points = mesh.points @ root.T
             pairs = {tuple(sorted((e[i], e[j]))) for e in mesh.elements for i in range(dim + 1) for j in range(i)}
             lengths = np.array([np.linalg.norm(points[a] - points[b]) for a, b in pairs])
-            self.assertEqual(told["metric"], "m.sol")
-            self.assertEqual(told["edges"], len(pairs))
+            self.assertEqual(reported["metric"], "m.sol")
+            self.assertEqual(reported["edges"], len(pairs))
             unit = np.count_nonzero((lengths >= 0.5 ** 0.5) & (lengths <= 2 ** 0.5))
-            self.assertEqual(told["unit_edges"], unit)
-            self.assertEqual(told["unit_edges"] + told["short_edges"] + told["long_edges"], len(pairs))
+            self.assertEqual(reported["unit_edges"], unit)
+            self.assertEqual(reported["unit_edges"] + reported["short_edges"] + reported["long_edges"], len(pairs))
             for key, value in (("shortest", lengths.min()), ("longest", lengths.max()), ("mean_length", lengths.mean())):
-                self.assertAlmostEqual(told[key], value, delta=1e-9 * value)
+                self.assertAlmostEqual(reported[key], value, delta=1e-9 * value)
             qualities = []
             for element in mesh.elements:
                 corners = points[list(element)]
                 volume = abs(np.linalg.det(corners[1:] - corners[0])) / (2 if dim == 2 else 6)
                 squares = sum(np.sum((corners[i] - corners[j]) ** 2) for i in range(dim + 1) for j in range(i))
                 qualities.append(4 * 3 ** 0.5 * volume / squares if dim == 2 else 12 * (3 * volume) ** (2 / 3) / squares)
-            self.assertAlmostEqual(told["min_quality"], min(qualities), delta=1e-9)
-            self.assertAlmostEqual(told["mean_quality"], np.mean(qualities), delta=1e-9)
+            self.assertAlmostEqual(reported["min_quality"], min(qualities), delta=1e-9)
+            self.assertAlmostEqual(reported["mean_quality"], np.mean(qualities), delta=1e-9)
             self.assertEqual(sum(found["histograms"]["edge_length"]["count"]), len(pairs))
             self.assertEqual(sum(found["histograms"]["metric_quality"]["count"]), len(mesh.elements))
             self.assertIn("edges of unit length", self.check(mesh, "--metric", "m.sol", code=0).stdout)
@@ -112,8 +113,8 @@ class Check(unittest.TestCase):
         self.assertEqual(other.returncode, 3)
         self.assertRegex(other.stderr, "^camber: m.sol: has 27 rows, the mesh 8 vertices")
 
-    def test_lengths_and_qualities_along_curves(self):
-        """In a constant metric those of the curves and elements where it is the identity, evaluated anew."""
+    def test_curved_lengths_and_qualities_in_a_constant_metric_match_numpy(self):
+        """Reference values: Euclidean ones of the transformed curves and elements."""
         for dim, n in ((2, 3), (3, 2)):
             mesh = elevated(lattice(dim, n), self.random, 0.06)
             root = self.random.normal(size=(dim, dim)) + 3 * np.eye(dim)
@@ -123,18 +124,18 @@ class Check(unittest.TestCase):
             solution = f"MeshVersionFormatted 2\nDimension {dim}\nSolAtVertices\n{vertices}\n1 3\n"
             (self.folder.path / "m.sol").write_text(solution + (row + "\n") * vertices + "End\n")
             found = self.report(mesh, "--metric", "m.sol", "--worst", "3")
-            told = found["curved_unit_mesh"]
-            sign = np.sign(np.linalg.det(root))  # a mirror turns elements round
+            reported = found["curved_unit_mesh"]
+            sign = np.sign(np.linalg.det(root))  # a reflection inverts elements
             points = mesh.points @ root.T
             local = [(0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)][:3 * (dim - 1)]
             curves = {tuple(sorted((e[i], e[j]))): e[dim + 1 + k] for e in mesh.elements for k, (i, j) in enumerate(local)}
             t = (np.arange(2000) + 0.5)[:, None] / 2000
             speed = lambda a, m, b: np.linalg.norm((4 * t - 3) * a + 4 * (1 - 2 * t) * m + (4 * t - 1) * b, axis=1)
             lengths = np.array([speed(points[a], points[m], points[b]).mean() for (a, b), m in curves.items()])
-            self.assertEqual(told["edges"], len(curves))
-            self.assertEqual(told["unit_edges"], np.count_nonzero((lengths >= 0.5 ** 0.5) & (lengths <= 2 ** 0.5)))
+            self.assertEqual(reported["edges"], len(curves))
+            self.assertEqual(reported["unit_edges"], np.count_nonzero((lengths >= 0.5 ** 0.5) & (lengths <= 2 ** 0.5)))
             for key, value in (("shortest", lengths.min()), ("longest", lengths.max()), ("mean_length", lengths.mean())):
-                self.assertAlmostEqual(told[key], value, delta=1e-3 * value)  # by three points
+                self.assertAlmostEqual(reported[key], value, delta=1e-3 * value)  # quadrature with three points
             regular = np.array([[0, 0, 0], [1, 0, 0], [0.5, 0.75 ** 0.5, 0], [0.5, 0.75 ** 0.5 / 3, (2 / 3) ** 0.5]])
             regular = regular[:dim + 1, :dim]
             slopes = np.vstack([-np.ones(dim), np.eye(dim)]) @ np.linalg.inv((regular[1:] - regular[0]).T)
@@ -156,23 +157,23 @@ class Check(unittest.TestCase):
                 least.append(min(at))
                 qualities.append(1 / sum(w / q for q, (_, w) in zip(at, rule)) if min(at) > 0 else 0)
             self.assertGreater(min(least), 0)
-            self.assertAlmostEqual(told["mean_quality"], np.mean(qualities), delta=1e-9)
-            self.assertEqual([w["element"] for w in told["worst"]], [int(e) + 1 for e in np.argsort(qualities)[:3]])
-            for w in told["worst"]:
+            self.assertAlmostEqual(reported["mean_quality"], np.mean(qualities), delta=1e-9)
+            self.assertEqual([w["element"] for w in reported["worst"]], [int(e) + 1 for e in np.argsort(qualities)[:3]])
+            for w in reported["worst"]:
                 self.assertAlmostEqual(w["quality"], qualities[w["element"] - 1], delta=1e-9)
                 samples = [quality(mesh.elements[w["element"] - 1], xi)
                            for xi in self.random.dirichlet(np.ones(dim + 1), 300)]
                 self.assertLess(w["bound"], min(samples))
                 self.assertLessEqual(w["bound"], w["least"])
                 self.assertLessEqual(w["least"], least[w["element"] - 1] + 1e-9)
-            self.assertLessEqual(told["bound"], min(w["bound"] for w in told["worst"]))
-            self.assertLessEqual(told["bound"], told["lowest"]["least"])
-            self.assertLessEqual(told["lowest"]["least"], min(least) + 1e-9)
+            self.assertLessEqual(reported["bound"], min(w["bound"] for w in reported["worst"]))
+            self.assertLessEqual(reported["bound"], reported["lowest"]["least"])
+            self.assertLessEqual(reported["lowest"]["least"], min(least) + 1e-9)
             self.assertEqual(sum(found["histograms"]["curved_edge_length"]["count"]), len(curves))
             self.assertEqual(sum(found["histograms"]["curved_metric_quality"]["count"]), len(mesh.elements))
             text = self.check(mesh, "--metric", "m.sol").stdout
             self.assertIn("along the curves", text)
-            # Elevated and not bent: as straight.
+            # Values of elevated straight meshes equal the straight ones.
             found = self.report(elevated(lattice(dim, n)), "--metric", "m.sol", code=0)
             for key, value in found["unit_mesh"].items():
                 if key not in ("metric", "worst_element"):
@@ -180,11 +181,11 @@ class Check(unittest.TestCase):
             self.assertNotIn("curved_unit_mesh", self.report(lattice(dim, n), "--metric", "m.sol", code=0))
 
     def two_bodies(self, dim, gap, bow, listed=True):
-        """Two cubes (squares) of degree 2 side by side along x, the first one's wall bowed towards the second's: mid
-        nodes of edges within it moved by `bow`.  Both keep det J > 0."""
+        """Two quadratic cubes (squares) side by side along x. Mid nodes on the facing side of the first are moved by
+        `bow` towards the second. All elements stay valid."""
         one = lattice(dim, 2)
         number = len(one.points)
-        away = np.array([2 + gap, 0.13, 0.07][:dim])  # not opposite each other: rims would touch rims
+        away = np.array([2 + gap, 0.13, 0.07][:dim])  # shifted, so that rims do not touch
         both = Mesh(np.concatenate([one.points, one.points + away]),
                     one.elements + [tuple(v + number for v in e) for e in one.elements],
                     one.facets + [tuple(v + number for v in f) for f in one.facets])
@@ -201,7 +202,7 @@ class Check(unittest.TestCase):
             mesh.facets, mesh.facet_references = [], []
         return mesh, len(one.facets)
 
-    def test_walls_that_cross_though_every_element_is_valid(self):
+    def test_check_reports_crossing_boundaries_of_valid_elements(self):
         for dim in (2, 3):
             for listed in (True, False):
                 mesh, facets = self.two_bodies(dim, gap=0.1, bow=0.15, listed=listed)
@@ -230,7 +231,7 @@ class Check(unittest.TestCase):
                 clear = self.report(self.two_bodies(dim, gap, bow)[0], code=0)["crossings"]
                 self.assertEqual((clear["crossing"], clear["undecided"], clear["found"]), (0, 0, []))
 
-    def test_walls_of_straight_meshes_cross_and_touch(self):
+    def test_check_distinguishes_crossing_and_touching_boundaries_of_straight_meshes(self):
         for dim in (2, 3):
             one = lattice(dim, 1)
             for move, verdict in (([0.5, 0.3, 0.2], "crossing"), ([1, 0.3, 0.2], "touching")):
@@ -238,7 +239,7 @@ class Check(unittest.TestCase):
                 both = Mesh(np.concatenate([one.points, one.points + move[:dim]]),
                             one.elements + [tuple(v + number for v in e) for e in one.elements],
                             one.facets + [tuple(v + number for v in f) for f in one.facets])
-                code = 1 if verdict == "crossing" else 0  # touching is told, and no harm: slits do
+                code = 1 if verdict == "crossing" else 0  # touching is reported and allowed, since slits touch
                 found = self.report(both, code=code)["crossings"]
                 self.assertTrue(any(pair["verdict"] == verdict and pair["also_when_straight"] for pair in found["found"]))
                 self.assertEqual((found["undecided"], found["truncated"]), (0, 0))
@@ -246,12 +247,12 @@ class Check(unittest.TestCase):
                               self.check(both, code=code).stdout)
 
     def overlapping_bodies(self, dim):
-        """Pairs of bodies that overlap although no walls cross, with a name."""
+        """Named pairs of bodies that overlap without crossing boundaries."""
         body, inner = lattice(dim, 3), lattice(dim, 2)
         yield "half inside, sides in common planes", joined(body, moved(body, [1.53] + [0] * (dim - 1)))
         yield "inside", joined(body, moved(inner, [1.13] * dim, 0.2))
         yield "inside, with a common side", joined(body, moved(inner, [0] + [1.13] * (dim - 1), 0.2))
-        yield "twice", joined(lattice(dim, 1), lattice(dim, 1))  # inner vertices at one place are fatal
+        yield "twice", joined(lattice(dim, 1), lattice(dim, 1))  # coincident inner vertices are an error
 
     def separate_bodies(self, dim):
         body = lattice(dim, 3)
@@ -262,11 +263,11 @@ class Check(unittest.TestCase):
         yield "with matching sides", joined(body, moved(body, [3] + [0] * (dim - 1)))
         yield "with sides that do not match", joined(body, moved(body, [3, 0.31, 0.17][:dim]))
         filling = lattice(dim, 2)
-        filling.points = 1 + (filling.points / 2) ** 1.3  # no node of it at a node of the other body
+        filling.points = 1 + (filling.points / 2) ** 1.3  # no common node positions with the other body
         yield "filling a cavity", joined(hollow, filling)
 
     def variants(self, mesh, may_be_bare, may_be_bent):
-        """The mesh as it is, in another order, without facets, of degree 2, and of degree 2 and bent."""
+        """The mesh in its order, permuted, without facets, elevated, and elevated and bent."""
         yield "straight", mesh
         yield "permuted", permuted(mesh, self.random)[0]
         yield "degree 2", elevated(mesh)
@@ -279,10 +280,10 @@ class Check(unittest.TestCase):
             bent.points = bent.points + 0.1 * np.sin(bent.points[:, ::-1])
             yield "bent", bent
 
-    def test_elements_that_overlap(self):
+    def test_check_reports_overlapping_elements(self):
         for dim in (2, 3):
             for name, mesh in self.overlapping_bodies(dim):
-                # Bent sides that do not match cross; vertices on sides that are not listed are fatal.
+                # Bent non-matching sides cross, and vertices on unlisted sides are an error: these variants are omitted.
                 for variant, each in self.variants(mesh, name == "inside", name in ("inside", "twice")):
                     with self.subTest(name, dim=dim, variant=variant):
                         self.check_overlap(each, is_bent=variant == "bent")
@@ -321,7 +322,7 @@ class Check(unittest.TestCase):
                                          (True, 0, 0))
                         self.assertEqual(overlaps["found"], [])
 
-    def test_elements_that_are_only_numbered_the_wrong_way_round_are_reported_as_such(self):
+    def test_check_reports_elements_that_are_only_misoriented(self):
         for dim in (2, 3):
             for name, mesh in (("straight", lattice(dim, 2)), ("quadratic", elevated(lattice(dim, 2)))):
                 for count in (1, len(mesh.elements)):
@@ -335,11 +336,11 @@ class Check(unittest.TestCase):
                         self.assertNotIn("mend the straight mesh", answer)
         tangled = with_boundary(lattice(2, 3))
         tangled.elements[0] = tangled.elements[0][1::-1] + tangled.elements[0][2:]
-        tangled.points[5] = tangled.points[5] + 2.5  # an inner vertex: its elements are inverted, however numbered
+        tangled.points[5] = tangled.points[5] + 2.5  # an inner vertex: its elements are inverted in any orientation
         self.assertNotIn("valid otherwise", self.report(tangled, code=1)["answer"])
 
-    def test_overlaps_are_found_in_meshes_that_runs_repair(self):
-        """Facets that are missing are added, and elements that are numbered the wrong way round turned, first."""
+    def test_overlaps_are_found_despite_missing_facets_and_reversed_elements(self):
+        """Missing facets are added and reversed elements reoriented first."""
         mesh = joined(lattice(3, 3), moved(lattice(3, 2), [1.13] * 3, 0.2))
         mesh.facets, mesh.facet_references = mesh.facets[:-5], mesh.facet_references[:-5]
         mesh.elements[7] = mesh.elements[7][1::-1] + mesh.elements[7][2:]
@@ -348,7 +349,7 @@ class Check(unittest.TestCase):
         self.assertEqual(found["soundness"]["reversed_elements"], 1)
         self.assertEqual(found["overlaps"]["overlapping"], 1)
 
-    def test_runs_on_elements_that_overlap_miss_something(self):
+    def test_runs_on_overlapping_elements_exit_with_code_1(self):
         for dim in (2, 3):
             for mesh, code in ((joined(lattice(dim, 3), moved(lattice(dim, 2), [1.13] * dim, 0.2)), 1),
                                (joined(lattice(dim, 3), moved(lattice(dim, 2), [4] + [0] * (dim - 1), 0.2)), 0)):
@@ -361,17 +362,17 @@ class Check(unittest.TestCase):
                     self.assertEqual("elements overlap in 1 place, one at (" in done.stderr, code == 1)
                     self.assertEqual(self.folder.camber("check", "out.mesh").returncode, code)
 
-    def test_every_verdict_and_witness_is_the_oracle_s(self):
+    def test_verdicts_and_witnesses_equal_those_of_the_oracle(self):
         for dim, n, amplitude in ((2, 4, 0.4), (3, 2, 0.35)):
             mesh = elevated(lattice(dim, n), self.random, amplitude)
-            wanted = verdicts(mesh)
-            self.assertGreater(wanted.count("invalid"), 2)
-            self.assertGreater(wanted.count("valid"), 2)
+            expected = verdicts(mesh)
+            self.assertGreater(expected.count("invalid"), 2)
+            self.assertGreater(expected.count("valid"), 2)
             found = self.report(mesh, "--elements", "--worst", "1000", code=1)
-            self.assertEqual(found["element_verdicts"]["verdict"], wanted)
-            self.assertEqual(found["invalid_elements"], [i + 1 for i, w in enumerate(wanted) if w == "invalid"])
+            self.assertEqual(found["element_verdicts"]["verdict"], expected)
+            self.assertEqual(found["invalid_elements"], [i + 1 for i, w in enumerate(expected) if w == "invalid"])
             self.assertEqual((found["valid"], found["invalid"], found["undecided"]),
-                             tuple(wanted.count(w) for w in ("valid", "invalid", "undecided")))
+                             tuple(expected.count(w) for w in ("valid", "invalid", "undecided")))
             self.assertEqual(sum(found["histograms"]["scaled_jacobian"]["count"]), len(mesh.elements))
             self.assertEqual([w["element"] for w in found["worst"]], sorted(
                 (w["element"] for w in found["worst"]),
@@ -379,23 +380,23 @@ class Check(unittest.TestCase):
                                    if v["element"] == e)))
             for worst in found["worst"]:
                 element = worst["element"] - 1
-                self.assertEqual(worst["verdict"], wanted[element])
+                self.assertEqual(worst["verdict"], expected[element])
                 self.assertEqual(worst["vertices"], [v + 1 for v in mesh.elements[element][:dim + 1]])
                 witness = worst["witness"]
                 value = scaled_jacobian(mesh, element, witness["barycentric"])
                 self.assertAlmostEqual(value, witness["scaled_jacobian"], delta=1e-9)
                 self.assertEqual(value <= 0, worst["verdict"] == "invalid")
-                # Where it is lowest: the certified bound is just below.
+                # The witness is near the minimum: the certified bound is just below.
                 self.assertLessEqual(worst["min_scaled_jacobian"], value)
                 self.assertLess(value - worst["min_scaled_jacobian"], 4e-3 * max(1, abs(value)))
 
-    # Guards against printed places of invalid elements at which det J is positive.
-    def test_what_is_printed_of_an_invalid_element_fails_exactly(self):
-        """det J at the very digits of the text and of --json, in fractions of the file's numbers."""
+    # Guards against printed points of invalid elements with det J > 0.
+    def test_printed_witnesses_of_invalid_elements_have_no_positive_det_j(self):
+        """Evaluates det J at the printed digits of the text and of --json, in fractions of the numbers in the file."""
         for dim, n, amplitude, scale in ((2, 3, 0.4, 1.0), (3, 1, 0.4, 1e-40), (3, 1, 0.3, 1e40)):
             mesh = elevated(lattice(dim, n), self.random, amplitude)
             mesh.points = mesh.points * scale
-            # Elements that only just fail: a node almost where det J vanishes at a vertex, to the last bit.
+            # Barely invalid elements: a node at the limit where det J vanishes at a vertex.
             first = mesh.elements[0]
             mid, a, b = first[dim + 1], first[0], first[1]
             mesh.points[mid] = mesh.points[a] + 0.25 * (mesh.points[b] - mesh.points[a])
@@ -412,18 +413,18 @@ class Check(unittest.TestCase):
                     value, straight = exact_jacobian(mesh, element, weights)
                     self.assertLessEqual(value, 0)
                     if straight != 0:
-                        told = Fraction(worst["witness"]["scaled_jacobian"])
-                        self.assertGreaterEqual(told, value / abs(straight))
-                        self.assertLessEqual(told, 0)
+                        reported = Fraction(worst["witness"]["scaled_jacobian"])
+                        self.assertGreaterEqual(reported, value / abs(straight))
+                        self.assertLessEqual(reported, 0)
                 least = float(row.split()[3])
                 self.assertLessEqual(least, worst["min_scaled_jacobian"])
 
-    # Guards against a negative smallest scaled Jacobian beside "0 invalid".
-    def test_no_bound_below_zero_beside_elements_that_are_valid(self):
-        """Where det J almost vanishes within the element, and a bound is asked for that is not kept."""
+    # Guards against a negative smallest scaled Jacobian together with "0 invalid".
+    def test_the_bound_of_a_valid_element_with_det_j_near_zero_is_positive(self):
+        """det J almost vanishes inside the element, and a required bound is not met."""
         straight = elevated(Mesh([[0, 0], [1, 0], [0, 1]], [(0, 1, 2)], [(0, 1), (1, 2), (2, 0)]))
-        seen = 0
-        while seen < 2:
+        tested = 0
+        while tested < 2:
             mesh, moves = copy.deepcopy(straight), self.random.normal(size=(3, 2))
 
             def bent(size):
@@ -437,7 +438,7 @@ class Check(unittest.TestCase):
             bent(low * (1 - 1e-4))
             if min(scaled_jacobian(mesh, 0, corner) for corner in np.eye(3)) < 0.1:
                 continue
-            seen += 1
+            tested += 1
             for bound, verdict in (("0", "valid"), ("0.1", "invalid")):
                 found = self.report(mesh, "--min-scaled-jacobian", bound)
                 self.assertEqual(found[verdict], 1)
@@ -445,7 +446,7 @@ class Check(unittest.TestCase):
                 self.assertLess(found["min_scaled_jacobian"], 1e-2)
                 self.assertGreater(found["worst"][0]["min_scaled_jacobian"], 0)
 
-    def test_the_worst_are_the_worst(self):
+    def test_worst_limits_the_list_of_worst_elements(self):
         mesh = elevated(lattice(3, 2), self.random, 0.2)
         all_of_them = self.report(mesh, "--worst", "1000")["worst"]
         few = self.report(mesh, "--worst", "4")["worst"]
@@ -453,7 +454,7 @@ class Check(unittest.TestCase):
         self.assertEqual(self.report(mesh, "--worst", "0")["worst"], [])
         self.assertEqual(len(self.report(mesh)["worst"]), 10)
 
-    def test_one_element_broken_on_purpose(self):
+    def test_check_reports_one_broken_element_by_its_number(self):
         mesh = elevated(lattice(3, 2), self.random, 0.02)
         self.check(mesh, code=0)
         element = 17
@@ -471,7 +472,7 @@ class Check(unittest.TestCase):
         self.assertIn("Scaled Jacobian", text)
         self.assertNotIn("Scaled Jacobian", self.check(mesh, "--no-histogram").stdout)
 
-    def test_another_order_is_the_same_mesh(self):
+    def test_results_do_not_depend_on_the_order_of_the_file(self):
         for dim in (2, 3):
             mesh = elevated(lattice(dim, 2), self.random, 0.3)
             other, order = permuted(mesh, self.random)
@@ -480,36 +481,36 @@ class Check(unittest.TestCase):
                 self.assertEqual(one[key], two[key], key)
             self.assertEqual(one["soundness"], two["soundness"])
             self.assertEqual(one["invalid_elements"], sorted(order[e - 1] + 1 for e in two["invalid_elements"]))
-            for worst in two["worst"]:  # numbers as the file has them, mid nodes among the vertices
+            for worst in two["worst"]:  # numbers of the file: mid nodes are among the vertices
                 self.assertEqual(worst["vertices"], [v + 1 for v in other.elements[worst["element"] - 1][:dim + 1]])
 
-    def test_numbers_of_vertices_are_the_file_s(self):
+    def test_vertices_are_reported_by_the_numbers_of_the_file(self):
         mesh, _ = permuted(elevated(lattice(2, 2)), self.random)
-        mesh.points = np.vstack([mesh.points[:3], [[9, 9]], mesh.points[3:]])  # one that belongs to nothing
+        mesh.points = np.vstack([mesh.points[:3], [[9, 9]], mesh.points[3:]])  # an unused vertex
         shift = lambda rows: [tuple(v + (v >= 3) for v in row) for row in rows]
         mesh.elements, mesh.facets = shift(mesh.elements), shift(mesh.facets)
         found = self.report(mesh, code=0)["soundness"]
         self.assertEqual(found["first"], {"unused_vertices": [4]})
         self.assertEqual(found["findings"]["unused_vertices"]["count"], 1)
-        self.assertEqual(found["findings"]["unused_vertices"]["text"], "vertex 4 belongs to nothing")
+        self.assertEqual(found["findings"]["unused_vertices"]["text"], "vertex 4 belongs to no entity")
 
-    def test_nodes_at_one_place(self):
+    def test_check_reports_coincident_nodes(self):
         mesh = elevated(lattice(2, 2))
         moved, vertex = mesh.elements[0][3], mesh.elements[5][2]
         mesh.points[moved] = mesh.points[vertex]
         found = self.report(mesh, code=1)["soundness"]
         self.assertEqual(found["first"]["coincident_nodes"], [moved + 1, vertex + 1])
         self.assertFalse(found["sound"])
-        self.assertIn(f"! nodes         node {moved + 1} is at the very place of node {vertex + 1}", self.check(mesh).stdout)
+        self.assertIn(f"! nodes         node {moved + 1} has the same position as node {vertex + 1}", self.check(mesh).stdout)
 
-    def test_a_slit_has_no_nodes_at_one_place(self):
-        # Two triangles with an edge each at the same place, and the boundary listed on both sides.
+    def test_nodes_on_both_sides_of_a_slit_are_not_coincident_nodes(self):
+        # Two triangles with coincident edges; the boundary is listed on both sides.
         mesh = elevated(Mesh([[0, 0], [1, 0], [0, 1], [1, 0], [0, 1], [1, 1]], [(0, 1, 2), (3, 5, 4)],
                              [(0, 1), (1, 2), (2, 0), (3, 5), (5, 4), (4, 3)]))
         found = self.report(mesh, code=0)["soundness"]
         self.assertEqual(found["first"], {"slit_vertices": [4, 2]})
 
-    def test_faces_on_one_smooth_wall(self):
+    def test_check_reports_elements_with_two_facets_on_one_smooth_boundary(self):
         points = [[0, 0, 0], [1, 0, 0], [0.5, 1, -0.05], [0.5, -1, -0.05]]
         element, facets = (0, 2, 1, 3), [(0, 1, 2), (0, 3, 1), (0, 2, 3), (1, 3, 2)]
         mesh = Mesh(points, [element], facets)
@@ -518,14 +519,14 @@ class Check(unittest.TestCase):
         self.assertIn("it needs a swap", found["worst"][0]["reason"])
         self.assertIn("- walls         tetrahedron 1 has two triangles on one smooth wall", self.check(mesh).stdout)
         self.assertEqual(self.report(mesh, "--ridge-angle", "4")["wall_elements"], [])
-        mesh.facet_references = [1, 2, 3, 4]  # walls of their own
+        mesh.facet_references = [1, 2, 3, 4]  # a separate reference for each facet
         self.assertEqual(self.report(mesh)["wall_elements"], [])
         flat = Mesh([[0, 0], [1, 0], [0.5, 0.05]], [(0, 1, 2)], [(0, 1), (1, 2), (2, 0)])
         found = self.report(elevated(flat), code=0)
         self.assertEqual(found["wall_elements"], [1])
         self.assertIn("two edges on one smooth wall (at vertex 3)", found["worst"][0]["reason"])
 
-    def test_surfaces_alone(self):
+    def test_check_accepts_standalone_surfaces_and_open_curves(self):
         corners = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
         faces = [(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)]
         for degree in (1, 2):
@@ -546,7 +547,7 @@ class Check(unittest.TestCase):
         open_curve = Mesh([[0, 0], [1, 0], [1, 1]], [], [(0, 1), (1, 2)])
         self.assertEqual(self.report(open_curve, code=0)["soundness"]["first"]["open_edges"][0], 1)
 
-    def test_straight_meshes_tell_their_quality(self):
+    def test_check_reports_quality_and_volume_of_straight_elements(self):
         for dim in (2, 3):
             mesh = lattice(dim, 2)
             found = self.report(mesh, "--elements", code=0)
@@ -564,7 +565,7 @@ class Check(unittest.TestCase):
         equilateral = Mesh([[0, 0], [1, 0], [0.5, 0.75 ** 0.5]], [(0, 1, 2)], [(0, 1), (1, 2), (2, 0)])
         self.assertAlmostEqual(self.report(equilateral)["worst"][0]["quality"], 1, places=6)
 
-    def test_flat_and_inverted_elements(self):
+    def test_check_reports_flat_and_inverted_elements(self):
         points = [[0, 0], [1, 0], [0, 1], [1, 1], [0.5, 0.5]]
         mesh = Mesh(points, [(0, 1, 2), (1, 3, 2), (1, 4, 2)], [])
         for degree in (1, 2):
@@ -583,7 +584,7 @@ class Check(unittest.TestCase):
             self.assertEqual(found["straight_inverted"], 1)
             self.assertIn("inverted", found["worst"][0]["reason"])
 
-    def test_a_line_for_each_element(self):
+    def test_elements_prints_a_row_for_each_element(self):
         mesh = elevated(lattice(3, 2), self.random, 0.3)
         done = self.check(mesh, "--elements", code=1)
         rows = list(csv.DictReader(io.StringIO(done.stdout)))
@@ -593,7 +594,7 @@ class Check(unittest.TestCase):
         self.assertEqual([float(r["min_scaled_jacobian"]) for r in rows], columns["min_scaled_jacobian"])
         self.assertEqual(self.report(mesh).get("element_verdicts"), None)
 
-    def test_a_reader_that_leaves_and_a_full_disk(self):
+    def test_a_closed_pipe_is_no_error(self):
         name = self.write(elevated(lattice(3, 6)))
         with subprocess.Popen([CAMBER, "check", name, "--elements"], cwd=self.folder.path, stdout=subprocess.PIPE,
                               stderr=subprocess.PIPE) as run:
@@ -601,13 +602,16 @@ class Check(unittest.TestCase):
             run.stdout.close()
             self.assertEqual(run.stderr.read(), b"")
             self.assertEqual(run.wait(), 0)
+
+    def test_a_full_standard_output_is_an_error(self):
+        name = self.write(elevated(lattice(3, 6)))
         with open("/dev/full", "w", encoding="ascii") as full:
             done = subprocess.run([CAMBER, "check", name], cwd=self.folder.path, stdout=full, stderr=subprocess.PIPE,
                                   text=True, check=False)
         self.assertEqual(done.returncode, 3)
         self.assertIn("standard output: cannot be written", done.stderr)
 
-    def test_the_bound(self):
+    def test_min_scaled_jacobian_changes_verdicts_and_rejects_bad_values(self):
         mesh = elevated(lattice(2, 3), self.random, 0.05)
         smallest = self.report(mesh, code=0)["min_scaled_jacobian"]
         self.assertLess(smallest, 1)
@@ -618,12 +622,12 @@ class Check(unittest.TestCase):
         for value in ("1", "-0.1", "nan", "much"):
             self.assertEqual(self.check(mesh, "--min-scaled-jacobian", value).returncode, 2, value)
 
-    def test_every_concern_is_told_of_in_a_good_mesh(self):
+    def test_check_prints_every_soundness_category_of_a_sound_mesh(self):
         text = self.check(elevated(lattice(3, 1)), code=0).stdout
         for concern in ("conformity", "orientation", "nodes", "boundary", "closure", "walls"):
             self.assertRegex(text, rf"\n    {concern} +good: ")
 
-    def test_the_same_for_any_number_of_threads(self):
+    def test_the_report_does_not_depend_on_the_number_of_threads(self):
         mesh = elevated(lattice(3, 3), self.random, 0.2)
         self.assertEqual(*(self.check(mesh, "--json", "--elements", "--threads", n).stdout for n in (1, 2)))
 

@@ -1,4 +1,4 @@
-"""The program's face: verbs, messages, exit codes, and that nothing is written when something fails.
+"""The command line: verbs, messages, exit codes, and no output after a failure.
 
     python3 tests/pipelines/test_command_line.py build/bin/camber [unittest arguments]
 """
@@ -49,7 +49,7 @@ class CommandLine(unittest.TestCase):
         return self.folder.camber(*arguments)
 
     def fails(self, code, message, *arguments):
-        """One line on standard error that holds `message`, nothing on standard output, no new file."""
+        """Expects one line on standard error that contains `message`, no standard output and no new file."""
         before = self.folder.files()
         done = self.camber(*arguments)
         self.assertEqual(done.returncode, code, done.stderr + done.stdout)
@@ -58,12 +58,14 @@ class CommandLine(unittest.TestCase):
         self.assertEqual(done.stdout, "")
         self.assertEqual(self.folder.files(), before)
 
-    def test_help_names_every_verb(self):
+    def test_help_lists_every_verb_and_exit_codes(self):
         text = self.camber("--help").stdout
         for verb in ("run", "curve", "repair", "convert", "generate", "plot", "picture", "check", "info", "explain", "schema"):
             self.assertIn(verb, text)
             self.assertEqual(self.camber(verb, "--help").returncode, 0)
         self.assertIn("Exit codes", text)
+
+    def test_verbose_version_lists_optional_parts(self):
         version = self.camber("--version").stdout
         self.assertRegex(version, r"^\d+\.\d+\.\d+\n$")
         for arguments in (("--version", "--verbose"), ("--verbose", "--version")):
@@ -74,7 +76,7 @@ class CommandLine(unittest.TestCase):
             last = f"Missing parts: {parts.count('missing; ')}" if "missing; " in parts else "Nothing is missing."
             self.assertEqual(parts.splitlines()[-1], last)
 
-    def test_curve_check_info(self):
+    def test_curve_writes_a_quadratic_mesh_that_check_and_info_describe(self):
         done = self.camber("curve", "two.mesh", "-o", "out.meshb", "--report", "report.json")
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertIn("smallest scaled Jacobian", done.stdout)
@@ -88,7 +90,7 @@ class CommandLine(unittest.TestCase):
         self.assertIn("tetrahedra", self.camber("info", "out.meshb").stdout)
         self.assertEqual(json.loads(self.camber("info", "out.meshb", "--json").stdout)["mid_nodes"], 9)
 
-    def test_check_of_straight_meshes(self):
+    def test_check_reports_an_inverted_element_of_a_straight_mesh(self):
         checked = json.loads(self.camber("check", "two.mesh", "--json").stdout)
         self.assertEqual((checked["degree"], checked["nodes"]), (1, 5))
         self.assertAlmostEqual(checked["min_scaled_jacobian"], 1, places=6)
@@ -97,7 +99,7 @@ class CommandLine(unittest.TestCase):
         self.assertEqual(done.returncode, 1)
         self.assertEqual(json.loads(done.stdout)["invalid_elements"], [1])
 
-    def test_check_and_info_of_an_empty_mesh_say_so(self):
+    def test_check_and_info_report_an_empty_mesh(self):
         self.write("empty.mesh", "MeshVersionFormatted 2\nDimension 3\nVertices\n0\nEnd\n")
         done = self.camber("check", "empty.mesh")
         self.assertEqual(done.returncode, 1, done.stderr)
@@ -108,7 +110,7 @@ class CommandLine(unittest.TestCase):
         self.assertRegex(done.stdout, "empty +true")
         self.assertFalse(json.loads(self.camber("info", "two.mesh", "--json").stdout)["empty"])
 
-    def test_print_config_runs_as_it_is(self):
+    def test_run_accepts_the_output_of_print_config(self):
         text = self.camber("curve", "two.mesh", "-o", "out.mesh", "--set", "stages/curve/objective=length",
                            "--print-config").stdout
         config = json.loads(text)
@@ -117,7 +119,7 @@ class CommandLine(unittest.TestCase):
         self.assertEqual(self.camber("run", "printed.json").returncode, 0)
         self.assertIn("out.mesh", self.folder.files())
 
-    def test_the_objective_of_curve_is_an_option_and_comes_after_the_settings(self):
+    def test_option_objective_overrides_the_setting_of_the_stage(self):
         schema = json.loads(self.camber("schema").stdout)
         stage = next(s for s in schema["properties"]["stages"]["items"]["oneOf"] if "curve" in s.get("properties", {}))
         described = stage["properties"]["curve"]["properties"]["objective"]
@@ -128,18 +130,18 @@ class CommandLine(unittest.TestCase):
             self.assertEqual(config["stages"][1]["curve"]["objective"], word)
         self.fails(2, "--objective", *curve, "--objective", "weight")
 
-    def test_schema_beside_the_configs_is_the_program_s(self):
+    def test_configs_schema_json_equals_the_schema_of_the_program(self):
         text = self.camber("schema").stdout
         self.assertIn("properties", json.loads(text))
         self.assertEqual((CONFIGS / "schema.json").read_text(), text, "camber schema > configs/schema.json")
 
-    def test_explain(self):
+    def test_explain_describes_options_and_suggests_corrections(self):
         self.assertIn("objective", self.camber("explain", "curve").stdout)
         self.fails(2, "curve", "explain", "curv")
         self.assertIn("largest sizes that both allow", self.camber("explain", "intersect").stdout)
         self.assertIn(".solb file", self.camber("explain", "file").stdout)
 
-    def test_wrong_configs(self):
+    def test_wrong_configs_are_rejected_with_their_place(self):
         config = {"input": {"mesh": "two.mesh"}, "output": {"mesh": "out.mesh"}}
         self.write("unknown.json", json.dumps(config | {"metrik": "natural"}))
         self.fails(2, "/metrik: unknown key (did you mean \"metric\"?)", "run", "unknown.json")
@@ -151,7 +153,7 @@ class CommandLine(unittest.TestCase):
         self.write("order.json", json.dumps(config | {"stages": ["elevate", "relax"]}))
         self.fails(2, "/stages/1: stage \"relax\" needs \"curve\" before it", "run", "order.json")
 
-    def test_wrong_usage(self):
+    def test_wrong_usage_exits_with_code_2(self):
         for arguments in (("curve",), ("curve", "two.mesh"), ("fly",), ("run",), ("check", "two.mesh", "--jsn"),
                           ("curve", "two.mesh", "-o", "out.mesh", "--threads", "-3")):
             done = self.camber(*arguments)
@@ -159,7 +161,7 @@ class CommandLine(unittest.TestCase):
             self.assertNotEqual(done.stderr, "")
         self.fails(2, "no format known for this ending (use .mesh, .meshb", "curve", "two.mesh", "-o", "out.ply")
 
-    def test_bad_files(self):
+    def test_bad_mesh_files_exit_with_code_3(self):
         self.fails(3, "absent.mesh", "check", "absent.mesh")
         self.write("range.mesh", CUBE.replace("2 3 4 5 2", "2 3 4 6 2"))
         self.fails(3, "tetrahedron 2", "check", "range.mesh")
@@ -169,7 +171,7 @@ class CommandLine(unittest.TestCase):
         self.fails(3, "exahedra", "check", "hexes.mesh")
         self.fails(3, "two.mesh/nowhere/deep.mesh: its folder two.mesh/nowhere lies below a file", "curve", "two.mesh", "-o", "two.mesh/nowhere/deep.mesh")
 
-    def test_bad_metrics(self):
+    def test_bad_metric_files_exit_with_code_3(self):
         header = "MeshVersionFormatted 2\nDimension 3\nSolAtVertices {}\n1 3\n{}\nEnd\n"
         self.write("few.sol", header.format(2, "1 0 1 0 0 1\n" * 2))
         self.fails(3, "few.sol: has 2 rows, the mesh 5 vertices", "curve", "two.mesh", "-o", "o.mesh", "--metric",
@@ -178,20 +180,20 @@ class CommandLine(unittest.TestCase):
         self.fails(3, "negative.sol: metric at vertex 5: is not positive definite", "curve", "two.mesh", "-o", "o.mesh",
                    "--metric", "negative.sol")
 
-    def test_a_misspelt_metric_is_no_file(self):
+    def test_a_misspelt_metric_word_is_not_taken_as_a_file_name(self):
         self.fails(2, 'unknown word "natrual" (did you mean "natural"?)', "curve", "two.mesh", "-o", "o.mesh", "--metric",
                    "natrual")
         self.fails(2, "camber explain file", "curve", "two.mesh", "-o", "o.mesh", "--metric", "file")
         self.fails(3, "natrual.sol", "curve", "two.mesh", "-o", "o.mesh", "--metric", "natrual.sol")
         self.fails(3, "./natrual", "curve", "two.mesh", "-o", "o.mesh", "--metric", "./natrual")
 
-    def test_a_bound_of_1_is_refused(self):
+    def test_a_scaled_jacobian_bound_of_1_is_rejected(self):
         for arguments in (("check", "two.mesh"), ("curve", "two.mesh", "-o", "o.mesh")):
             done = self.camber(*arguments, "--min-scaled-jacobian", "1")
             self.assertEqual(done.returncode, 2)
             self.assertIn("below 1", done.stderr)
 
-    def test_metric_sources(self):
+    def test_a_constant_metric_leaves_edges_straight(self):
         for metric in ('{"constant": {"sizes": [0.5]}}', '{"constant": {"sizes": [0.5, 1, 2]}}',
                        '{"constant": {"tensor": [1, 0, 1, 0, 0, 4]}}'):
             done = self.camber("curve", "two.mesh", "-o", "o.mesh", "--metric", metric, "--report", "r.json")
@@ -205,8 +207,8 @@ class CommandLine(unittest.TestCase):
         self.assertEqual(done.returncode, 0, done.stderr)
         return json.loads((self.folder.path / "r.json").read_text())["metric"]
 
-    def test_made_metrics(self):
-        volume = 0.5  # of the two tetrahedra: 1/6 + 1/3
+    def test_complexity_of_constant_expression_and_field_metrics_is_as_expected(self):
+        volume = 0.5  # volume of the two tetrahedra: 1/6 + 1/3
         constant = self.metric_report({"constant": {"sizes": [0.5]}})
         self.assertAlmostEqual(constant["complexity"], 8 * volume, places=9)
         for metric in ({"expression": {"size": "0.25 + 1/4"}}, {"expression": {"sizes": ["0.5", "1/2", "0.5 + 0*z"]}},
@@ -216,9 +218,9 @@ class CommandLine(unittest.TestCase):
             options = {"spherical-shock": {"centre": [0, 0, 0]}, "linear": {"position": 0}}.get(name, {})
             self.assertGreater(self.metric_report({"field": {name: options}})["largest_anisotropy"], 1, name)
         thin = self.metric_report({"surface": {"tangent_size": 1, "normal_size": 0.1}})
-        self.assertGreater(thin["complexity"], 1)  # every vertex is a corner: thin in two directions or three
+        self.assertGreater(thin["complexity"], 1)  # every vertex is a corner: thin in two or three directions
 
-    def test_metric_operations(self):
+    def test_metric_operations_change_complexity_and_anisotropy_as_requested(self):
         constant = {"constant": {"sizes": [0.5]}}
         self.assertAlmostEqual(self.metric_report(constant, {"complexity": {"target": 123}})["complexity"], 123, places=6)
         thin = {"constant": {"sizes": [0.01, 1, 1]}}
@@ -231,7 +233,7 @@ class CommandLine(unittest.TestCase):
         graded = self.metric_report({"expression": {"size": "x + y + z < 0.1 ? 0.01 : 10"}}, {"gradation": {"ratio": 1.2}})
         self.assertEqual(graded["gradations"], [{"sweeps": 2, "changed_vertices": 4, "converged": True}])
 
-    def test_an_intersection_with_a_file(self):
+    def test_a_metric_is_intersected_with_a_file(self):
         self.write("sizes.sol", SIZES)
         both = self.metric_report({"constant": {"sizes": [0.5]}}, {"intersect": {"file": "sizes.sol"}})
         self.assertAlmostEqual(both["complexity"], 64 * 0.5, places=6)
@@ -239,7 +241,7 @@ class CommandLine(unittest.TestCase):
         self.fails(3, "absent.sol", "curve", "two.mesh", "-o", "no.mesh", "--set",
                    'metric_operations=[{"intersect": {"file": "absent.sol"}}]')
 
-    def test_wrong_made_metrics(self):
+    def test_wrong_metric_expressions_are_rejected_with_their_place(self):
         for message, metric in (('the expression "0.1*q" cannot be read at position 5, at "q"', {"size": "0.1*q"}),
                                 ('vertex 2: the expression "0.5 - x" is -0.5 at (1, 0, 0)', {"size": "0.5 - x"}),
                                 ("expected 3 expressions of sizes, got 2", {"sizes": ["1", "2"]})):
@@ -249,14 +251,14 @@ class CommandLine(unittest.TestCase):
         self.fails(2, "/metric_operations/0/intersect/constant/sizes: expected 1 or 3 sizes", "curve", "two.mesh", "-o",
                    "no.mesh", "--set", 'metric_operations=[{"intersect": {"constant": {"sizes": [1, 2]}}}]')
 
-    def test_analytic_geometry(self):
+    def test_an_analytic_sphere_reduces_the_distance_to_the_geometry(self):
         sphere = '{"analytic": [{"references": [1, 2], "sphere": {"centre": [0.5, 0.5, 0.5], "radius": 0.8660254037844386}}]}'
         done = self.camber("curve", "two.mesh", "-o", "o.mesh", "--geometry", sphere, "--report", "r.json")
         self.assertIn(done.returncode, (0, 1), done.stderr)
         boundary = json.loads((self.folder.path / "r.json").read_text())["boundary"]
         self.assertLess(boundary["largest_distance"], boundary["largest_distance_straight"])
 
-    def test_curve_takes_settings_and_refuses_those_that_are_its_arguments(self):
+    def test_curve_accepts_settings_except_those_of_its_own_arguments(self):
         self.write("cube.mesh", CUBE)
         printed = self.camber("curve", "cube.mesh", "-o", "out.mesh", "--set", "geometry=straight", "--print-config")
         self.assertEqual(json.loads(printed.stdout)["geometry"], "straight")
@@ -269,7 +271,7 @@ class CommandLine(unittest.TestCase):
         self.assertIn('"min_scaled_jacobian": 0.2', done.stdout)
 
     # Guards against outputs that overwrite inputs or each other, also through links.
-    def test_outputs_never_overwrite_what_is_needed(self):
+    def test_outputs_never_overwrite_inputs_or_each_other(self):
         self.write("m.sol", SIZES)
         for name in ("r.json", "old.vtu"):
             self.write(name, "old")
@@ -325,8 +327,8 @@ class CommandLine(unittest.TestCase):
         self.assertTrue((self.folder.path / "link.mesh").is_symlink())
         self.assertEqual(json.loads(self.camber("info", "two.mesh", "--json").stdout)["degree"], 2)
 
-    # Guards against a second output that fails without a word on the first.
-    def test_what_was_written_before_a_failure_is_told(self):
+    # Guards against a failing second output that does not mention the first.
+    def test_a_failed_output_reports_the_files_written_before(self):
         (self.folder.path / "r.json").symlink_to("/dev/full")
         (self.folder.path / "plots").mkdir()
         (self.folder.path / "plots" / "curvature.svg").symlink_to("/dev/full")
@@ -342,7 +344,7 @@ class CommandLine(unittest.TestCase):
             self.assertIn("o.mesh", self.folder.files())
 
     # Guards against commands that treat /dev/full and closed pipes differently.
-    def test_standard_output_that_fails_is_told_alike_by_all_verbs(self):
+    def test_all_verbs_report_a_failed_standard_output_alike(self):
         written = {"curve": "o.mesh", "repair": "p.mesh", "convert": "o.mesh", "plot": "plots"}
         verbs = (("convert", "two.mesh", "-o", "o.mesh", "--elevate"), ("repair", "o.mesh", "-o", "p.mesh"),
                  ("curve", "two.mesh", "-o", "o.mesh", "--report", "r.json"), ("plot", "r.json", "-o", "plots"),
@@ -361,7 +363,7 @@ class CommandLine(unittest.TestCase):
                     if verb[0] in written and not {"--dry-run", "--print-config", "--help"} & set(verb):
                         self.assertIn("; written before: ", line)
                         self.assertIn(written[verb[0]], line)
-                # The reader is gone before the first byte.
+                # The reader closes before the first byte.
                 done = self.shell('{ sleep 0.05; "$@"; echo $? >code; } | true', *verb)
                 self.assertEqual((self.folder.path / "code").read_text(), "0\n", done.stderr)
                 self.assertNotIn("standard output", done.stderr)
@@ -370,17 +372,17 @@ class CommandLine(unittest.TestCase):
         return subprocess.run(["sh", "-c", script, "sh", CAMBER, *arguments], cwd=self.folder.name, capture_output=True,
                               text=True, check=False)
 
-    def test_a_closed_standard_output_is_not_written_into_a_file(self):
+    def test_a_closed_standard_output_does_not_corrupt_the_output_file(self):
         self.shell('"$@" >&- 2>&-', "curve", "two.mesh", "-o", "o.mesh")
         self.shell('"$@"', "curve", "two.mesh", "-o", "whole.mesh")
         self.assertEqual((self.folder.path / "o.mesh").read_bytes(), (self.folder.path / "whole.mesh").read_bytes())
 
-    def test_notes_that_nobody_can_read_change_nothing(self):
+    def test_a_failed_standard_error_does_not_change_the_exit_code(self):
         for redirection in ("2>/dev/full", "2>&-"):
             self.assertEqual(self.shell(f'"$@" {redirection}', "curve", "two.mesh", "-o", "o.mesh").returncode, 0)
             self.assertEqual(self.shell(f'"$@" {redirection}', "curve", "absent.mesh", "-o", "o.mesh").returncode, 3)
 
-    def test_a_stream_is_read_and_written_as_a_file_is(self):
+    def test_streams_are_read_and_written_like_files(self):
         self.shell('"$@"', "curve", "two.mesh", "-o", "whole.mesh")
         done = self.shell('"$@" <two.mesh >piped.mesh', "curve", "-", "-o", "-", "--format", "gmf-ascii")
         self.assertEqual(done.returncode, 0, done.stderr)
@@ -400,7 +402,7 @@ class CommandLine(unittest.TestCase):
                    "-o", "m.sol")
         self.fails(2, "-o -: cycles read and write their files again", "adapt", "two.mesh", "-o", "-", "--metric", "0.3")
 
-    def test_a_format_is_asked_for_by_name_in_every_verb_that_writes_a_mesh(self):
+    def test_every_verb_that_writes_a_mesh_accepts_a_format_name(self):
         self.write("u.sol", SIZES)
         for verb in (("curve", "two.mesh"), ("remesh", "two.mesh"), ("adapt", "two.mesh", "--metric", "1"),
                      ("convert", "two.mesh"), ("generate", "box")):
@@ -412,7 +414,7 @@ class CommandLine(unittest.TestCase):
         self.assertTrue((self.folder.path / "v.dat").read_bytes().startswith(b"<?xml"))
         self.fails(2, 'did you mean "msh-ascii"?', "curve", "two.mesh", "-o", "p.msh", "--format", "msh-asci")
 
-    def test_a_folder_that_is_not_there_is_refused_before_any_work(self):
+    def test_a_missing_output_folder_is_rejected_before_any_work(self):
         for arguments in (("curve", "two.mesh", "-o", "new/o.mesh"), ("convert", "two.mesh", "-o", "new/o.mesh"),
                           ("generate", "box", "-o", "new/o.mesh"), ("curve", "two.mesh", "-o", "o.mesh", "--report", "new/r"),
                           ("metric", "two.mesh", "--solution", "absent.sol", "-o", "new/o.sol"),
@@ -420,7 +422,7 @@ class CommandLine(unittest.TestCase):
             self.fails(3, "its folder new does not exist (make it: mkdir -p new)", *arguments)
         self.fails(3, "its folder new does not exist", "curve", "two.mesh", "-o", "o.mesh", "--plots", "new/plots")
 
-    def test_quiet_says_what_is_missed_alone(self):
+    def test_quiet_prints_failures_only(self):
         done = self.camber("curve", "two.mesh", "-o", "o.mesh", "--quiet")
         self.assertEqual((done.returncode, done.stdout, done.stderr), (0, "", ""))
         self.assertEqual(self.camber("check", "o.mesh", "--quiet").stdout, "")
@@ -430,30 +432,30 @@ class CommandLine(unittest.TestCase):
         self.assertIn("invalid: 2", done.stderr)
         self.assertEqual(self.camber("check", "inverted.mesh", "--quiet").returncode, 1)
 
-    def test_check_answers_first(self):
+    def test_check_prints_its_verdict_first(self):
         self.assertTrue(self.camber("check", "two.mesh").stdout.startswith(
             "yes: all 2 elements are certified valid, and the mesh is sound\ntwo.mesh\n"))
         self.write("inverted.mesh", CUBE.replace("1 1 1 0", "0.2 0.2 0.2 0"))
         self.assertTrue(self.camber("check", "inverted.mesh").stdout.startswith(
             "NO: 1 of 2 elements is inverted or flat: mend the straight mesh"))
 
-    # Guards against a NUL in a path that truncates the name.
-    def test_a_path_with_a_nul_is_refused(self):
+    # Guards against a NUL character that truncates a path.
+    def test_a_path_with_a_nul_character_is_rejected(self):
         for place, config in (("/output/report", {"output": {"mesh": "o.mesh", "report": "x\0y.json"}}),
                               ("/output/plots", {"output": {"mesh": "o.mesh", "plots": "x\0y"}}),
                               ("/metric/file", {"metric": {"file": "x\0y"}, "output": {"mesh": "o.mesh"}})):
             self.write("run.json", json.dumps({"input": {"mesh": "two.mesh"}} | config))
             self.fails(2, f'{place}: the path has a NUL character after "x', "run", "run.json")
 
-    # Guards against an output name of 251 bytes that fails because of its temporary name.
-    def test_the_longest_names(self):
+    # Guards against a failure for output names of 251 bytes because of the temporary name.
+    def test_output_names_of_up_to_255_bytes_are_written(self):
         for length in (251, 255):
             name = "n" * (length - 5) + ".mesh"
             done = self.camber("curve", "two.mesh", "-o", name)
             self.assertEqual(done.returncode, 0, done.stderr)
             self.assertIn(name, self.folder.files())
 
-    def test_messages_are_short_whatever_the_arguments_are(self):
+    def test_messages_stay_short_for_very_long_arguments(self):
         long = "x" * 100_000
         verbs = re.findall(r"^  ([a-z]+)  ", self.folder.camber("--help").stdout.split("Subcommands:")[1], flags=re.M)
         self.assertIn("remesh", verbs)
@@ -471,7 +473,7 @@ class CommandLine(unittest.TestCase):
                     self.assertLess(len(done.stderr), 6000)
 
     # Guards against a misspelt command without a suggestion.
-    def test_misspelt_words_are_explained(self):
+    def test_misspelt_commands_and_options_get_a_suggestion(self):
         self.fails(2, 'camber: cuvre: is not a command (did you mean "curve"?)', "cuvre", "two.mesh", "-o", "o.mesh")
         self.fails(2, "camber: fly: is not a command (known: run, curve,", "fly")
         self.fails(2, 'camber: --jsn: is not an option of camber check (did you mean "--json"?)', "check", "two.mesh", "--jsn")
@@ -479,8 +481,8 @@ class CommandLine(unittest.TestCase):
         self.fails(2, 'did you mean "--boundary-tolerance"?', "repair", "two.mesh", "-o", "o.mesh", "--boundary", "0.1")
         self.fails(2, "camber: -o, --output: is missing (see camber curve --help)", "curve", "two.mesh")
 
-    # Guards against malformed JSON that is taken for a file name.
-    def test_a_metric_that_begins_as_json_is_json(self):
+    # Guards against malformed JSON used as a file name.
+    def test_a_metric_argument_that_begins_as_json_is_parsed_as_json(self):
         curve = ("curve", "two.mesh", "-o", "o.mesh", "--metric")
         self.fails(2, "--metric: expected an object, got an array", *curve, "[1,2]")
         self.fails(2, "--metric: line 1, column 5: syntax error", *curve, "[1,2")
@@ -488,8 +490,8 @@ class CommandLine(unittest.TestCase):
         self.write("[1,2].sol", SIZES)
         self.assertEqual(self.camber(*curve, "./[1,2].sol").returncode, 0)
 
-    # Guards against help texts that are badly wrapped and repeat the exit codes.
-    def test_help_fits_and_tells_exit_codes_once(self):
+    # Guards against badly wrapped help and repeated exit codes.
+    def test_help_lines_fit_100_columns_and_only_the_main_help_lists_exit_codes(self):
         texts = {verb: self.camber(*verb.split(), "--help").stdout
                  for verb in ("", "run", "curve", "repair", "convert", "plot", "picture", "check", "info", "explain", "schema")}
         for verb, text in texts.items():
@@ -498,31 +500,31 @@ class CommandLine(unittest.TestCase):
         self.assertNotIn("--boundary-tolerance 1e-3", texts[""])
         self.assertIn("--boundary-tolerance 1e-3", texts["repair"])
 
-    def test_a_sphere_without_a_centre_is_about_the_origin(self):
+    def test_a_sphere_without_a_centre_is_accepted(self):
         geometry = '{"analytic": [{"references": [1], "sphere": {"radius": 5}}]}'
         printed = self.camber("curve", "cube.mesh", "-o", "out.mesh", "--geometry", geometry, "--print-config")
         self.assertEqual(printed.returncode, 0, printed.stderr)
         self.assertEqual(json.loads(printed.stdout)["geometry"]["analytic"][0]["sphere"]["radius"], 5)
 
-    def test_planned_nodes_that_are_not_committed_are_told(self):
+    def test_planned_nodes_that_are_not_committed_are_a_note(self):
         self.write("cube.mesh", CUBE)
         done = self.camber("curve", "cube.mesh", "-o", "out.mesh", "--set", 'stages=["elevate", "curve"]')
         self.assertIn("planned nodes were not committed", done.stderr)
 
-    def test_reversed_elements_are_turned(self):
+    def test_curve_reorients_reversed_elements_and_notes_it(self):
         self.write("reversed.mesh", CUBE.replace("1 2 3 4 1", "1 3 2 4 1"))
         done = self.camber("curve", "reversed.mesh", "-o", "out.mesh", "--geometry", "straight")
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertIn("tetrahedron 1 is numbered the wrong way round: turned", done.stderr)
         self.assertEqual(self.camber("check", "out.mesh").returncode, 0)
 
-    def test_inverted_input_ends_with_1_and_names_the_element(self):
+    def test_inverted_input_exits_with_code_1_and_reports_the_element(self):
         self.write("inverted.mesh", CUBE.replace("1 1 1 0", "0.2 0.2 0.2 0"))
         done = self.camber("curve", "inverted.mesh", "-o", "out.mesh", "--geometry", "straight")
         self.assertEqual(done.returncode, 1, done.stderr)
         self.assertIn("invalid: 2", done.stderr)
 
-    def test_interrupted_run_leaves_nothing(self):
+    def test_an_interrupted_run_writes_no_output(self):
         run = subprocess.Popen([CAMBER, "run", CONFIGS / "spheres-fine.json", "--threads", "1"], cwd=self.folder.name,
                                stdout=subprocess.PIPE, stderr=subprocess.PIPE)
         time.sleep(3 if SANITIZED else 0.5)  # until it runs

@@ -1,4 +1,4 @@
-"""A mesh that is read with its curves goes into `curve`: its boundary stays, its nodes are where the search may begin.
+"""Curved input of `curve`: the boundary is preserved, and the nodes are initial values of the search.
 
     python3 tests/pipelines/test_curved_input.py build/bin/camber [unittest arguments]
 """
@@ -28,7 +28,7 @@ class CurvedInput(unittest.TestCase):
         self.surface = np.unique(self.first.cells["TrianglesP2"].nodes[:, 3:])
 
     def curve(self, name, *sets, codes=(0,), **config):
-        """The mesh and the report of curve, validate, relax, commit."""
+        """Runs curve, validate, relax and commit, and returns mesh and report."""
         whole = {"input": {"mesh": name}, "stages": ["curve", "validate", "relax", "commit"],
                  "output": {"mesh": "out.meshb", "report": "r.json"}, **config}
         (self.folder.path / "c.json").write_text(json.dumps(whole))
@@ -37,20 +37,20 @@ class CurvedInput(unittest.TestCase):
         return gmf.read(self.folder.path / "out.meshb"), report_of(self.folder.path / "r.json")
 
     def bulged(self, share):
-        """Its boundary nodes moved outwards by a share of their distance to the centre."""
+        """Moves boundary nodes outwards by a share of their distance to the centre."""
         self.first.points[self.surface] *= 1 + share
         (self.folder.path / "bulged.mesh").write_bytes(ascii_file(self.first))
         return self.first.points[self.surface]
 
-    # Guards against boundary nodes of a curved input that are replaced by the surrogate's.
-    def test_boundary_nodes_stay(self):
+    # Guards against boundary nodes of a curved input replaced by surrogate nodes.
+    def test_boundary_nodes_of_a_curved_input_are_preserved(self):
         places = self.bulged(0.01)
         out, report = self.curve("bulged.mesh", codes=(0, 1))
         np.testing.assert_array_equal(out.points[self.surface], places)
-        kept = f"{len(self.surface)} edges of the boundary keep the nodes that the mesh was read with"
-        self.assertIn(kept, report["notices"])
+        notice = f"{len(self.surface)} edges of the boundary keep the nodes that the mesh was read with"
+        self.assertIn(notice, report["notices"])
 
-    def test_analytic_surfaces_take_them(self):
+    def test_analytic_surfaces_override_the_boundary_nodes_of_the_input(self):
         self.bulged(0.01)
         analytic = [{"references": [1], "sphere": {"radius": 5}}, {"references": [2], "sphere": {"radius": 1}}]
         out, report = self.curve("bulged.mesh", geometry={"analytic": analytic})
@@ -58,20 +58,20 @@ class CurvedInput(unittest.TestCase):
         self.assertLess(np.minimum(abs(radii - 1), abs(radii - 5)).max(), 1e-12)
         self.assertFalse([n for n in report["notices"] if "keep the nodes that the mesh was read with" in n])
 
-    def test_what_is_curved_already_is_not_lost(self):
+    def test_curving_a_curved_mesh_keeps_its_length_reduction(self):
         _, again = self.curve("first.meshb")
         self.assertGreaterEqual(again["curve"]["after_correction"]["mean_length_reduction"], self.gain - 1e-6)
         self.assertIn("do not count", " ".join(again["notices"]))
 
-    def test_curved_again_it_comes_out_the_same(self):
-        # The field goes along with the boundary, and not with nodes in the volume.
+    def test_curving_a_curved_mesh_again_gives_the_same_bytes(self):
+        # The back mesh follows the boundary, not the nodes in the volume.
         self.curve("first.meshb")
         self.assertEqual((self.folder.path / "out.meshb").read_bytes(), (self.folder.path / "first.meshb").read_bytes())
 
 
 class BentLayers(unittest.TestCase):
-    """Thin quadratic layers that bend so much that some of their elements are inverted when straight: valid by their
-    nodes alone. No objective and no repair makes them invalid."""
+    """Thin quadratic layers bent so much that some straight elements are inverted although all curved ones are
+    valid."""
 
     def setUp(self):
         self.folder = Folder()
@@ -98,7 +98,7 @@ class BentLayers(unittest.TestCase):
             self.assertEqual((validity["invalid"], validity["undecided"]), (0, 0))
             self.assertGreater(validity["straight_inverted"], 0)
 
-    def test_curve_keeps_them_valid(self):
+    def test_curve_keeps_bent_layers_valid_for_every_objective_and_repair(self):
         self.bent()
         for objective in ("accuracy", "length", "shape"):
             self.expect_valid(objective)
@@ -106,9 +106,9 @@ class BentLayers(unittest.TestCase):
             self.expect_valid("shape", repair)
         self.expect_valid("solution", solution={"expression": "tanh((x-0.5)/0.01)"})
 
-    def test_repair_spoils_none(self):
+    def test_repair_adds_no_invalid_element_to_bent_layers(self):
         spoilt = self.bent()
-        vertices = 16  # the mid nodes follow
+        vertices = 16  # mid nodes have the following indices
         spoilt.points[vertices:] += np.random.default_rng(1).uniform(-0.01, 0.01, spoilt.points[vertices:].shape)
         (self.folder.path / "bent.mesh").write_text(spoilt.text())
         (self.folder.path / "c.json").write_text(json.dumps(

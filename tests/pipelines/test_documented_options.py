@@ -1,4 +1,4 @@
-"""The tables of options in docs/algorithms hold the defaults that the program has.
+"""The option tables in docs/algorithms contain the defaults of the program.
 
     python3 tests/pipelines/test_documented_options.py build/bin/camber [unittest arguments]
 """
@@ -17,7 +17,7 @@ ROW = re.compile(r"^\| `(\w+)` \| `?([^|`]+)`? \|")
 
 
 def defaults():
-    """The defaults of each stage by its name, from the schema."""
+    """The defaults of each stage from the schema."""
     schema = json.loads(subprocess.run([CAMBER, "schema"], capture_output=True, check=True).stdout)
     stages = {}
     for stage in schema["properties"]["stages"]["items"]["oneOf"]:
@@ -27,7 +27,7 @@ def defaults():
 
 
 def documented():
-    """(page, stage, option, default as written) of every row."""
+    """(page, stage, option, documented default) of every row."""
     for page in sorted(PAGES.glob("*.md")):
         stage = None
         for line in page.read_text(encoding="utf-8").splitlines():
@@ -40,7 +40,7 @@ def documented():
 
 
 class DocumentedOptions(unittest.TestCase):
-    def test_defaults_are_the_programs(self):
+    def test_documented_defaults_equal_those_of_the_schema(self):
         known = defaults()
         rows = list(documented())
         self.assertGreater(len({stage for _, stage, _, _ in rows}), 2)

@@ -1,5 +1,5 @@
-"""`camber check --field`: errors of interpolants against a second evaluation in numpy that shares no code (its own rule,
-its own basis, gradients in closed form), and what is said of a field that cannot be taken.
+"""`camber check --field`: interpolation errors against an independent evaluation in numpy (own quadrature, own basis,
+closed-form gradients), and rejected fields.
 
     python3 tests/pipelines/test_field.py build/bin/camber [unittest arguments]
 """
@@ -29,7 +29,7 @@ def front_gradient(x):
 
 
 def rule(dim, n=14):
-    """Barycentric points and weights of a simplex: Gauss–Legendre on a cube that is folded onto it."""
+    """Barycentric points and weights of a simplex: Gauss–Legendre on a cube, folded onto the simplex."""
     t, w = np.polynomial.legendre.leggauss(n)
     t, w = (t + 1) / 2, w / 2
     points, weights = [], []
@@ -45,7 +45,7 @@ def rule(dim, n=14):
 
 
 def basis(dim, xi):
-    """Lagrange functions of degree 2 (nodes × points), and their derivatives by the barycentric coordinates."""
+    """Quadratic Lagrange functions (nodes × points) and their derivatives by barycentric coordinates."""
     n = len(LOCAL_EDGES[:dim * (dim + 1) // 2])
     values, slopes = np.zeros((dim + 1 + n, len(xi))), np.zeros((dim + 1 + n, dim + 1, len(xi)))
     for i in range(dim + 1):
@@ -57,7 +57,7 @@ def basis(dim, xi):
 
 
 def errors(mesh, variant):
-    """(L2, H1) of the interpolant's error: `linear`, `straight` or `curved`."""
+    """(L2, H1) error of the interpolant; variant `linear`, `straight` or `curved`."""
     dim = mesh.dim
     xi, weights = rule(dim)
     shape, barycentric_slopes = basis(dim, xi)
@@ -82,7 +82,7 @@ def errors(mesh, variant):
 
 
 def bow(mesh, amplitude):
-    """Nodes of the side x = 0 moved outwards, those of its edges' middles."""
+    """Moves mid nodes of the side x = 0 outwards."""
     vertices = {v for element in mesh.elements for v in element[:mesh.dim + 1]}
     for node in {v for element in mesh.elements for v in element} - vertices:
         if mesh.points[node, 0] == 0:
@@ -94,27 +94,27 @@ class Field(unittest.TestCase):
         self.folder = Folder()
         self.addCleanup(self.folder.cleanup)
 
-    def check(self, mesh, *fields, json_wanted=True, more=()):
+    def check(self, mesh, *fields, as_json=True, more=()):
         (self.folder.path / "m.mesh").write_text(mesh.text())
         arguments = [part for text in fields for part in ("--field", text)]
-        return self.folder.camber("check", "m.mesh", *arguments, *(["--json"] if json_wanted else []), *more)
+        return self.folder.camber("check", "m.mesh", *arguments, *(["--json"] if as_json else []), *more)
 
-    def test_errors_are_those_of_a_second_evaluation(self):
+    def test_interpolation_errors_match_an_independent_evaluation(self):
         for dim, n, amplitude in ((2, 3, 0.08), (3, 2, 0.05)):
             mesh = elevated(lattice(dim, n), np.random.default_rng(3), amplitude)
             done = self.check(mesh, FRONT)
             self.assertEqual(done.returncode, 0, done.stderr + done.stdout)
             found = json.loads(done.stdout)["interpolation"][0]
             for variant in ("linear", "straight", "curved"):
-                for norm, wanted in zip(("l2", "h1"), errors(mesh, variant)):
-                    self.assertLess(abs(found[variant][norm]["value"] / wanted - 1), 5e-4, (dim, variant, norm))
+                for norm, expected in zip(("l2", "h1"), errors(mesh, variant)):
+                    self.assertLess(abs(found[variant][norm]["value"] / expected - 1), 5e-4, (dim, variant, norm))
             self.assertEqual(found["compared_with"], "straight")
             self.assertEqual(found["same_boundary"], found["straight"])
             for norm in ("l2", "h1"):
                 self.assertAlmostEqual(found["ratio"][norm],
                                        found["straight"][norm]["value"] / found["curved"][norm]["value"])
 
-    def test_curved_walls_are_compared_with_the_same_walls(self):
+    def test_a_curved_boundary_is_compared_with_straight_inner_edges(self):
         for dim, n, amplitude in ((2, 3, 0.08), (3, 2, 0.05)):
             mesh = elevated(lattice(dim, n), np.random.default_rng(3), amplitude)
             bow(mesh, 0.1)
@@ -124,30 +124,30 @@ class Field(unittest.TestCase):
             inside = elevated(lattice(dim, n))
             bow(inside, 0.1)
             for variant, of in (("curved", mesh), ("same_boundary", inside)):
-                for norm, wanted in zip(("l2", "h1"), errors(of, "curved")):
-                    self.assertLess(abs(found[variant][norm]["value"] / wanted - 1), 5e-4, (dim, variant, norm))
+                for norm, expected in zip(("l2", "h1"), errors(of, "curved")):
+                    self.assertLess(abs(found[variant][norm]["value"] / expected - 1), 5e-4, (dim, variant, norm))
             self.assertEqual(found["compared_with"], "same_boundary")
             for norm in ("l2", "h1"):
                 self.assertAlmostEqual(found["ratio"][norm],
                                        found["same_boundary"][norm]["value"] / found["curved"][norm]["value"])
             self.assertAlmostEqual(found["volume"]["straight"], n ** dim)
             self.assertGreater(found["volume"]["curved"], n ** dim)
-            text = self.check(mesh, FRONT, json_wanted=False).stdout
+            text = self.check(mesh, FRONT, as_json=False).stdout
             self.assertIn("degree 2, same boundary, straight inner edges", text)
             self.assertIn("cover another domain", text)
-            self.assertIn("(no inner edge is curved)", self.check(inside, FRONT, json_wanted=False).stdout)
+            self.assertIn("(no inner edge is curved)", self.check(inside, FRONT, as_json=False).stdout)
 
-    def test_inverted_elements_of_the_comparison_are_told(self):
+    def test_inverted_elements_of_the_comparison_mesh_are_reported(self):
         mesh = elevated(lattice(2, 4))
-        mesh.points[:, 0] -= 2  # a bump that lifts the layers above it: y -> y / 10 + 1 - x² / 4
+        mesh.points[:, 0] -= 2  # a bump lifts the layers above: y -> y / 10 + 1 - x² / 4
         mesh.points[:, 1] = mesh.points[:, 1] / 10 + 1 - mesh.points[:, 0] ** 2 / 4
         found = json.loads(self.check(mesh, FRONT).stdout)["interpolation"][0]
         self.assertEqual((found["straight_inverted"], found["curved_inverted"]), (0, 0))
         self.assertGreater(found["same_boundary_inverted"], 0)
         self.assertIn(f"! {found['same_boundary_inverted']} elements are inverted (det J <= 0 at a point) where inner edges are",
-                      self.check(mesh, FRONT, json_wanted=False).stdout)
+                      self.check(mesh, FRONT, as_json=False).stdout)
 
-    def test_bins_hold_every_element_and_all_of_the_error(self):
+    def test_bins_contain_every_element_and_the_whole_error(self):
         mesh = elevated(lattice(3, 2), np.random.default_rng(4), 0.08)
         found = json.loads(self.check(mesh, FRONT).stdout)["interpolation"][0]
         for bins in ("by_curvature", "by_scaled_jacobian", "by_boundary"):
@@ -155,40 +155,40 @@ class Field(unittest.TestCase):
             for sides in ("straight", "same_boundary", "curved"):
                 self.assertAlmostEqual(sum(b[sides] for b in found[bins]), 1)
 
-    def test_without_a_field_nothing_is_said_of_fields(self):
+    def test_check_without_a_field_reports_no_interpolation_error(self):
         mesh = elevated(lattice(2, 2))
         self.assertNotIn("interpolation", json.loads(self.check(mesh).stdout))
-        self.assertNotIn("interpolant", self.check(mesh, json_wanted=False).stdout)
+        self.assertNotIn("interpolant", self.check(mesh, as_json=False).stdout)
 
-    def test_of_degree_one_curved_is_straight(self):
+    def test_curved_and_straight_errors_are_equal_for_degree_1(self):
         done = self.check(lattice(2, 3), FRONT)
         found = json.loads(done.stdout)["interpolation"][0]
         self.assertEqual(found["curved"], found["straight"])
         self.assertEqual(found["ratio"], {"l2": 1.0, "h1": 1.0})
-        text = self.check(lattice(2, 3), FRONT, json_wanted=False).stdout
+        text = self.check(lattice(2, 3), FRONT, as_json=False).stdout
         self.assertIn("degree 2, straight edges", text)
         self.assertNotIn("as it is", text)
 
-    def test_several_fields_and_a_table(self):
-        done = self.check(elevated(lattice(2, 2), np.random.default_rng(1), 0.1), "x^3", "x", json_wanted=False)
+    def test_check_prints_a_table_for_each_field(self):
+        done = self.check(elevated(lattice(2, 2), np.random.default_rng(1), 0.1), "x^3", "x", as_json=False)
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertIn("Error of the interpolant of x^3", done.stdout)
         self.assertIn("Error of the interpolant of x\n", done.stdout)
         self.assertIn("0 to rounding", done.stdout)
 
-    def test_invalid_elements_are_judged_too_and_the_exit_code_stays(self):
+    def test_errors_include_invalid_elements_and_the_exit_code_stays_1(self):
         mesh = elevated(lattice(2, 3), np.random.default_rng(2), 0.6)
         done = self.check(mesh, FRONT)
         self.assertEqual(done.returncode, 1)
         self.assertGreater(json.loads(done.stdout)["interpolation"][0]["curved_inverted"], 0)
-        self.assertIn("det J <= 0 at a point of the quadrature", self.check(mesh, FRONT, json_wanted=False).stdout)
+        self.assertIn("det J <= 0 at a point of the quadrature", self.check(mesh, FRONT, as_json=False).stdout)
 
-    def test_the_same_bytes_for_any_number_of_threads(self):
+    def test_errors_do_not_depend_on_the_number_of_threads(self):
         mesh = elevated(lattice(3, 3), np.random.default_rng(5), 0.08)
         outputs = {self.check(mesh, FRONT, more=("--threads", threads)).stdout for threads in (1, 2, 3)}
         self.assertEqual(len(outputs), 1)
 
-    def test_what_cannot_be_taken_is_said_with_its_place(self):
+    def test_a_bad_field_expression_is_rejected_with_its_position(self):
         mesh = elevated(lattice(2, 2))
         for field, words in (("sin(x", "at position"), ("x + q", 'at "q"'), ("z", 'at "z"'), ("x, y", "gives 2 values"),
                              ("1/x", "the field is inf at (0, "), ("log(x-1)", "the field is "), ("", "cannot be read")):

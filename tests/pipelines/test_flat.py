@@ -1,5 +1,5 @@
-"""Flat meshes, triangles of one z in a file of dimension 3: what becomes of them is what becomes of the same mesh in 2D,
-node by node, and is written in 3 dimensions again.
+"""Flat meshes (triangles with equal z in a file of dimension 3) give the results of the same mesh in 2D and are written
+in 3D.
 
     python3 tests/pipelines/test_flat.py build/bin/camber [unittest arguments]
 """
@@ -73,21 +73,21 @@ class Flat(unittest.TestCase):
         return gmf.read(self.path("annulus.mesh"))
 
     def broken(self):
-        """The annulus curved, with the nodes of its inner edges thrown."""
+        """The curved annulus with displaced inner nodes."""
         self.write("straight.mesh", self.annulus())
         self.run_camber("curve", "straight.mesh", "-o", "curved.mesh")
         mesh = gmf.read(self.path("curved.mesh"))
-        random, given = np.random.default_rng(3), set(mesh.cells["EdgesP2"].nodes.flat)
+        random, moved_nodes = np.random.default_rng(3), set(mesh.cells["EdgesP2"].nodes.flat)
         for row in mesh.cells["TrianglesP2"].nodes:
             for a, b, node in gmf.LOCAL_EDGES[2]:
-                if row[node] not in given:
+                if row[node] not in moved_nodes:
                     chord = np.linalg.norm(mesh.points[row[b]] - mesh.points[row[a]])
                     mesh.points[row[node]] += 0.3 * chord * random.uniform(-1, 1, 2)
-                    given.add(row[node])
+                    moved_nodes.add(row[node])
         return mesh
 
     def same_but_for_z(self, plane, space, z=0.0):
-        """Two files: the same mesh, the second with its z."""
+        """Checks that two files contain the same mesh, the second with z."""
         a, b = gmf.read(self.path(plane)), gmf.read(self.path(space))
         self.assertEqual((a.dim, b.dim), (2, 3))
         np.testing.assert_array_equal(b.points[:, :2], a.points)
@@ -104,10 +104,10 @@ class Flat(unittest.TestCase):
         return b
 
     def both(self, verb, mesh, *arguments, z=0.0, codes=(0,), ending="mesh"):
-        """The verb on the mesh in 2D and flat: the same result, figures and words, but for the note; both reports."""
+        """Runs the verb on the 2D mesh and on the flat one: equal results, reports and messages except for the note."""
         runs = []
-        for name, given in (("plane", mesh), ("space", flat(mesh, z))):
-            self.write(f"{name}.{ending}", given)
+        for name, file_mesh in (("plane", mesh), ("space", flat(mesh, z))):
+            self.write(f"{name}.{ending}", file_mesh)
             done = self.run_camber(verb, f"{name}.{ending}", "-o", f"{name}-out.{ending}", "--report", f"{name}.json",
                                    *arguments, codes=codes)
             runs.append((done, report_of(self.path(f"{name}.json"))))
@@ -128,18 +128,18 @@ class Flat(unittest.TestCase):
 
     # ---------------------------------------------------------------- the verbs
 
-    # Guards against triangles in a plane that are curved as a surface.
-    def test_curve(self):
+    # Guards against flat triangles curved as a surface.
+    def test_curve_treats_a_flat_mesh_as_the_2d_mesh(self):
         mesh = self.annulus()
         for z, ending in ((0.0, "mesh"), (2.5, "meshb")):
             figures = self.both("curve", mesh, z=z, ending=ending)
             self.assertEqual((figures["mesh"]["dimension"], figures["mesh"]["degree"]), (2, 2))
             self.assertGreater(figures["boundary"]["surface_edges"], 0)
 
-    def test_a_config(self):
+    def test_run_treats_a_flat_mesh_as_the_2d_mesh(self):
         mesh = self.annulus()
-        for name, given in (("plane", mesh), ("space", flat(mesh, -1.25))):
-            self.write(f"{name}.mesh", given)
+        for name, file_mesh in (("plane", mesh), ("space", flat(mesh, -1.25))):
+            self.write(f"{name}.mesh", file_mesh)
             self.path(f"{name}.json").write_text(json.dumps(
                 {"input": {"mesh": f"{name}.mesh"}, "stages": ["elevate", "reinsert"],
                  "metric_operations": [{"gradation": {}}],
@@ -149,7 +149,7 @@ class Flat(unittest.TestCase):
         self.same_but_for_z("plane-out.mesh", "space-out.mesh", -1.25)
         self.assertIn("2D, P1", self.run_camber("run", "space.json", "--dry-run").stdout)
 
-    def test_the_fields_of_a_run(self):
+    def test_output_fields_of_a_flat_mesh_equal_those_in_2d(self):
         mesh = self.annulus()
         self.both("curve", mesh, "--vtu", "fields.vtu")
         of_space = self.path("fields.vtu").read_bytes()
@@ -165,13 +165,13 @@ class Flat(unittest.TestCase):
                 np.testing.assert_array_equal(one[name], other[name])
         self.assertIn("metric", low.point_data)
 
-    # Guards against triangles in a plane that are reported as "0 invalid" of 0 elements.
-    def test_check(self):
+    # Guards against the report "0 invalid" of 0 elements for flat triangles.
+    def test_check_reports_the_same_for_a_flat_mesh_as_in_2d(self):
         straight, curved = self.annulus(), self.broken()
         for mesh, code in ((straight, 0), (curved, 1), (without_edges(straight), 0), (clockwise(straight), 1)):
             results = []
-            for name, given in (("plane.mesh", mesh), ("space.mesh", flat(mesh))):
-                self.write(name, given)
+            for name, file_mesh in (("plane.mesh", mesh), ("space.mesh", flat(mesh))):
+                self.write(name, file_mesh)
                 done = self.run_camber("check", name, "--json", "--elements", codes=(code,))
                 results.append(json.loads(done.stdout))
                 del results[-1]["file"]
@@ -180,22 +180,22 @@ class Flat(unittest.TestCase):
             self.assertEqual(plane | {"notices": []}, space | {"notices": []})
             self.assertEqual(space["elements"], len(mesh.cells[next(n for n in mesh.cells if "Triangles" in n)].nodes))
 
-    def test_repair(self):
+    def test_repair_treats_a_flat_mesh_as_the_2d_mesh(self):
         mesh = self.broken()
         for z in (0.0, 2.5):
             figures = self.both("repair", mesh, z=z)
             self.assertGreater(figures["relax"]["corrected_elements"], 0)
             self.assertEqual(figures["validity"]["invalid"], 0)
 
-    def test_info(self):
+    def test_info_reports_the_plane_of_a_flat_mesh(self):
         self.write("space.mesh", flat(self.annulus(), 2.5))
-        told = json.loads(self.run_camber("info", "space.mesh", "--json").stdout)
-        self.assertEqual((told["dimension"], told["written_in_dimension"], told["z"]), (2, 3, 2.5))
-        self.assertEqual(len(told["notices"]), 1)
+        reported = json.loads(self.run_camber("info", "space.mesh", "--json").stdout)
+        self.assertEqual((reported["dimension"], reported["written_in_dimension"], reported["z"]), (2, 3, 2.5))
+        self.assertEqual(len(reported["notices"]), 1)
         self.assertNotIn("written_in_dimension", json.loads(self.run_camber("info", "annulus.mesh", "--json").stdout))
 
-    def test_convert(self):
-        """Nothing is lost by the way: bytes of a canonical file come back, and a solution may be in 2D or in 3D."""
+    def test_convert_preserves_flat_meshes_and_accepts_2d_and_3d_metrics(self):
+        """Canonical files are unchanged after conversions, and a solution may be in 2D or 3D."""
         mesh = self.annulus()
         self.write("plane.mesh", mesh)
         self.write("space.mesh", flat(mesh))
@@ -208,17 +208,17 @@ class Flat(unittest.TestCase):
         self.path("six.solb").write_bytes(solution_file(rows, 3, 3))
         self.path("three.solb").write_bytes(solution_file(rows[:, :3], 3, 2))
         metrics = {}
-        for grid, given, solution in (("a.vtu", "plane", "three"), ("b.vtu", "space", "three"), ("c.vtu", "space", "six")):
-            self.run_camber("convert", f"{given}.mesh", "-o", grid, "--metric", f"{solution}.solb", "--elevate")
+        for grid, input_name, solution in (("a.vtu", "plane", "three"), ("b.vtu", "space", "three"), ("c.vtu", "space", "six")):
+            self.run_camber("convert", f"{input_name}.mesh", "-o", grid, "--metric", f"{solution}.solb", "--elevate")
             metrics[grid] = vtu.read(self.path(grid)).point_data["metric"][:len(rows)]
         self.assertEqual(self.path("a.vtu").read_bytes(), self.path("b.vtu").read_bytes())
         np.testing.assert_array_equal(metrics["c.vtu"], rows[:, [0, 2, 5, 1, 4, 3]])
 
-    # ---------------------------------------------------------------- what a file may hold
+    # ---------------------------------------------------------------- contents of files
 
     # Guards against unlisted boundary edges of a flat mesh that stay straight.
-    def test_edges_that_are_not_listed(self):
-        """They are added and told of, and curved as those that are."""
+    def test_missing_boundary_edges_are_added_and_curved(self):
+        """Missing edges are added, noted, and curved like listed ones."""
         mesh = without_edges(self.annulus())
         figures = self.both("curve", mesh)
         out = gmf.read(self.path("space-out.mesh"))
@@ -228,49 +228,49 @@ class Flat(unittest.TestCase):
         self.assertTrue((bows > 0).all())
         radii = np.linalg.norm(out.points[rows[:, 2]][:, :2], axis=1)
         self.assertLess(np.minimum(abs(radii - 1), abs(radii - 3)).max(), 2e-3)
-        said = self.folder.camber("curve", "space.mesh", "-o", "again.mesh").stderr
-        self.assertIn(f"of which nothing is listed (the first: triangle ", said)
-        self.assertIn(f"added {len(rows)} edges of reference 1", said)
+        error_output = self.folder.camber("curve", "space.mesh", "-o", "again.mesh").stderr
+        self.assertIn(f"but no boundary is listed (the first: triangle ", error_output)
+        self.assertIn(f"added {len(rows)} edges of reference 1", error_output)
 
-    def test_edges_that_are_not_listed_in_a_curved_mesh(self):
-        """They are boundary, which a repair keeps bit for bit."""
+    def test_repair_preserves_unlisted_boundary_edges_of_a_curved_mesh(self):
+        """Unlisted edges are boundary, which repair preserves bit for bit."""
         mesh = self.broken()
         rows = mesh.cells["EdgesP2"].nodes
         figures = self.both("repair", without_edges(mesh))
         self.assertEqual(figures["input_boundary"]["moved_nodes"], 0)
         out = gmf.read(self.path("space-out.mesh"))
-        kept = lambda points, nodes: sorted(tuple(points[node][:2]) for node in nodes[:, 2])
-        self.assertEqual(kept(out.points, out.cells["EdgesP2"].nodes), kept(mesh.points, rows))
+        stored = lambda points, nodes: sorted(tuple(points[node][:2]) for node in nodes[:, 2])
+        self.assertEqual(stored(out.points, out.cells["EdgesP2"].nodes), stored(mesh.points, rows))
 
-    def test_some_edges_that_are_not_listed(self):
+    def test_missing_edges_of_one_boundary_get_their_own_reference(self):
         mesh = self.annulus()
         edges = mesh.cells["Edges"]
         edges.nodes, edges.refs = edges.nodes[edges.refs == 1], edges.refs[edges.refs == 1]
         self.both("curve", mesh)
         self.assertEqual(sorted(set(gmf.read(self.path("space-out.mesh")).cells["EdgesP2"].refs)), [1, 2])
 
-    def test_clockwise(self):
-        """All of them are turned, and said to be; the nodes are those of the mesh the right way round."""
+    def test_clockwise_triangles_are_reoriented(self):
+        """All triangles are reoriented and noted; the nodes equal those of the counterclockwise mesh."""
         mesh = self.annulus()
         self.both("curve", mesh)
         right = gmf.read(self.path("space-out.mesh"))
         self.both("curve", clockwise(mesh))
-        said = self.folder.camber("curve", "space.mesh", "-o", "again.mesh").stderr
-        self.assertIn("triangles are numbered the wrong way round (the first: triangle 1): turned", said)
+        error_output = self.folder.camber("curve", "space.mesh", "-o", "again.mesh").stderr
+        self.assertIn("triangles are numbered the wrong way round (the first: triangle 1): turned", error_output)
         turned = gmf.read(self.path("space-out.mesh"))
         corners = turned.points[turned.cells["TrianglesP2"].nodes[:, :3]]
         sides = corners[:, 1:] - corners[:, :1]
         self.assertTrue((np.cross(sides[:, 0, :2], sides[:, 1, :2]) > 0).all())
         np.testing.assert_array_equal(turned.points, right.points)
 
-    def test_curved_input(self):
-        """Degree 2 goes into curve as it does in 2D, clockwise too."""
+    def test_a_curved_flat_mesh_is_treated_as_in_2d(self):
+        """Also for clockwise triangles."""
         mesh = self.broken()
         stages = ("--set", 'stages=["curve", "validate", "relax", "commit"]')
         self.both("curve", mesh, *stages)
         self.both("repair", clockwise(mesh))
 
-    def test_what_a_mesh_says_beside_its_simplices(self):
+    def test_required_entities_ridges_and_normals_are_preserved(self):
         mesh = self.annulus()
         mesh.lists |= {"Corners": listed(1), "RequiredVertices": listed(2, 5), "Ridges": listed(1, 3),
                        "RequiredEdges": listed(4), "RequiredTriangles": listed(7, 9)}
@@ -283,8 +283,8 @@ class Flat(unittest.TestCase):
         for name in mesh.lists:
             self.assertIn(name, out.lists)
 
-    def test_normals_of_the_plane_are_kept(self):
-        """(0, 0, 1) says nothing in 2D: the result is that without, and the table is written as it was."""
+    def test_normals_to_the_plane_are_preserved_and_have_no_effect(self):
+        """(0, 0, 1) has no meaning in 2D: the result is that without normals, and the table is preserved."""
         mesh = self.annulus()
         self.both("curve", mesh)
         space = flat(mesh)
@@ -296,27 +296,27 @@ class Flat(unittest.TestCase):
         out = gmf.read(self.path("normals-out.mesh"))
         np.testing.assert_array_equal(out.points, gmf.read(self.path("space-out.mesh")).points)
         for name in ("Normals", "NormalAtVertices"):
-            for kept, given in zip(out.lists[name], space.lists[name]):
-                np.testing.assert_array_equal(kept, given)
+            for stored, expected in zip(out.lists[name], space.lists[name]):
+                np.testing.assert_array_equal(stored, expected)
 
-    def test_an_unused_vertex_elsewhere(self):
-        """The centre of an arc, say: it stays where it is."""
+    def test_an_unused_vertex_outside_the_plane_is_preserved(self):
+        """For example the centre of an arc."""
         mesh = self.annulus()
         mesh.points = np.vstack([mesh.points, [0, 0]])
         mesh.point_refs = np.append(mesh.point_refs, 0)
         space = flat(mesh)
         space.points[-1] = (0, 0, 7)
         self.write("space.mesh", space)
-        said = self.run_camber("curve", "space.mesh", "-o", "out.mesh").stderr
-        self.assertIn(NOTE.format(0), said)
+        error_output = self.run_camber("curve", "space.mesh", "-o", "out.mesh").stderr
+        self.assertIn(NOTE.format(0), error_output)
         out = gmf.read(self.path("out.mesh"))
         np.testing.assert_array_equal(out.points[len(mesh.points) - 1], (0, 0, 7))
         np.testing.assert_array_equal(np.delete(out.points, len(mesh.points) - 1, axis=0)[:, 2], 0)
 
     # ---------------------------------------------------------------- metrics
 
-    def test_metrics(self):
-        """Of a metric in space counts what it says in the plane; one in 2D is as good, and so are sizes."""
+    def test_metrics_in_2d_and_3d_files_give_the_same_mesh(self):
+        """Only the part of a 3D metric in the plane counts; 2D metrics and sizes are accepted too."""
         mesh = self.annulus()
         self.write("plane.mesh", mesh)
         self.write("space.mesh", flat(mesh))
@@ -343,8 +343,8 @@ class Flat(unittest.TestCase):
     # ---------------------------------------------------------------- Gmsh
 
     @unittest.skipUnless(shutil.which("gmsh"), "no gmsh here")
-    def test_gmsh_there_and_back(self):
-        """A disc in an annulus as Gmsh writes it, of degree 1 and 2; it reads what is made of it."""
+    def test_flat_meshes_of_gmsh_are_read_and_written(self):
+        """A disc in an annulus from Gmsh, of degree 1 and 2; Gmsh reads the output."""
         self.path("disc.geo").write_text(
             "Point(1) = {0, 0, 0, 0.3};\n"
             + "".join(f"Point({5 * r + k + 2}) = {{{x * (r + 1)}, {y * (r + 1)}, 0, 0.3}};\n"
@@ -360,8 +360,8 @@ class Flat(unittest.TestCase):
 
         for order, verb in ((1, "curve"), (2, "repair")):
             gmsh("-2", "-order", str(order), "disc.geo", "-format", "mesh", "-o", "disc.mesh")
-            said = self.run_camber(verb, "disc.mesh", "-o", "out.mesh").stderr
-            self.assertIn(NOTE.format(0), said)
+            error_output = self.run_camber(verb, "disc.mesh", "-o", "out.mesh").stderr
+            self.assertIn(NOTE.format(0), error_output)
             gmsh("-save", "out.mesh", "-format", "msh22", "-o", "back.msh")
             rows = self.path("back.msh").read_text().partition("$Elements\n")[2].splitlines()[1:]
             kinds = [row.split()[1] for row in rows if len(row.split()) > 3]
@@ -369,10 +369,10 @@ class Flat(unittest.TestCase):
             self.assertEqual((kinds.count("8"), kinds.count("9")),
                              tuple(len(out.cells[name].nodes) for name in ("EdgesP2", "TrianglesP2")))
 
-    # ---------------------------------------------------------------- a surface all the same
+    # ---------------------------------------------------------------- option --flat surface
 
-    def test_the_option(self):
-        """As a surface in space: no elements to judge, no edge is added, and nothing is noted."""
+    def test_option_flat_surface_keeps_a_surface_in_3d(self):
+        """A surface in 3D has no elements; no edge is added and no note printed."""
         mesh = without_edges(self.annulus())
         self.write("space.mesh", flat(mesh))
         self.path("run.json").write_text(json.dumps({"input": {"mesh": "space.mesh", "flat": "surface"},
@@ -395,18 +395,18 @@ class Flat(unittest.TestCase):
         self.assertIn("flat=surface", self.run_camber("curve", "space.mesh", "-o", "out.mesh", "--flat", "surface",
                                                       "--dry-run").stdout)
 
-    def test_what_is_not_flat_stays_a_surface(self):
+    def test_a_mesh_that_is_not_flat_stays_a_surface(self):
         mesh = linear_mesh([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [])
         mesh.cells = {"Triangles": linear_mesh([[0, 0], [1, 0], [1, 1], [0, 1]], [[0, 1, 2], [0, 2, 3]]).cells["Triangles"]}
         for z, notes in ((0.1, 0), (1e-17, 1)):
             mesh.points[3][2] = z
-            for name, given in (("in.mesh", mesh), ("p2.mesh", elevate(mesh))):
-                self.write(name, given)
-                told = json.loads(self.run_camber("info", name, "--json").stdout)
-                self.assertEqual((told["dimension"], told["tetrahedra"], len(told["notices"])), (3, 0, notes))
-                self.assertEqual("nearly flat" in str(told["notices"]), notes == 1)
+            for name, file_mesh in (("in.mesh", mesh), ("p2.mesh", elevate(mesh))):
+                self.write(name, file_mesh)
+                reported = json.loads(self.run_camber("info", name, "--json").stdout)
+                self.assertEqual((reported["dimension"], reported["tetrahedra"], len(reported["notices"])), (3, 0, notes))
+                self.assertEqual("nearly flat" in str(reported["notices"]), notes == 1)
 
-    def test_the_same_bytes_for_any_number_of_threads(self):
+    def test_the_output_does_not_depend_on_the_number_of_threads(self):
         self.write("space.mesh", flat(self.annulus(), 0.1))
         results = set()
         for threads in (1, 3):

@@ -1,4 +1,4 @@
-"""VTU files against an independent reader and the GMF file of the same mesh; conversions there and back.
+"""VTU files against an independent reader and the GMF file of the same mesh; conversions in both directions.
 
     python3 tests/pipelines/test_formats.py build/bin/camber [unittest arguments]
 """
@@ -52,20 +52,21 @@ class Formats(unittest.TestCase):
         return self.run_camber("run", "run.json")
 
     def same_mesh(self, grid, mesh, kind):
-        """Points, cells, types, references and dimensions of a VTU are those of the GMF file, bit by bit."""
+        """Checks that points, cells, types, references and dimensions of a VTU file equal those of the GMF file bit for
+        bit."""
         cells = list(cells_of(mesh))
         self.assertEqual(len(grid.points), len(mesh.points))
         np.testing.assert_array_equal(grid.points[:, mesh.dim:], 0)
         self.assertEqual(len(grid.cells), len(cells))
         for row, t, (k, nodes, _) in zip(grid.cells, grid.types, cells):
             self.assertEqual(t, CELL_TYPES[kind][k - 1])
-            # Whatever the numbers of the nodes: the same places in the same order, so each mid node on its edge.
+            # Node numbers may differ: coordinates in the same order, so that each mid node is on its edge.
             np.testing.assert_array_equal(grid.points[row][:, :mesh.dim], mesh.points[nodes])
             np.testing.assert_array_equal(grid.point_data["reference"][row], mesh.point_refs[nodes])
         np.testing.assert_array_equal(grid.cell_data["dimension"], [k for k, _, _ in cells])
         np.testing.assert_array_equal(grid.cell_data["reference"], [r for _, _, r in cells])
 
-    def test_curved_meshes(self):
+    def test_vtu_and_gmf_files_of_curved_meshes_are_equal(self):
         for shape in SHAPES:
             for kind in ("quadratic", "lagrange"):
                 self.curved(shape, {"mesh": "m.meshb", "vtu": "m.vtu", "vtu_cells": kind})
@@ -73,7 +74,7 @@ class Formats(unittest.TestCase):
                 self.run_camber("convert", "m.meshb", "-o", "c.vtu", "--cells", kind)
                 self.same_mesh(vtu.read(self.path("c.vtu")), gmf.read(self.path("m.meshb")), kind)
 
-    def test_no_node_twice_and_each_near_its_edge(self):
+    def test_vtu_stores_each_mid_node_once_and_near_its_edge(self):
         self.curved("shell", {"mesh": "m.vtu"})
         grid = vtu.read(self.path("m.vtu"))
         self.assertEqual(len(np.unique(grid.points, axis=0)), len(grid.points))
@@ -87,7 +88,7 @@ class Formats(unittest.TestCase):
                 along = (grid.points[row[mid]] - grid.points[row[a]]) @ chord / (chord @ chord)
                 self.assertTrue(0.2 < along < 0.8, along)
 
-    def test_straight_surface_only_and_empty_meshes(self):
+    def test_straight_surface_and_empty_meshes_are_written_to_vtu(self):
         self.curved("shell", {"mesh": "s.mesh"}, stages=())
         self.run_camber("convert", "s.mesh", "-o", "s.vtu")
         self.same_mesh(vtu.read(self.path("s.vtu")), gmf.read(self.path("s.mesh")), "linear")
@@ -102,7 +103,7 @@ class Formats(unittest.TestCase):
             self.run_camber("convert", name + ".mesh", "-o", name + ".meshb")
             kind = "quadratic" if name.startswith("curved") else "linear"
             self.same_mesh(vtu.read(self.path(name + ".vtu")), gmf.read(self.path(name + ".meshb")), kind)
-        # With the fields of a run: the metric of a mesh without elements is that of its vertices.
+        # The metric of a mesh without elements is defined at its vertices.
         self.run_camber("curve", "surface.mesh", "-o", "run.mesh", "--vtu", "run.vtu")
         self.assertTrue(np.isfinite(vtu.read(self.path("run.vtu")).point_data["metric"]).all())
         self.path("empty.mesh").write_text("MeshVersionFormatted 2\nDimension 3\nVertices\n0\nEnd\n")
@@ -110,7 +111,7 @@ class Formats(unittest.TestCase):
         empty = vtu.read(self.path("empty.vtu"))
         self.assertEqual((len(empty.points), len(empty.cells)), (0, 0))
 
-    def test_fields_of_a_run(self):
+    def test_vtu_fields_of_a_run_match_its_report(self):
         sphere = [{"references": [1], "sphere": {"centre": [0, 0, 0], "radius": 5}},
                   {"references": [2], "sphere": {"centre": [0, 0, 0], "radius": 1}}]
         self.curved("shell", {"mesh": "m.meshb", "vtu": "m.vtu", "report": "r.json"}, geometry={"analytic": sphere})
@@ -130,7 +131,7 @@ class Formats(unittest.TestCase):
         self.assertAlmostEqual(nodes["length_reduction"][volume].mean(), after["mean_length_reduction"], places=12)
         self.assertAlmostEqual(nodes["curvature"][volume].max(), after["largest_curvature"], places=12)
         self.assertEqual(set(nodes["edge_change"][:vertices]), {-1})
-        # Distances, curvatures and metrics once more from the points alone.
+        # Distances, curvatures and metrics recomputed from the points.
         boundary = kinds > 0
         radius = np.linalg.norm(grid.points, axis=1)
         np.testing.assert_allclose(nodes["distance_to_geometry"][boundary],
@@ -146,7 +147,7 @@ class Formats(unittest.TestCase):
                 chord = np.linalg.norm(grid.points[row[b]] - grid.points[row[a]])
                 self.assertAlmostEqual(nodes["curvature"][row[mid]], np.linalg.norm(offset) / chord, places=12)
 
-    def test_metric_of_a_file(self):
+    def test_convert_writes_a_metric_file_to_vtu(self):
         self.curved("shell", {"mesh": "s.meshb"}, stages=())
         mesh = gmf.read(self.path("s.meshb"))
         random = np.random.default_rng(1)
@@ -168,7 +169,7 @@ class Formats(unittest.TestCase):
             a, b, mid = (logarithm(grid.point_data["metric"][n]) for n in (a, b, mid))
             np.testing.assert_allclose(mid, (a + b) / 2, atol=1e-12)
 
-    def test_round_trips(self):
+    def test_conversions_forth_and_back_give_the_same_bytes(self):
         for stages in ((), ("elevate", "curve", "validate", "relax", "commit")):
             for shape in SHAPES:
                 self.curved(shape, {"mesh": "a.meshb"}, stages=stages)
@@ -184,16 +185,16 @@ class Formats(unittest.TestCase):
         np.testing.assert_array_equal(gmf.read(self.path("a.solb")).fields[0][1],
                                       gmf.read(self.path("c.solb")).fields[0][1])
 
-    def test_what_is_lost_is_told(self):
+    def test_convert_notes_entities_that_the_format_cannot_store(self):
         self.curved("box", {"mesh": "b.mesh"}, stages=())
         mesh = gmf.read(self.path("b.mesh"))
         mesh.lists["Corners"] = (np.array([[1], [2]]), np.empty((2, 0)))
         self.path("c.mesh").write_bytes(samples.ascii_file(mesh))
-        told = self.run_camber("convert", "c.mesh", "-o", "c.vtu").stderr
-        self.assertIn("note: VTU has no place for 2 corners", told)
+        reported = self.run_camber("convert", "c.mesh", "-o", "c.vtu").stderr
+        self.assertIn("note: VTU has no place for 2 corners", reported)
         self.assertEqual(self.run_camber("convert", "c.mesh", "-o", "d.meshb").stderr, "")
 
-    def test_fields_of_any_names_can_be_read_again(self):
+    def test_fields_with_unusual_names_are_read_back(self):
         names = ["", " ", "u", " u", "a/b", "reference", "entity", "METADATA", "x" * 40]
         values = "".join(f"{n} {n}.5\n" for n in (1, 2, 3))
         fields = "".join(f'$NodeData\n1\n"{name}"\n1\n0\n3\n0\n1\n3\n{values}$EndNodeData\n' for name in names)
@@ -207,25 +208,25 @@ class Formats(unittest.TestCase):
                     self.assertEqual("names of fields" in done.stderr, ending != "msh", done.stderr)
 
     def knows_cgns(self):
-        return "needs its library" not in self.folder.camber("convert", "in.msh", "-o", "probe.cgns").stderr
+        return "the CGNS library cannot be loaded" not in self.folder.camber("convert", "in.msh", "-o", "probe.cgns").stderr
 
-    def test_a_format_by_its_name(self):
+    def test_a_format_name_selects_the_output_format(self):
         self.curved("box", {"mesh": "b.meshb"}, stages=())
         for name, ending in (("gmf-ascii", "mesh"), ("gmf-binary", "meshb"), ("vtu", "vtu")):
             self.run_camber("convert", "b.meshb", "-o", "named." + ending)
             self.run_camber("convert", "b.meshb", "-o", "any-name", "--format", name)
             self.assertEqual(self.path("any-name").read_bytes(), self.path("named." + ending).read_bytes())
-        # What is read is told by what it holds, whatever its name.
+        # The input format is detected from the content.
         self.run_camber("convert", "b.meshb", "-o", "any-name", "--format", "gmf-binary")
         self.run_camber("convert", "any-name", "-o", "again.mesh")
         self.assertEqual(self.path("again.mesh").read_bytes(), self.path("named.mesh").read_bytes())
 
-    def test_a_solution_is_told_of(self):
+    def test_info_describes_a_solution_file(self):
         self.path("s.sol").write_text("MeshVersionFormatted 2\nDimension 2\nSolAtVertices\n1\n2 3 1\n1 0 1 0.5\nEnd\n")
-        told = json.loads(self.run_camber("info", "s.sol", "--json").stdout)
-        self.assertEqual(told, {"dimension": 2, "vertices": 1, "fields": ["symmetric tensor", "scalar"], "notices": []})
+        reported = json.loads(self.run_camber("info", "s.sol", "--json").stdout)
+        self.assertEqual(reported, {"dimension": 2, "vertices": 1, "fields": ["symmetric tensor", "scalar"], "notices": []})
 
-    def test_the_metric_after_its_operations(self):
+    def test_output_metric_is_the_metric_after_its_operations(self):
         for shape, dimension in (("box", 3), ("annulus", 2)):
             done = self.curved(shape, {"mesh": "m.meshb", "metric": "m.sol"}, metric={"constant": {"sizes": [0.5]}},
                                metric_operations=[{"bound": {"min_size": 2}}])
@@ -243,7 +244,7 @@ class Formats(unittest.TestCase):
             values = vtu.read(self.path("m.vtu")).point_data["metric"]
             np.testing.assert_allclose(values[:, :dimension], 0.25, rtol=1e-12)
 
-    def test_wrong_conversions(self):
+    def test_wrong_conversions_are_rejected_and_write_no_file(self):
         self.curved("annulus", {"mesh": "a.mesh"}, stages=())
         self.curved("annulus", {"mesh": "p2.mesh"})
         self.run_camber("convert", "a.mesh", "-o", "a.vtu")
@@ -268,7 +269,7 @@ class Formats(unittest.TestCase):
         done = self.folder.camber("curve", "a.mesh", "-o", "b.mesh", "--vtu", "b.vtk")
         self.assertEqual((done.returncode, "must end in .vtu" in done.stderr), (2, True), done.stderr)
 
-    def test_histograms_and_plots(self):
+    def test_histograms_match_the_report_and_plot_draws_them_again(self):
         self.curved("shell", {"mesh": "m.meshb", "report": "r.json", "plots": "plots"})
         report = json.loads(self.path("r.json").read_text())
         histograms = report["histograms"]
@@ -311,7 +312,7 @@ class Formats(unittest.TestCase):
         self.assertEqual(self.folder.camber("curve", "absent.mesh", "-o", "c.mesh", "--dry-run").returncode, 3)
         self.assertEqual(self.folder.camber("curve", "b.meshb", "-o", "c.ply", "--dry-run").returncode, 2)
 
-    def test_bytes_do_not_depend_on_threads(self):
+    def test_vtu_files_do_not_depend_on_the_number_of_threads(self):
         files = []
         for threads in (1, 3):
             self.run_camber("run", CONFIGS / "spheres.json", "--set", "output/vtu=v.vtu", "--threads", threads)

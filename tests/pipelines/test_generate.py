@@ -1,4 +1,4 @@
-"""`camber generate`: every shape in every format, by name, JSON or config; numbers of elements; the same bytes always.
+"""`camber generate`: every shape in every format, by name, JSON or config; element counts; repeatable bytes.
 
     python3 tests/pipelines/test_generate.py build/bin/camber [unittest arguments]
 """
@@ -26,7 +26,7 @@ class Generate(unittest.TestCase):
         return done
 
     def generate(self, *arguments, output="out.meshb"):
-        """The bytes of the mesh, and what was said."""
+        """The bytes of the mesh, and the completed process."""
         done = self.camber("generate", *arguments, "-o", output)
         return (self.folder.path / output).read_bytes(), done
 
@@ -45,7 +45,7 @@ class Generate(unittest.TestCase):
         self.assertEqual(len(done.stderr.strip().splitlines()), 1, done.stderr)
         self.assertEqual(self.folder.files(), before)
 
-    def test_every_shape_is_a_good_mesh(self):
+    def test_every_shape_is_a_sound_and_valid_mesh(self):
         for shape, arguments in SMALL.items():
             with self.subTest(shape):
                 self.generate(shape, *arguments)
@@ -55,7 +55,7 @@ class Generate(unittest.TestCase):
                 self.assertGreater(checked["min_scaled_jacobian"], 0)
                 self.assertIn(f"camber generate {shape}", self.camber("generate", "--help").stdout)
 
-    def test_every_format(self):
+    def test_generate_writes_every_format(self):
         for ending in ("mesh", "meshb", "msh", "vtu", "mfem", "cgns"):
             for shape in ("box", "rectangle"):
                 with self.subTest(ending=ending, shape=shape):
@@ -64,30 +64,30 @@ class Generate(unittest.TestCase):
                     self.assertEqual(self.elements(f"out.{ending}"), {"box": 384, "rectangle": 32}[shape])
         self.assertTrue(self.generate("box", "--format", "mfem", output="out.mesh")[0].startswith(b"MFEM"))
 
-    def test_a_name_json_a_file_and_a_config_are_the_same(self):
-        wanted, _ = self.generate("shell", "--set", "inner_size=0.9", "--set", "inner_layer/count=2")
+    def test_a_shape_by_name_json_file_or_config_gives_the_same_mesh(self):
+        expected, _ = self.generate("shell", "--set", "inner_size=0.9", "--set", "inner_layer/count=2")
         text = '{"shell": {"inner_size": 0.9, "inner_layer": {"count": 2}}}'
         (self.folder.path / "shape.json").write_text(text)
         (self.folder.path / "config.json").write_text(f'{{"input": {{"generate": {text}}}, "metric": "natural"}}')
         for argument in (text, "shape.json", "config.json"):
-            self.assertEqual(self.generate(argument)[0], wanted, argument)
-        self.assertNotEqual(self.generate("config.json", "--set", "seed=2")[0], wanted)
+            self.assertEqual(self.generate(argument)[0], expected, argument)
+        self.assertNotEqual(self.generate("config.json", "--set", "seed=2")[0], expected)
 
-    def test_the_bytes_do_not_depend_on_threads(self):
+    def test_generated_meshes_do_not_depend_on_the_number_of_threads(self):
         for shape, arguments in {**SMALL, "shell": (*LAYERS, "--elements", "30000")}.items():
             made = [self.generate(shape, *arguments, "--threads", str(n))[0] for n in (1, 2, 3)]
             self.assertTrue(made[0] == made[1] == made[2], shape)
 
-    def test_the_printed_config_makes_the_same_mesh(self):
+    def test_the_printed_config_generates_the_same_mesh(self):
         for shape, arguments in SMALL.items():
             with self.subTest(shape):
-                wanted, _ = self.generate(shape, *arguments)
+                expected, _ = self.generate(shape, *arguments)
                 printed = self.camber("generate", shape, *arguments, "-o", "run.meshb", "--print-config").stdout
                 (self.folder.path / "printed.json").write_text(printed)
                 self.camber("run", "printed.json")
-                self.assertEqual((self.folder.path / "run.meshb").read_bytes(), wanted)
+                self.assertEqual((self.folder.path / "run.meshb").read_bytes(), expected)
 
-    def test_about_as_many_elements_as_asked_for(self):
+    def test_the_element_count_is_within_a_fifth_of_the_requested_one(self):
         for shape, options in (("box", ()), ("rectangle", ()), ("bump", SMALL["bump"]), ("annulus", ()),
                                ("annulus", ("--structure", "prisms")), ("shell", ("--structure", "prisms")),
                                ("shell", LAYERS)):
@@ -99,11 +99,11 @@ class Generate(unittest.TestCase):
         self.generate("shell", "--elements", "5000")
         self.assertLess(abs(self.elements() / 5000 - 1), 0.2)
 
-    def test_a_mapped_square_is_curved(self):
+    def test_curve_accepts_a_graded_and_warped_rectangle(self):
         self.generate("rectangle", "--set", "grading=[1, 20]", "--set", "warp=0.04", "--elements", "500")
         self.camber("curve", "out.meshb", "-o", "curved.meshb")
 
-    def test_wrong_usage(self):
+    def test_wrong_arguments_are_rejected_and_write_no_file(self):
         for code, message, arguments in (
                 (2, 'unknown word "shel" (did you mean "shell"?)', ("shel", "-o", "o.mesh")),
                 (2, '--set: /shell/inner_siz: unknown key (did you mean "inner_size"?)',
@@ -127,7 +127,7 @@ class Generate(unittest.TestCase):
             if "generate" in json.loads(config.read_text()).get("input", {}):
                 self.camber("generate", str(config), "-o", "o.mesh", "--print-config")
 
-    def test_ctrl_c_ends_it_and_leaves_nothing(self):
+    def test_an_interrupt_ends_generate_and_leaves_no_file(self):
         process = subprocess.Popen([CAMBER, "generate", "shell", *LAYERS, "--elements", "5e7", "-o", "o.meshb"],
                                    cwd=self.folder.name, stderr=subprocess.PIPE, text=True)
         try:

@@ -1,4 +1,4 @@
-"""Analytic surfaces as the program takes them: beside the surrogate, and refused where they are not the mesh's.
+"""Analytic surfaces: combined with the surrogate, and rejected where they do not fit the mesh.
 
     python3 tests/pipelines/test_geometry.py build/bin/camber [unittest arguments]
 """
@@ -39,14 +39,14 @@ class Geometry(unittest.TestCase):
         return done
 
     def off_sphere(self, name, reference, radius):
-        """How far the mid nodes of the facets of a reference are from a sphere around the origin, at most."""
+        """Largest distance of the mid nodes of facets with a reference from a sphere around the origin."""
         mesh = gmf.read(self.folder.path / name)
         cells = mesh.cells["TrianglesP2" if mesh.dim == 3 else "EdgesP2"]
         nodes = cells.nodes[cells.refs == reference][:, mesh.dim:].ravel()
         return np.abs(np.linalg.norm(mesh.points[nodes], axis=1) - radius).max()
 
-    # Guards against straight facets on references beside analytic ones.
-    def test_references_without_a_surface_take_the_surrogate(self):
+    # Guards against straight facets of references without an analytic surface.
+    def test_references_without_an_analytic_surface_use_the_surrogate(self):
         for shape in SHAPES:
             off, largest = {}, {}
             for name, geometry in (("straight", "straight"), ("surrogate", "surrogate"),
@@ -60,7 +60,7 @@ class Geometry(unittest.TestCase):
                 self.assertLess(off["mixed"][OUTER], 1e-14)
                 self.assertLess(largest["mixed"], 1.5 * largest["surrogate"])
 
-    def test_the_surface_metric_has_the_normals_of_both(self):
+    def test_the_surface_metric_uses_analytic_and_surrogate_normals(self):
         metrics = {}
         for name, geometry in (("surrogate", "surrogate"), ("mixed", {"analytic": [sphere(5)]}),
                                ("analytic", {"analytic": [sphere(5), sphere(1, [INNER])]})):
@@ -77,9 +77,9 @@ class Geometry(unittest.TestCase):
             np.testing.assert_array_equal(metrics["mixed"][on], metrics[other][on])
         self.assertTrue((metrics["surrogate"] != metrics["analytic"]).any())
 
-    # Guards against nodes that slide off a curve in a smooth face.
-    def test_nodes_of_a_listed_curve_stay_on_it(self):
-        """A square on a plane face, and a line inside: a field that slides nodes within the face leaves theirs."""
+    # Guards against nodes that slide off a curve within a smooth face.
+    def test_nodes_of_a_listed_curve_in_a_plane_face_stay_on_it(self):
+        """A square and a line on a plane face: a field that slides nodes within the face leaves those of the curve."""
         mesh = made_meshes.lattice(3, 4)
         number = {tuple(p): i + 1 for i, p in enumerate(mesh.points.astype(int).tolist())}
         corners = [(1, 1), (1, 2), (1, 3), (2, 3), (3, 3), (3, 2), (3, 1), (2, 1)]
@@ -96,10 +96,10 @@ class Geometry(unittest.TestCase):
         facets = out.cells["TrianglesP2"].nodes
         moved = [np.linalg.norm(out.points[facets[:, 3 + i]] - (out.points[facets[:, i]] + out.points[facets[:, (i + 1) % 3]]) / 2, axis=1)
                  for i in range(3)]
-        self.assertGreater(np.max(moved), 1e-3)  # the others slide
+        self.assertGreater(np.max(moved), 1e-3)  # other nodes slide
 
     def refused(self, code, surfaces, *figures):
-        """By `run` and by `curve`: the exit code, one line with the place and the figures, and no file more."""
+        """Expects the exit code of `run` and of `curve`, one line with place and figures, and no new file."""
         geometry = {"analytic": surfaces}
         files = self.folder.files()
         for arguments in (("run", "run.json", "--set", f"geometry={json.dumps(geometry)}"),
@@ -111,8 +111,8 @@ class Geometry(unittest.TestCase):
                 self.assertIn(part, done.stderr)
             self.assertEqual(self.folder.files(), files)
 
-    # Guards against analytic surfaces that do not fit the mesh: exit code 0 with moved vertices, or minutes of work.
-    def test_surfaces_that_are_not_the_mesh_s_are_refused(self):
+    # Guards against analytic surfaces that do not fit the mesh: moved vertices with exit code 0, or minutes of work.
+    def test_analytic_surfaces_that_do_not_fit_the_mesh_are_rejected(self):
         self.config("shell", "straight", mesh="run.meshb", report="run-report.json")
         self.camber("run", "run.json", "--set", "stages=[]", "--set", "output/mesh=plain.meshb",
                     "--set", "output/report=")
@@ -124,24 +124,25 @@ class Geometry(unittest.TestCase):
                  ("analytic/1: vertex ", "is 1 away from the sphere of reference 2")),
                 ("no such reference", 2, [sphere(5), sphere(5, [7])], ("analytic/1: ", "has reference 7", "it has 1, 2")),
                 ("two for one", 2, [sphere(5), sphere(1, [INNER, OUTER])],
-                 ("analytic/1: reference 1 is given to two surfaces",)),
+                 ("analytic/1: reference 1 is assigned to two surfaces",)),
                 ("too large", 2, [sphere(1e300)], ("reference 1", "the radius of its sphere, 1e+300", "at most 1e8")),
                 ("beside", 3, [sphere(5, centre=[40, 0, 0])], ("vertex ", "away from the sphere of reference 1")),
                 ("a plane", 3, [{"references": [OUTER], "plane": {"point": [5, 0, 0], "normal": [1, 0, 0]}}],
                  ("vertex ", "away from the plane of reference 1"))):
             with self.subTest(what):
                 self.refused(code, surfaces, *figures)
-        # The farthest vertex, by the file's numbers.
-        said = self.folder.camber("run", "run.json", "--set",
+        # The farthest vertex by its number in the file.
+        message = self.folder.camber("run", "run.json", "--set",
                                   f"geometry={json.dumps({'analytic': [sphere(5, centre=[40, 0, 0])]})}").stderr
-        named = int(said.split("vertex ")[1].split(":")[0])
+        named = int(message.split("vertex ")[1].split(":")[0])
         self.assertIn(named, on_sphere)
         self.assertEqual(named, 1 + max(range(len(points)), key=lambda v: abs(
             np.linalg.norm(points[v] - [40, 0, 0]) - 5) if v + 1 in on_sphere else -1))
 
-    # Guards against vertices off their analytic surface that are not reported.
-    def test_vertices_off_their_surface_are_told(self):
-        """A vertex may be off by a tenth of its edges, and stays there: with how many, and how far the farthest."""
+    # Guards against unreported vertices off their analytic surface.
+    def test_vertices_off_their_analytic_surface_are_reported(self):
+        """Vertices may be off by up to a tenth of their edges and are not moved; number and largest distance are
+        reported."""
         off = 0.01
         for shape in SHAPES:
             self.config(shape, "straight", mesh="plain.mesh")
@@ -158,17 +159,17 @@ class Geometry(unittest.TestCase):
             geometry = json.dumps({"analytic": [sphere(5)]})
             for name, count in (("plain.mesh", 0), ("off.mesh", 3)):
                 done = self.camber("curve", name, "-o", "out.mesh", "--geometry", geometry, "--report", "r.json")
-                told = report_of(self.folder.path / "r.json")
-                self.assertEqual(told["boundary"]["vertices_off_surfaces"], count)
+                reported = report_of(self.folder.path / "r.json")
+                self.assertEqual(reported["boundary"]["vertices_off_surfaces"], count)
                 if count > 0:
-                    self.assertAlmostEqual(told["boundary"]["largest_vertex_distance"], count * off, delta=1e-9)
+                    self.assertAlmostEqual(reported["boundary"]["largest_vertex_distance"], count * off, delta=1e-9)
                 note = "3 vertices are not on the analytic surface of their reference, by up to 0.03"
                 self.assertEqual(note in done.stderr, count > 0)
-                self.assertEqual(note in " ".join(told["notices"]), count > 0)
+                self.assertEqual(note in " ".join(reported["notices"]), count > 0)
                 self.assertEqual("vertices off analytic surfaces    3, by up to 0.03" in done.stdout, count > 0)
 
-    def test_boundary_nodes_by_length_and_accuracy(self):
-        """On the surfaces, alike for any threads, told of, and required ones where they were."""
+    def test_boundary_nodes_by_length_and_accuracy_stay_on_their_surfaces(self):
+        """The nodes lie on the surfaces, do not depend on threads, and are reported."""
         both = {"analytic": [sphere(5), sphere(1, [INNER])]}
         for shape in SHAPES:
             for by in ("length", "accuracy"):
@@ -181,17 +182,17 @@ class Geometry(unittest.TestCase):
                     self.assertEqual(*written)
                     self.assertLess(self.off_sphere("placed.meshb", OUTER, 5), 1e-12)
                     self.assertLess(self.off_sphere("placed.meshb", INNER, 1), 1e-12)
-                    told = report_of(self.folder.path / "placed.json")["boundary"]["nodes"]
-                    self.assertEqual(told["criterion"], by)
-                    self.assertEqual(told["edges"], sum(told[k] for k in ("moved", "no_improvement", "off_geometry", "too_far", "limited_by_elements")))
-                    # Of a circle the projected middle is the nearest already.
+                    reported = report_of(self.folder.path / "placed.json")["boundary"]["nodes"]
+                    self.assertEqual(reported["criterion"], by)
+                    self.assertEqual(reported["edges"], sum(reported[k] for k in ("moved", "no_improvement", "off_geometry", "too_far", "limited_by_elements")))
+                    # On a circle the projected middle is the closest point already.
                     if by == "length":
-                        self.assertGreater(told["moved"], 0)
-                        self.assertGreater(told["mean_reduction"], 0)
-                    self.assertEqual(told["off_geometry"], 0)
+                        self.assertGreater(reported["moved"], 0)
+                        self.assertGreater(reported["mean_reduction"], 0)
+                    self.assertEqual(reported["off_geometry"], 0)
 
-    def test_the_boundary_of_another_mesh(self):
-        """Of itself it is the surrogate's; of a finer one it is nearer to the spheres; of another body it is refused."""
+    def test_the_boundary_of_another_mesh_is_accepted_as_geometry(self):
+        """The own boundary gives the surrogate; a finer mesh is closer to the spheres; another body is rejected."""
         def generate(name, size, outer=5):
             self.camber("generate", "shell", "-o", name, "--set", f"inner_size={size}", "--set", f"outer_size={4 * size}",
                         "--set", f"outer_radius={outer}")
@@ -208,17 +209,17 @@ class Geometry(unittest.TestCase):
         self.assertLess(curve("finer", '{"mesh": "fine.meshb"}'), 0.5 * own)
         self.assertEqual(report_of(self.folder.path / "finer.json")["boundary"]["geometry"], "mesh")
         self.camber("generate", "annulus", "-o", "flat.mesh")
-        for other, code, said in (("small.meshb", 3, "away from the boundary of the geometry's mesh"),
+        for other, code, message in (("small.meshb", 3, "away from the boundary of the geometry's mesh"),
                                   ("flat.mesh", 2, "is a mesh in 2D"), ("absent.mesh", 3, "absent.mesh")):
             done = self.folder.camber("curve", "coarse.meshb", "-o", "no.meshb", "--geometry",
                                       json.dumps({"mesh": other}))
             self.assertEqual(done.returncode, code, done.stderr)
-            self.assertIn(said, done.stderr)
+            self.assertIn(message, done.stderr)
             self.assertFalse((self.folder.path / "no.meshb").exists())
 
-    # Guards against a boundary that drifts because its own facets are its geometry in each run.
-    def test_a_mesh_that_is_remeshed_many_times(self):
-        """Its geometry is smooth through vertices and nodes, and the report says so; or the first mesh's."""
+    # Guards against a boundary that drifts because each run takes its own facets as geometry.
+    def test_repeated_remeshing_does_not_move_the_boundary_off_its_geometry(self):
+        """The geometry is smooth through vertices and nodes, as reported; alternatively that of the first mesh."""
         self.camber("generate", "shell", "-o", "shell.meshb", "--set", "inner_size=0.5", "--set", "outer_size=1",
                     "--set", "outer_radius=2")
         self.camber("curve", "shell.meshb", "-o", "0.meshb")
@@ -230,13 +231,13 @@ class Geometry(unittest.TestCase):
             self.assertLess(self.off_sphere(after, OUTER, 2), 1.5 * at_first)
             return report_of(self.folder.path / "r.json")["boundary"]
 
-        self.assertNotIn("curved_patches", remesh("0.meshb", "1.meshb", 0.4))  # curve put its nodes onto the surrogate
-        told = remesh("1.meshb", "2.meshb", 0.5)["curved_patches"]
-        self.assertEqual((told["smooth"], told["as_read"]), (2, 0))
-        self.assertLess(told["largest_angle"], 5)
+        self.assertNotIn("curved_patches", remesh("0.meshb", "1.meshb", 0.4))  # the nodes of curve lie on the surrogate
+        reported = remesh("1.meshb", "2.meshb", 0.5)["curved_patches"]
+        self.assertEqual((reported["smooth"], reported["as_read"]), (2, 0))
+        self.assertLess(reported["largest_angle"], 5)
         self.assertEqual(remesh("1.meshb", "2.meshb", 0.5, "--geometry", '{"mesh": "0.meshb"}')["geometry"], "mesh")
 
-    def test_no_length_without_a_metric(self):
+    def test_boundary_nodes_by_length_require_a_metric(self):
         self.config("shell", "surrogate")
         done = self.folder.camber("run", "run.json", "--set", "stages/curve/boundary_nodes=length",
                                   "--set", "stages/curve/objective=shape")

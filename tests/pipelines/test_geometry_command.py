@@ -1,4 +1,4 @@
-"""`camber geometry` as its users meet it: what a boundary is, suspicious places, distances both ways; its errors.
+"""`camber geometry`: boundary entities, suspicious places, distances in both directions, and errors.
 
     python3 tests/pipelines/test_geometry_command.py build/bin/camber [unittest arguments]
 """
@@ -33,7 +33,7 @@ def cone(n, height):
 
 
 def distance_to_curved(points, mesh, n):
-    """Of each point the least distance to a lattice of n-ths on the facets of degree 2."""
+    """Minimum distance of each point to a lattice with n subdivisions on the quadratic facets."""
     lattice_points = []
     for facet in mesh.facets:
         a, b, c, ab, bc, ca = mesh.points[list(facet)]
@@ -69,7 +69,7 @@ class GeometryCommand(unittest.TestCase):
         done = self.folder.camber("geometry", self.write(lattice(3, 1), "cube.mesh"), "--cad", CAD_MODEL)
         return "reads no CAD files" not in done.stderr
 
-    def test_a_cube(self):
+    def test_a_cube_has_6_patches_12_ridges_and_8_corners(self):
         found = self.report(lattice(3, 2))
         self.assertEqual((len(found["patches"]), len(found["ridges"]), len(found["corners"])), (6, 12, 8))
         self.assertEqual(sum(p["facets"] for p in found["patches"]), 48)
@@ -90,7 +90,7 @@ class GeometryCommand(unittest.TestCase):
         for words in ("patches", "ridges", "corners", "suspicious places", "none", "surrogate of the mesh's own vertices"):
             self.assertIn(words, text)
 
-    def test_facets_that_are_turned(self):
+    def test_geometry_reports_misoriented_facets(self):
         mesh = cone(12, 0.2)
         self.assertEqual(self.report(mesh)["misoriented_facets"]["count"], 0)
         a, b, c = mesh.facets[3]
@@ -102,12 +102,12 @@ class GeometryCommand(unittest.TestCase):
         self.assertEqual(found["open_edges"]["count"], 12)
         self.assertIn("turned to other sides", self.camber("geometry", "m.mesh").stdout)
 
-    def test_the_tip_of_a_cone_and_the_angle(self):
+    def test_the_tip_and_the_near_ridges_of_a_cone_are_reported(self):
         found = self.report(cone(24, 2))
         tip = found["suspicious"]["tip"]
         self.assertEqual((tip["count"], tip["worst"][0]["vertices"], tip["worst"][0]["point"]), (1, [1], [0, 0, 2]))
         self.assertAlmostEqual(tip["worst"][0]["value"], math.degrees(math.atan2(2, 1)), delta=1)
-        turn = math.degrees(2 * math.asin(math.sin(math.pi / 24) * 2 / math.hypot(1, 2)))  # about
+        turn = math.degrees(2 * math.asin(math.sin(math.pi / 24) * 2 / math.hypot(1, 2)))  # approximate dihedral angle
         near = self.report("m.mesh", "--ridge-angle", f"{1.1 * turn:.3f}")["suspicious"]["near_ridge"]
         self.assertEqual(near["count"], 24)
         self.assertEqual(len(near["worst"]), 10)
@@ -117,38 +117,38 @@ class GeometryCommand(unittest.TestCase):
         self.assertEqual(len(self.report("m.mesh", "--ridge-angle", f"{1.1 * turn:.3f}", "--worst", "3")
                              ["suspicious"]["near_ridge"]["worst"]), 3)
 
-    def test_knife_edges(self):
+    def test_geometry_reports_knife_edges(self):
         wedge = surface([(0, 0, 0), (1, 0, 0), (0.5, 1, 0.1), (0.5, 1, -0.1)], [(0, 1, 2), (1, 0, 3)])
         knife = self.report(wedge)["suspicious"]["knife_edge"]
         self.assertEqual((knife["count"], sorted(knife["worst"][0]["vertices"])), (1, [1, 2]))
         self.assertAlmostEqual(knife["worst"][0]["value"], 180 - 2 * math.degrees(math.atan2(0.1, 1)), places=6)
 
-    def test_distances_are_those_of_dense_points(self):
-        """Of a curved sphere, by its own arithmetic."""
+    def test_distances_match_those_of_dense_samples(self):
+        """Distances of a curved sphere, computed independently."""
         self.camber("generate", "shell", "-o", "s.mesh")
         self.camber("curve", "s.mesh", "-o", "c.mesh", "--geometry", SPHERES)
         found = self.report("c.mesh", "--geometry", SPHERES)
         mesh = vtu_boundary(self.folder, "c.mesh")
         random = np.random.default_rng(3)
         for entity, radius in ((0, 5), (1, 1)):
-            told = found["distances"]["entities"][entity]
-            self.assertEqual(told["kind"], "surface")
-            self.assertEqual(told["references"], [entity + 1])
+            reported = found["distances"]["entities"][entity]
+            self.assertEqual(reported["kind"], "surface")
+            self.assertEqual(reported["references"], [entity + 1])
             directions = random.normal(size=(60, 3))
             points = radius * directions / np.linalg.norm(directions, axis=1)[:, None]
             dense = distance_to_curved(points, mesh, 24)
             spacing = 0.6 * radius / 24
-            largest = told["to_boundary"]["largest"]
+            largest = reported["to_boundary"]["largest"]
             self.assertLess(dense.max(), 1.05 * largest + spacing)
             for way in ("to_geometry", "to_boundary"):
-                at = told[way]
+                at = reported[way]
                 self.assertAlmostEqual(math.dist(at["from"], at["to"]), at["largest"], delta=1e-9)
                 self.assertGreaterEqual(at["largest"], at["mean"])
                 on_sphere = at["to" if way == "to_geometry" else "from"]
                 self.assertAlmostEqual(np.linalg.norm(on_sphere), radius, delta=1e-9)
-            self.assertAlmostEqual(largest, told["to_geometry"]["largest"], delta=0.1 * largest)
+            self.assertAlmostEqual(largest, reported["to_geometry"]["largest"], delta=0.1 * largest)
 
-    def test_fields(self):
+    def test_the_vtu_file_contains_distances_and_patches(self):
         self.camber("generate", "shell", "-o", "s.mesh")
         found = self.report("s.mesh", "--geometry", SPHERES, "-o", "out/d.vtu")
         grid = vtu.read(self.folder.path / "out/d.vtu")
@@ -163,7 +163,7 @@ class GeometryCommand(unittest.TestCase):
         for patch in found["patches"]:
             self.assertEqual((patches == patch["patch"] - 1).sum(), patch["facets"])
 
-    def test_the_surface_to_look_at(self):
+    def test_option_surface_writes_points_and_normals_of_the_geometry(self):
         self.camber("generate", "shell", "-o", "s.mesh")
         done = self.camber("geometry", "s.mesh", "--geometry", SPHERES, "--surface", "smooth.vtu", "-o", "d.vtu")
         self.assertIn("wrote smooth.vtu", done.stdout)
@@ -176,20 +176,20 @@ class GeometryCommand(unittest.TestCase):
         facets = np.asarray(exact.cell_data["facet"])
         self.assertEqual(len(facets), 36 * found["facets"])
         np.testing.assert_array_equal(np.bincount(facets)[1:], 36)
-        # The surrogate, which is made of the vertices alone, is near, and has the mesh's vertices.
+        # The surrogate interpolates the vertices of the mesh and is close to the spheres.
         self.camber("geometry", "s.mesh", "--surface", "own.vtu")
         own = vtu.read(self.folder.path / "own.vtu")
         radius = np.linalg.norm(own.points, axis=1)
         self.assertLess(np.minimum(abs(radius - 1), abs(radius - 5)).max(), 0.02)
         normals = np.asarray(own.point_data["normal"]).reshape(-1, 3)
-        self.assertGreater((abs((normals * own.points).sum(1)) / radius).min(), 0.98)  # creases at its edges
+        self.assertGreater((abs((normals * own.points).sum(1)) / radius).min(), 0.98)  # smaller at creases along edges
         flat = self.write(lattice(2, 1), "flat.mesh")
         self.camber("geometry", flat, "--surface", "flat.vtu")
         self.assertEqual(len(vtu.read(self.folder.path / "flat.vtu").cell_data["facet"]), 6 * 4)
         self.refused(2, "viewers", "s.mesh", "--surface", "out.mesh")
         self.refused(2, "d.vtu", "s.mesh", "--surface", "d.vtu", "-o", "d.vtu")
 
-    def test_a_cad_model_face_by_face(self):
+    def test_distances_to_a_cad_model_are_reported_for_each_face(self):
         if not self.reads_cad():
             self.skipTest("built without OpenCASCADE")
         self.camber("generate", "shell", "-o", "s.mesh")
@@ -208,11 +208,11 @@ class GeometryCommand(unittest.TestCase):
                                    delta=0.2 * face["to_geometry"]["largest"])
         self.assertEqual(sorted(f for p in found["patches"] for f in p["cad_faces"]), [1, 2])
         self.assertEqual(found["suspicious"]["ambiguous_facet"]["count"], 0)
-        # The run's report has the same.
-        told = report_of(self.folder.path / "r.json")["boundary"]["distances"]
-        self.assertEqual(told, found["distances"])
+        # The report of the run contains the same distances.
+        reported = report_of(self.folder.path / "r.json")["boundary"]["distances"]
+        self.assertEqual(reported, found["distances"])
 
-    def test_in_2d_and_flat_in_space(self):
+    def test_geometry_accepts_2d_and_flat_meshes(self):
         found = self.report(lattice(2, 3))
         self.assertEqual((len(found["patches"]), len(found["corners"]), found["ridges"]), (4, 4, []))
         self.assertEqual([e["kind"] for e in found["distances"]["entities"]], ["curve"] * 4)
@@ -225,7 +225,7 @@ class GeometryCommand(unittest.TestCase):
         grid = vtu.read(self.folder.path / "flat.vtu")
         self.assertEqual(set(np.asarray(grid.points)[:, 2]), {0.5})
 
-    def test_a_boundary_that_is_not_listed(self):
+    def test_a_boundary_that_is_not_listed_is_derived_and_noted(self):
         mesh = lattice(3, 1)
         mesh.facets, mesh.facet_references = [], []
         found = self.report(mesh)
@@ -233,7 +233,7 @@ class GeometryCommand(unittest.TestCase):
         self.assertEqual(len(found["patches"]), 6)
         self.assertRegex(self.camber("geometry", "m.mesh").stderr, "lists no boundary")
 
-    def test_interfaces(self):
+    def test_interface_facets_are_counted_and_form_a_patch(self):
         mesh = lattice(3, 2)
         centre = mesh.points[[list(e) for e in mesh.elements]].mean(1)
         mesh.element_references = [1 if c[0] < 1 else 2 for c in centre]
@@ -251,30 +251,30 @@ class GeometryCommand(unittest.TestCase):
         self.assertEqual((patch["facets"], patch["interface_facets"]), (8, 8))
         self.assertEqual(found["non_manifold_edges"]["count"], 8)
 
-    def test_any_number_of_threads(self):
+    def test_the_report_does_not_depend_on_the_number_of_threads(self):
         self.camber("generate", "shell", "-o", "s.mesh")
         one, three = (self.camber("geometry", "s.mesh", "--json", "--threads", n).stdout for n in (1, 3))
         self.assertEqual(one, three)
 
-    def test_every_key_is_documented_and_there(self):
+    def test_documented_and_written_keys_of_the_report_agree(self):
         self.camber("generate", "shell", "-o", "s.mesh")
         hinged = surface([(0, 0, 0), (1, 0, 0), (0.5, 1, 0), (0.5, -1, 0.1), (0.5, 0, 1)], [(0, 1, 2), (1, 0, 3), (0, 1, 4)])
         turned = surface([(0, 0, 0), (1, 0, 0), (0.5, 1, 0), (0.5, -1, 0.7)], [(0, 1, 2), (0, 1, 3)])
         objects = [self.report(m) for m in (lattice(3, 1), cone(24, 2), hinged, turned, lattice(2, 2))]
         objects.append(self.report("s.mesh", "--geometry", SPHERES))
-        seen = {leaf for one in objects for leaf in leaves(one)}
+        written_keys = {leaf for one in objects for leaf in leaves(one)}
         keys = {key for key in documented("geometry --json") if not key.startswith("histograms.")}
         if self.reads_cad():
-            seen |= leaves(self.report("s.mesh", "--cad", CAD_MODEL))
+            written_keys |= leaves(self.report("s.mesh", "--cad", CAD_MODEL))
             self.camber("generate", "annulus", "--set", "outer_radius=2", "-o", "a.mesh")
-            seen |= leaves(self.report("a.mesh", "--cad", CAD_MODEL.parent / "annulus.brep"))
+            written_keys |= leaves(self.report("a.mesh", "--cad", CAD_MODEL.parent / "annulus.brep"))
         else:
             keys = {key for key in keys if "cad" not in key and "ambiguous" not in key}
-        for path in sorted(seen):
+        for path in sorted(written_keys):
             known = any(holds(key, path) or pattern(key.split("[]")[0]).match(path) for key in keys)
             self.assertTrue(known, f"docs/report.md does not know {path}")
         for key in sorted(keys):
-            self.assertTrue(any(pattern(key).match(path) for path in seen), f"docs/report.md has {key}, which nothing writes")
+            self.assertTrue(any(pattern(key).match(path) for path in written_keys), f"docs/report.md has {key}, which nothing writes")
 
     def refused(self, code, words, *arguments):
         done = self.folder.camber("geometry", *arguments)
@@ -282,7 +282,7 @@ class GeometryCommand(unittest.TestCase):
         self.assertRegex(done.stderr, words)
         self.assertEqual(done.stdout, "")
 
-    def test_errors(self):
+    def test_bad_arguments_and_files_are_rejected(self):
         name = self.write(lattice(3, 1))
         self.refused(3, "cannot be read", "absent.mesh")
         self.refused(2, "viewers", name, "-o", "out.mesh")
@@ -299,7 +299,7 @@ class GeometryCommand(unittest.TestCase):
 
 
 def vtu_boundary(folder, name):
-    """The curved facets of a file, by the oracle's reader."""
+    """The curved facets of a file, read by the oracle."""
     import gmf
     mesh = gmf.read(folder.path / name)
     return Mesh(mesh.points, [], [tuple(row) for row in mesh.cells["TrianglesP2"].nodes], degree=2)

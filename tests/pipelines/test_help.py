@@ -18,7 +18,7 @@ def titles(text):
 
 
 def options(text):
-    """The long options that a help text lists."""
+    """The long options in a help text."""
     lines = [line for line in text.splitlines() if re.match(r"  -", line)]
     return {name for line in lines for name in re.findall(r"(?:^  |,)(--[a-z-]+)", line)}
 
@@ -52,7 +52,7 @@ class Help(Messages):
             self.assertEqual(sorted(shown, key=["Positionals", *GROUPS].index), shown, verb)
         self.assertEqual(titles(self.camber("curve", "--help").stdout), ["Positionals", *GROUPS])
 
-    def test_help_shows_common_options_and_help_all_every_option(self):
+    def test_help_lists_common_options_and_help_all_lists_every_option(self):
         for verb in self.verbs:
             common, every = self.camber(verb, "--help").stdout, self.camber(verb, "--help-all").stdout
             self.assertLessEqual(options(common), options(every), verb)
@@ -62,14 +62,14 @@ class Help(Messages):
         self.assertIn("--cad-memory", options(self.camber("curve", "--help-all").stdout))
         self.assertNotIn("--cad-memory", options(self.camber("curve", "--help").stdout))
 
-    def test_help_is_a_command(self):
+    def test_command_help_prints_the_help_of_verbs_and_options(self):
         self.assertEqual(self.camber("help").stdout, self.camber("--help").stdout)
         for verb in self.verbs:
             self.assertEqual(self.camber("help", verb).stdout, self.camber(verb, "--help").stdout, verb)
         self.assertIn("--geometry-error", self.camber("help", "geometry-error").stdout)
         self.assertIn('(did you mean "curve"?)', self.camber("help", "curv", code=2).stderr)
 
-    def test_explain_knows_each_option_and_each_word_that_it_lists(self):
+    def test_explain_describes_each_option_and_each_listed_word(self):
         for verb in self.verbs:
             for option in options(self.camber(verb, "--help-all").stdout) - {"--help", "--help-all"}:
                 text = self.camber("explain", option).stdout
@@ -84,7 +84,7 @@ class Help(Messages):
             for word in " ".join(words.split()).split(", "):
                 self.assertTrue(self.camber("explain", word).stdout.lower().startswith(word.lower()), word)
 
-    def test_explain_knows_the_words_of_the_tables(self):
+    def test_explain_describes_the_row_titles_of_summaries(self):
         summary = self.camber("curve", "wing.mesh", "-o", "out.mesh").stdout
         full = self.camber("curve", "wing.mesh", "-o", "out.mesh", "--verbose").stdout
         for text, rows in ((summary, ("valid", "smallest scaled Jacobian", "distance from the surrogate")),
@@ -99,7 +99,7 @@ class OtherPrograms(Messages):
     def answer(self, *arguments):
         return self.camber(*arguments, code=2).stderr.strip()
 
-    def test_options_of_gmsh_and_mmg_are_answered(self):
+    def test_options_of_gmsh_and_mmg_are_answered_with_the_option_of_camber(self):
         for option, remedy in (("-hausd", "--geometry-error"), ("--hausd", "--geometry-error"), ("--hausd=0.1", "--geometry-error"),
                                ("-hsiz", "remesh --metric"), ("-hmax", "max_size"), ("-hmin", "min_size"),
                                ("-hgrad", "--gradation"), ("-ar", "ridge_angle"), ("-nr", "ridge_angle=180"),
@@ -113,14 +113,14 @@ class OtherPrograms(Messages):
                 self.assertIn(remedy, answer)
                 self.assertEqual(self.folder.files(), ["wing.mesh"])
 
-    def test_an_unknown_option_suggests_three_at_most(self):
+    def test_an_unknown_option_gets_at_most_three_suggestions(self):
         answer = self.answer("curve", "wing.mesh", "-o", "out.mesh", "--cat-units")
         self.assertIn("did you mean", answer)
         self.assertLessEqual(answer.count('"'), 6)
         self.assertIn("see camber curve --help-all", self.answer("curve", "wing.mesh", "-o", "out.mesh", "--xyzzy"))
         self.assertIn("it is one of camber curve", self.answer("remesh", "wing.mesh", "-o", "out.mesh", "--memory", "2G"))
 
-    def test_settings_that_answers_name_are_accepted(self):
+    def test_settings_that_answers_suggest_are_accepted(self):
         for setting in ('metric_operations=[{"bound": {"max_size": 0.1}}]', "features/ridge_angle=180"):
             self.camber("remesh", "wing.mesh", "-o", "out.mesh", "--set", setting, "--print-config")
 
@@ -143,29 +143,29 @@ class Files(Messages):
         self.camber("repair", "wing.mesh", "-o", "wing.mesh", code=2)
         self.camber("repair", "wing.mesh", "-o", "wing.mesh", "--force")
 
-    def test_cycles_never_replace_their_input(self):
+    def test_adapt_never_replaces_its_input(self):
         done = self.camber("adapt", "wing.mesh", "-o", "wing.mesh", "--metric", "0.5", code=2)
         self.assertIn("what is read is not overwritten", done.stderr)
 
-    def test_run_answers_a_mesh(self):
+    def test_run_rejects_a_mesh_and_suggests_a_command(self):
         done = self.camber("run", "wing.mesh", code=2)
         self.assertIn("wing.mesh: is a mesh, but run takes a config in JSON", done.stderr)
         self.assertIn("camber curve", done.stderr)
         self.write("wing.msh", "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n")
         self.assertIn("is a mesh", self.camber("run", "wing.msh", code=2).stderr)
 
-    def test_errors_of_json_have_no_text_that_was_read(self):
+    def test_json_errors_do_not_quote_the_parser(self):
         for text in ("$x", "{'a': 1}", '{"a": tru}', '{"a": 1,}', '{"a" 1}', "[1, 2"):
             self.write("run.json", text)
             done = self.camber("run", "run.json", code=2)
             self.assertIn("syntax error", done.stderr)
             self.assertNotIn("last read", done.stderr)
 
-    def test_a_folder_with_a_blank_is_quoted(self):
+    def test_messages_quote_folder_names_with_blanks(self):
         done = self.camber("curve", "wing.mesh", "-o", "my results/out.mesh", code=3)
         self.assertIn("(make it: mkdir -p 'my results')", done.stderr)
 
-    def test_options_of_the_metric_are_refused_where_none_is_used(self):
+    def test_metric_options_are_rejected_where_no_metric_is_used(self):
         curve = ("curve", "wing.mesh", "-o", "out.mesh")
         for words in (("--size", "1=0.1"), ("--gradation", "2"), ("--complexity", "100"), ("--geometry-error", "0.1")):
             for objective in (("--objective", "shape"), ("--solution", "x*y")):
@@ -174,7 +174,7 @@ class Files(Messages):
                 self.assertIn("camber remesh", done.stderr)
         self.camber(*curve, "--objective", "shape", "--geometry-error", "none")
 
-    def test_details_of_formats_are_printed_with_verbose_only(self):
+    def test_format_notes_are_printed_with_verbose_only(self):
         text = lattice(3, 1).text().replace("End\n", "Corners\n2\n1\n2\nEnd\n")
         self.write("corners.mesh", text)
         curve = ("curve", "corners.mesh", "-o", "out.msh", "--report", "report.json")
@@ -183,13 +183,13 @@ class Files(Messages):
         self.assertIn("MSH has no place for 2 corners", json.loads((self.folder.path / "report.json").read_text())["notices"])
         self.assertIn("--quiet", self.camber(*curve, "--verbose", "--quiet", code=2).stderr)
 
-    def test_details_of_the_cycles_are_printed_with_verbose_only(self):
+    def test_format_notes_of_cycles_are_printed_with_verbose_only(self):
         self.camber("generate", "annulus", "-o", "ring.msh", "--elements", 60)
         adapt = ("adapt", "ring.msh", "--solution", "tanh(x)", "--cycles", 1, "-o")
         self.assertNotIn("GMF has no place for", self.camber(*adapt, "out.mesh").stderr)
         self.assertIn("note: GMF has no place for", self.camber(*adapt, "again.mesh", "--verbose").stderr)
 
-    def test_lost_names_are_always_printed(self):
+    def test_lost_group_names_are_always_noted(self):
         self.camber("convert", "wing.mesh", "-o", "in.msh", "--format", "msh2-ascii")
         path = self.folder.path / "in.msh"
         path.write_text(path.read_text().replace("$Nodes", '$PhysicalNames\n1\n3 1 "steel"\n$EndPhysicalNames\n$Nodes', 1))
@@ -197,7 +197,7 @@ class Files(Messages):
 
 
 class Remedies(Messages):
-    def test_no_error_advises_the_command_that_was_run(self):
+    def test_no_error_suggests_the_command_that_failed(self):
         files = {"abaqus.inp": "*HEADING\n*NODE\n1, 0, 0, 0\n", "part.step": "ISO-10303-21;\n", "salome.med": "\x89HDF\r\n\x1a\n",
                  "text.txt": "hello\n", "empty.mesh": "", "cut.mesh": "MeshVersionFormatted 2\nDimension 3\nVertices\n5\n0 0",
                  "bad.msh": "$MeshFormat\n9.9 0 8\n$EndMeshFormat\n", "old.vtk": "# vtk DataFile Version 1.0\nx\nASCII\n",

@@ -1,5 +1,5 @@
-"""Every command under limits of the system: it ends with its exit code and a reason, never by a signal, and leaves no part of
-an output.
+"""Every command under system limits: it ends with its exit code and a reason, never by a signal, and leaves no partial
+output.
 
     python3 tests/pipelines/test_limits.py build/bin/camber [unittest arguments]
 """
@@ -17,7 +17,7 @@ from program import CAMBER, Folder
 RUN = {"input": {"mesh": "in.mesh"}, "stages": ["elevate", "curve"], "output": {"mesh": "out.mesh", "report": "out.json"}}
 SOLUTION = "MeshVersionFormatted 2\nDimension 3\nSolAtVertices {}\n1 1\n{}End\n"
 
-# One row a command: its words, and the files that it writes.
+# One row per command: its words and its output files.
 COMMANDS = [
     (("info", "in.mesh"), ()),
     (("check", "in.mesh"), ()),
@@ -45,7 +45,7 @@ COMMANDS = [
     (("schema",), ()),
 ]
 
-# Where a file is read, `{}` for its name; of CAD models the ending counts.
+# Commands that read a file, `{}` for its name; the format of CAD models depends on the ending.
 READS = [
     ("info", "{}"), ("check", "{}"), ("check", "in.mesh", "--metric", "{}"), ("convert", "{}", "-o", "out.mesh"),
     ("curve", "{}", "-o", "out.mesh"), ("curve", "{}", "-o", "out.meshb", "--blocks", "2"),
@@ -97,23 +97,23 @@ class Limits(unittest.TestCase):
         return sorted(set(self.folder.files()) - set(self.inputs))
 
     def under(self, words, *limits):
-        """Runs a command under limits of the system, with no output there before."""
+        """Removes the outputs and runs a command under system limits."""
         self.remove_outputs()
         return self.folder.camber(*words, preexec_fn=limited(*limits))
 
     def check_refused(self, done, code, *reasons):
-        """Exit code and reason in one last line, and no output."""
+        """Expects the exit code and a reason in the last line."""
         self.assertEqual(done.returncode, code, done.stderr)
         last = done.stderr.splitlines()[-1]
         self.assertTrue(any(reason in last for reason in reasons), done.stderr)
 
-    def test_every_verb_is_in_the_table(self):
+    def test_every_verb_is_tested_under_limits(self):
         text = self.folder.camber("--help").stdout
         verbs = set(re.findall(r"^  ([a-z]+)  ", text[text.lower().index("subcommands"):], flags=re.M))
         self.assertIn("curve", verbs)
         self.assertEqual(verbs - {words[0] for words, _ in COMMANDS}, set())
 
-    def test_a_limit_of_the_size_of_files(self):
+    def test_a_file_size_limit_is_reported_and_leaves_no_output(self):
         for words, outputs in COMMANDS:
             with self.subTest(" ".join(words)):
                 done = self.under(words, (resource.RLIMIT_FSIZE, 256))
@@ -125,14 +125,14 @@ class Limits(unittest.TestCase):
                     self.assertIn(done.returncode, (0, 1), done.stderr)
                 self.assertEqual(self.new_files(), [])
 
-    def test_a_limit_of_the_size_of_files_for_standard_output(self):
+    def test_a_file_size_limit_of_standard_output_is_reported(self):
         for words in (("info", "in.mesh"), ("check", "in.mesh"), ("explain", "curve"), ("schema",), ("geometry", "p2.mesh")):
             with self.subTest(" ".join(words)), open(self.folder.path / "out.txt", "w", encoding="utf-8") as out:
                 done = subprocess.run([CAMBER, *words], cwd=self.folder.path, stdout=out, stderr=subprocess.PIPE, text=True,
                                       preexec_fn=limited((resource.RLIMIT_FSIZE, 100)))
                 self.check_refused(done, 3, "standard output: cannot be written: File too large")
 
-    def test_a_small_stack(self):
+    def test_a_small_stack_does_not_change_results(self):
         for words, outputs in COMMANDS:
             with self.subTest(" ".join(words)):
                 usual = self.under(words)
@@ -144,7 +144,7 @@ class Limits(unittest.TestCase):
                     self.assertEqual((self.folder.path / name).read_bytes(), made[name], name)
                 self.assertEqual(self.new_files(), sorted(outputs))
 
-    def test_a_small_address_space(self):
+    def test_a_small_address_space_is_reported_and_leaves_no_output(self):
         for words, _ in COMMANDS:
             for mebibytes in (60, 78):
                 with self.subTest(" ".join(words), mebibytes=mebibytes):
@@ -152,10 +152,10 @@ class Limits(unittest.TestCase):
                     if done.returncode in (0, 1, bad_moments.LOADER_FAILED):
                         continue
                     self.check_refused(done, 4, "not enough memory", "the run needs about", "the system refuses")
-                    if words[0] != "adapt":  # it writes the mesh of each cycle
+                    if words[0] != "adapt":  # adapt writes the mesh of each cycle
                         self.assertEqual(self.new_files(), [])
 
-    def test_few_open_files(self):
+    def test_a_limit_of_open_files_is_reported_and_leaves_no_output(self):
         for words, _ in COMMANDS:
             with self.subTest(" ".join(words)):
                 done = self.under(words, (resource.RLIMIT_NOFILE, 5))
@@ -173,13 +173,13 @@ class Limits(unittest.TestCase):
         if words[0] != "adapt":  # it writes the mesh of each cycle
             self.assertEqual(self.new_files(), [])
 
-    def test_a_device_without_an_end(self):
+    def test_every_reader_rejects_an_endless_device(self):
         memory = limited((resource.RLIMIT_AS, 1 << 30))
         for words in READS:
             with self.subTest(" ".join(words)):
                 self.check_stream(words, "/dev/zero", preexec_fn=memory)
 
-    def test_a_device_without_an_end_that_is_named_as_a_file(self):
+    def test_every_reader_rejects_a_file_name_linked_to_an_endless_device(self):
         memory = limited((resource.RLIMIT_AS, 1 << 30))
         for ending, words in ((".mesh", ("info", "{}")), (".vtu", ("check", "{}")), (".cgns", ("curve", "{}", "-o", "out.mesh")),
                               (".sol", ("remesh", "in.mesh", "-o", "out.mesh", "--metric", "{}")), (".json", ("run", "{}")),
@@ -194,8 +194,8 @@ class Limits(unittest.TestCase):
             finally:
                 link.unlink()
 
-    def test_a_pipe_without_an_end(self):
-        beginnings = ((b"y\n", "no known format"), (b"MeshVersionFormatted 2\nDimension 3\nVertices 9\n" + b"0 0 0 0\n" * 64,
+    def test_an_endless_pipe_is_rejected(self):
+        beginnings = ((b"y\n", "belongs to a known format"), (b"MeshVersionFormatted 2\nDimension 3\nVertices 9\n" + b"0 0 0 0\n" * 64,
                                                    "stream of more than"))
         for beginning, reason in beginnings:
             for words in (("check", "/dev/stdin"), ("info", "-"), ("curve", "-", "-o", "out.mesh")):
@@ -209,14 +209,14 @@ class Limits(unittest.TestCase):
                         writer.wait()
                     self.check_refused(done, 3, reason)
 
-    def test_a_pipe_with_an_end_is_read(self):
+    def test_a_mesh_is_read_from_a_pipe(self):
         mesh = (self.folder.path / "in.mesh").read_bytes()
         for words in (("info", "-"), ("check", "/dev/stdin")):
             done = subprocess.run([CAMBER, *words], input=mesh, capture_output=True, cwd=self.folder.path)
             self.assertEqual(done.returncode, 0, done.stderr)
 
     @unittest.skipIf(bad_moments.no_disk(), bad_moments.no_disk() or "")
-    def test_temporary_files_of_arrays_on_a_full_disk(self):
+    def test_a_full_disk_for_temporary_arrays_is_reported(self):
 
         self.inputs.append("large.meshb")
         done = self.folder.camber("generate", "box", "-o", "large.meshb", "--set", "cells=[20,20,20]")
@@ -227,7 +227,7 @@ class Limits(unittest.TestCase):
                               text=True)
         self.check_refused(done, 3, "disk: temporary files of arrays cannot be written: No space left on device")
 
-    def test_temporary_files_of_arrays_beyond_the_size_of_files(self):
+    def test_a_file_size_limit_of_temporary_arrays_is_reported(self):
         done = self.folder.camber("generate", "box", "-o", "large.meshb", "--set", "cells=[20,20,20]")
         self.assertEqual(done.returncode, 0, done.stderr)
         self.inputs.append("large.meshb")

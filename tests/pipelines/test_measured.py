@@ -1,4 +1,4 @@
-"""Two cheap measured tables of the pages, run again: their commands print the stored figures.
+"""Repeats two fast measured tables of the pages: their commands print the stored figures.
 
     python3 tests/pipelines/test_measured.py build/bin/camber [unittest arguments]
 
@@ -12,8 +12,8 @@ from program import CAMBER, ROOT
 
 
 class Measured(unittest.TestCase):
-    # Guards against tables beside other commands than their own.
-    def test_tables_come_out(self):
+    # Guards against tables that do not belong to their commands.
+    def test_table_commands_print_the_stored_figures(self):
         done = subprocess.run([sys.executable, str(ROOT / "bench" / "tables.py"), "--camber", str(CAMBER), "--only", "circle", "configs"],
                               capture_output=True, text=True, check=False)
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)

@@ -1,4 +1,4 @@
-"""A metric at the nodes of a curved mesh: read, kept through stages, and asked for on another mesh.
+"""A metric at the nodes of a curved mesh: read, preserved through stages, and used on another mesh.
 
     python3 tests/pipelines/test_metric_mesh.py build/bin/camber [unittest arguments]
 """
@@ -15,7 +15,7 @@ from sample_meshes import solution_file
 
 
 def rows_at(points):
-    """Sizes that grow with the radius, the same in all directions but one."""
+    """Sizes proportional to the radius, half as large in one direction."""
     radii = np.linalg.norm(points, axis=1)
     along, across = 1 / (0.6 * radii) ** 2, 1 / (0.3 * radii) ** 2
     rows = np.zeros((len(points), 6))
@@ -24,7 +24,7 @@ def rows_at(points):
 
 
 class MetricMesh(unittest.TestCase):
-    """The shell of configs/spheres.json, curved, with a metric at all of its points."""
+    """The curved shell of configs/spheres.json with a metric at all points."""
 
     def setUp(self):
         self.folder = Folder()
@@ -41,7 +41,7 @@ class MetricMesh(unittest.TestCase):
         self.assertIn(done.returncode, codes, done.stdout + done.stderr)
         return done
 
-    def test_rows_at_nodes_are_read_and_written(self):
+    def test_metrics_at_nodes_of_a_curved_mesh_are_read_and_written(self):
         self.run_config(input={"mesh": "first.meshb"}, metric={"file": "m.solb"},
                         stages=["curve", "validate", "relax", "commit"],
                         output={"mesh": "out.meshb", "metric": "out.solb", "report": "r.json"}, codes=(0, 1))
@@ -49,10 +49,10 @@ class MetricMesh(unittest.TestCase):
         rows = gmf.read(self.folder.path / "out.solb").fields[0][1]
         self.assertEqual(len(rows), len(out.points))
         off = np.abs(np.log(rows[:, [0, 2, 5]] / rows_at(out.points)[:, [0, 2, 5]])).max()
-        self.assertLess(off, 0.1)  # the error of form (4) on a coarse mesh
+        self.assertLess(off, 0.1)  # interpolation error of form (4) on a coarse mesh
         self.assertGreater(report_of(self.folder.path / "r.json")["metric"]["complexity"], 0)
 
-    def test_passes_on_a_curved_mesh_leave_rows_at_all_nodes(self):
+    def test_remeshing_a_curved_mesh_writes_a_metric_at_all_nodes(self):
         self.run_config(input={"mesh": "first.meshb"}, metric={"file": "m.solb"}, stages=[{"remesh": {"rounds": 1}}],
                         output={"mesh": "out.meshb", "metric": "out.solb"}, codes=(0, 1))
         out = gmf.read(self.folder.path / "out.meshb")
@@ -62,7 +62,7 @@ class MetricMesh(unittest.TestCase):
         self.assertLess(np.median(off), 0.01)
         self.assertLess(off.max(), 0.1)
 
-    def test_a_straight_mesh_is_brought_to_the_metric_of_a_curved_one(self):
+    def test_a_straight_mesh_is_remeshed_to_the_metric_of_a_curved_mesh(self):
         done = self.folder.camber("generate", "shell", "--elements", "300", "-o", "g.meshb")
         self.assertEqual(done.returncode, 0, done.stderr)
         self.run_config(input={"mesh": "g.meshb"}, metric={"file": "m.solb"}, metric_mesh="first.meshb",
@@ -71,14 +71,14 @@ class MetricMesh(unittest.TestCase):
         out = gmf.read(self.folder.path / "out.meshb")
         rows = gmf.read(self.folder.path / "out.solb").fields[0][1]
         radii = np.linalg.norm(out.points, axis=1)
-        inside = (radii > 1.001) & (radii < 4.99)  # beyond, the nearest point of the wall stands for a vertex
+        inside = (radii > 1.001) & (radii < 4.99)  # outside, the closest boundary point is used
         self.assertGreater(inside.sum(), 100)
         off = np.abs(np.log(rows[:, [0, 2, 5]] / rows_at(out.points)[:, [0, 2, 5]]))[inside].max(axis=1)
         self.assertLess(np.median(off), 0.01)
         self.assertLess(off.max(), 0.1)
 
-    # Guards against a metric mesh elsewhere that gives the value of one boundary point to all.
-    def test_a_mesh_in_another_place_is_refused(self):
+    # Guards against a distant metric mesh that gives one boundary value to all vertices.
+    def test_a_metric_mesh_outside_the_mesh_is_rejected(self):
         for dim in (2, 3):
             mesh = lattice(dim, 3)
             (self.folder.path / "in.mesh").write_text(mesh.text())
@@ -93,28 +93,28 @@ class MetricMesh(unittest.TestCase):
                 done = self.run_config(input={"mesh": "in.mesh"}, metric={"file": "m.sol"}, metric_mesh="other.mesh",
                                        stages=stages, output={"report": "r.json"}, codes=(code,))
                 n, far = 4 ** dim, 1000 * dim ** 0.5
-                said = f"/metric_mesh: is in another place than the mesh: {n} of its {n} vertices are outside, by up to {far:.4g}"
-                self.assertEqual(said in done.stderr, code == 3, done.stderr)
+                message = f"/metric_mesh: is in another place than the mesh: {n} of its {n} vertices are outside, by up to {far:.4g}"
+                self.assertEqual(message in done.stderr, code == 3, done.stderr)
                 self.assertEqual("vertices are outside the metric's mesh, by up to 0.0" in done.stderr, beside == 0.02)
 
-    def test_what_takes_rows_of_vertices_takes_those_at_nodes_and_says_so(self):
+    def test_vertex_metrics_accept_files_with_rows_at_nodes_and_note_it(self):
         vertices = json.loads(self.folder.camber("check", "first.meshb", "--json").stdout)["vertices"]
         (self.folder.path / "v.solb").write_bytes(solution_file(rows_at(self.points)[:vertices], 3, 3))
-        told = [json.loads(self.folder.camber("check", "first.meshb", "--json", "--metric", name).stdout)
+        reported = [json.loads(self.folder.camber("check", "first.meshb", "--json", "--metric", name).stdout)
                 for name in ("m.solb", "v.solb")]
         for key in ("unit_mesh", "curved_unit_mesh"):
-            self.assertEqual(*({k: v for k, v in t[key].items() if k != "metric"} for t in told))
-        self.assertIn("m.solb has a metric at all nodes", " ".join(told[0]["notices"]))
-        # an operand and the metric itself, where operations are done
-        for metric, operand, told in ((None, "m.solb", True), ("m.solb", "v.solb", True), (None, "v.solb", False)):
+            self.assertEqual(*({k: v for k, v in t[key].items() if k != "metric"} for t in reported))
+        self.assertIn("m.solb has a metric at all nodes", " ".join(reported[0]["notices"]))
+        # an operand, and the metric itself if there are operations
+        for metric, operand, reported in ((None, "m.solb", True), ("m.solb", "v.solb", True), (None, "v.solb", False)):
             self.run_config(input={"mesh": "first.meshb"},
                             metric={"file": metric} if metric else {"constant": {"sizes": [0.5]}},
                             metric_operations=[{"intersect": {"file": operand}}],
                             stages=["curve", "validate", "relax", "commit"], output={"report": "r.json"}, codes=(0, 1))
             notices = " ".join(report_of(self.folder.path / "r.json")["notices"])
-            self.assertEqual("m.solb has a metric at all nodes" in notices, told)
+            self.assertEqual("m.solb has a metric at all nodes" in notices, reported)
 
-    def test_other_rows_are_refused(self):
+    def test_wrong_row_counts_of_a_metric_are_rejected(self):
         (self.folder.path / "m.solb").write_bytes(solution_file(rows_at(self.points)[:-1], 3, 3))
         done = self.run_config(input={"mesh": "first.meshb"}, metric={"file": "m.solb"},
                                stages=["curve", "validate", "relax", "commit"], output={}, codes=(3,))

@@ -1,5 +1,5 @@
-"""What a new user types wrong, and what the program answers: the transcript in mistakes.txt holds every message. Each
-names where the mistake is, what it is, and what to do about it.
+"""Typical mistakes of new users and the answers of the program: the transcript mistakes.txt contains every message.
+Each states place, mistake and remedy.
 
     python3 tests/pipelines/test_mistakes.py build/bin/camber [unittest arguments]
     python3 tests/pipelines/test_mistakes.py build/bin/camber --write      rewrite mistakes.txt
@@ -49,7 +49,7 @@ MISTAKES = [
     "picture wing.mesh -o wing.png --cut 0.5",
     "picture wing.mesh -o wing.png --cut x=-9",
     "picture wing.mesh -o wing.png --color quality",
-    # what belongs together
+    # combinations
     "repair wing.mesh -o out.mesh",
     "remesh wing.mesh -o out.mesh --metric other.sol",
     "curve wing.mesh -o out.mesh --cad-unit mm",
@@ -111,7 +111,7 @@ MISTAKES = [
     "curve wing.mesh --out out.mesh",
     "curve wing.mesh -o out.mesh --cat wing.step",
     "check wing.mesh --field 'x=0.5 ? 1 : 0'",
-    # files that are not what the command takes
+    # files of a wrong kind
     "curve wing.mesh -o wing.mesh",
     "convert wing.mesh -o wing.mesh",
     "curve wing.mesh -o 'my results/out.mesh'",
@@ -146,17 +146,17 @@ def transcript():
 class Mistakes(unittest.TestCase):
     maxDiff = None
 
-    def test_each_is_answered_as_the_transcript_has_it(self):
+    def test_answers_equal_those_of_the_transcript(self):
         self.assertEqual(transcript(), TRANSCRIPT.read_text(), "test_mistakes.py build/bin/camber --write")
 
-    def test_each_answer_is_one_line_with_a_remedy(self):
+    def test_each_answer_is_one_line_with_a_suggestion(self):
         for answer in TRANSCRIPT.read_text().split("\n$ camber ")[1:]:
             _, *message, code = answer.rstrip().splitlines()
             self.assertEqual(len(message), 1, answer)
             self.assertRegex(message[0], r"^camber: .*\(.*\)$")
             self.assertIn(code, ("[2]", "[3]"))
 
-    def test_no_answer_advises_the_command_that_was_typed(self):
+    def test_no_answer_suggests_the_command_that_was_typed(self):
         for answer in TRANSCRIPT.read_text().split("\n$ camber ")[1:]:
             command, message, *_ = answer.splitlines()
             verb = command.partition(" ")[0]

@@ -1,4 +1,4 @@
-"""A mesh in random order is worked on in another and written as it was read.
+"""A mesh in random order is reordered internally and written in its input order.
 
     python3 tests/pipelines/test_order.py build/bin/camber [unittest arguments]
 """
@@ -18,14 +18,14 @@ class Order(unittest.TestCase):
         self.addCleanup(self.folder.cleanup)
 
     def curved(self, n):
-        """A square of 2 n^2 triangles, what is written of it by `camber curve`, and the report."""
+        """A square of 2 n^2 triangles, the output of `camber curve`, and its report."""
         mesh = scattered_square(n)
         (self.folder.path / "in.mesh").write_text(mesh.text())
         done = self.folder.camber("curve", "in.mesh", "-o", "out.meshb", "--report", "r.json", "--set", 'stages=["elevate"]')
         self.assertEqual(done.returncode, 0, done.stderr)
         return mesh, gmf.read(self.folder.path / "out.meshb"), report_of(self.folder.path / "r.json")
 
-    def test_a_large_one_is_written_as_it_was_read(self):
+    def test_a_large_scattered_mesh_is_reordered_and_written_in_its_input_order(self):
         mesh, out, report = self.curved(224)
         self.assertAlmostEqual(report["reordered"]["scatter"], 6 / 28, delta=0.005)
         self.assertIn("renumber", [stage["stage"] for stage in report["stages"]])
@@ -39,7 +39,7 @@ class Order(unittest.TestCase):
                 middle = (mesh.points[rows[:, a]] + mesh.points[rows[:, b]]) / 2
                 np.testing.assert_array_equal(out.points[nodes[:, column]], middle)
 
-    def test_a_small_one_is_left_as_it_is(self):
+    def test_a_small_mesh_is_not_reordered(self):
         _, _, report = self.curved(20)
         self.assertNotIn("reordered", report)
 

@@ -1,4 +1,4 @@
-"""Meshes in parts for solvers: `camber convert --partition`."""
+"""Partitioned meshes for solvers: `camber convert --partition`."""
 import os
 import sys
 import unittest
@@ -30,7 +30,7 @@ class Partition(unittest.TestCase):
         return [line.split() for line in self.camber("info", name).stdout.splitlines()
                 if line.split()[:1] in (["vertices"], ["tetrahedra"], ["triangles"])]
 
-    def test_pieces_of_a_pvtu_are_the_mesh(self):
+    def test_pieces_of_a_pvtu_file_are_joined_to_the_mesh(self):
         run = self.camber("convert", "curved.meshb", "-o", "parts.pvtu", "--partition", 3)
         for name in ("parts.1.vtu", "parts.2.vtu", "parts.3.vtu", "parts.pvtu"):
             self.assertIn(f"wrote {name}", run.stdout)
@@ -40,7 +40,7 @@ class Partition(unittest.TestCase):
         self.assertNotIn("same places", back.stderr)
         self.camber("check", "parts.pvtu")
 
-    def test_flat_meshes_and_surfaces(self):
+    def test_flat_meshes_and_surfaces_are_partitioned(self):
         self.camber("generate", "rectangle", "-o", "flat.msh")
         self.camber("convert", "shell.meshb", "-o", "surface.stl")
         for name, triangles in (("flat.msh", self.counts("flat.msh")[1]), ("surface.stl", self.counts("surface.stl")[1])):
@@ -51,7 +51,7 @@ class Partition(unittest.TestCase):
                 self.assertEqual(sum(inside), int(triangles[1].replace(" ", "")))
         self.camber("curve", "flat.msh", "-o", "curved.pvtu", "--partition", 2)
 
-    def test_parts_and_the_whole_in_another_format(self):
+    def test_msh_output_has_parts_and_the_whole_mesh(self):
         self.camber("convert", "curved.meshb", "-o", "parts.msh", "--partition", 2)
         self.assertEqual(self.folder.files(),
                          ["curved.meshb", "parts.1.msh", "parts.2.msh", "parts.msh", "shell.meshb"])
@@ -59,30 +59,30 @@ class Partition(unittest.TestCase):
         self.assertIn("GlobalNodeId", self.camber("info", "parts.2.msh").stdout)
         self.assertEqual(self.counts("parts.msh"), self.counts("curved.meshb"))
 
-    def test_what_is_curved_goes_into_parts_at_once(self):
+    def test_curve_writes_parts_with_and_without_blocks(self):
         for more in ((), ("--blocks", 300)):
             self.camber("curve", "shell.meshb", "-o", "parts.pvtu", "--partition", 3, *more)
             self.assertEqual(self.counts("parts.pvtu"), self.counts("curved.meshb"))
-        for arguments, said in ((("-o", "parts.pvtu"), "say into how many: --partition N"),
+        for arguments, message in ((("-o", "parts.pvtu"), "say into how many: --partition N"),
                                 (("-o", "-", "--format", "vtu", "--partition", 2), "parts are several")):
             run = self.folder.camber("curve", "shell.meshb", *arguments)
             self.assertEqual(run.returncode, 2, run.stderr)
-            self.assertIn(said, run.stderr)
+            self.assertIn(message, run.stderr)
 
-    def test_the_same_parts_again(self):
+    def test_parts_do_not_depend_on_the_number_of_threads(self):
         for name in ("a", "b"):
             self.camber("convert", "shell.meshb", "-o", f"{name}.meshb", "--partition", 4, "--threads", 1 + (name == "b"))
         for part in range(1, 5):
             self.assertEqual(self.bytes_of(f"a.{part}.meshb"), self.bytes_of(f"b.{part}.meshb"))
         self.assertEqual(self.bytes_of("a.meshb"), self.bytes_of("shell.meshb"))
 
-    def test_mistakes(self):
-        for arguments, said in ((("-o", "parts.pvtu"), "say into how many: --partition N"),
+    def test_wrong_partition_arguments_are_rejected(self):
+        for arguments, message in ((("-o", "parts.pvtu"), "say into how many: --partition N"),
                                 (("-o", "-", "--format", "vtu", "--partition", 2), "parts are several"),
                                 (("-o", "parts.vtu", "--partition", 100000), "has no 100000 parts")):
             run = self.folder.camber("convert", "shell.meshb", *arguments)
             self.assertEqual(run.returncode, 2, run.stderr)
-            self.assertIn(said, run.stderr)
+            self.assertIn(message, run.stderr)
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""`camber picture`, and the mesh with its verdicts for viewers: `camber check --vtu`.
+"""`camber picture`, and verdicts for viewers by `camber check --vtu`.
 
     python3 tests/pipelines/test_picture.py build/bin/camber [unittest arguments]
 """
@@ -20,7 +20,7 @@ SVG = "{http://www.w3.org/2000/svg}"
 
 
 def pixels(path):
-    """Rows of red, green, blue (and how opaque), as a second reader has them: each filter undone."""
+    """Decodes a PNG independently: rows of red, green, blue (and alpha)."""
     data = path.read_bytes()
     assert data[:8] == b"\x89PNG\r\n\x1a\n"
     at, packed = 8, b""
@@ -51,8 +51,8 @@ def pixels(path):
 
 
 def two_boxes(path, cells=3):
-    """Two cubes side by side along x: elements `left` (1) and `right` (2); facets `inlet` (1), `outlet` (4), `wall` (5) and,
-    between the cubes, `interface` (6)."""
+    """Two cubes side by side along x with elements `left` (1), `right` (2), facets `inlet` (1), `outlet` (4), `wall`
+    (5) and between the cubes `interface` (6)."""
     n = cells
     corner = lambda i, j, k: 1 + i + (2 * n + 1) * (j + (n + 1) * k)
     points = [(i / n, j / n, k / n) for k in range(n + 1) for j in range(n + 1) for i in range(2 * n + 1)]
@@ -114,22 +114,25 @@ class Pictures(unittest.TestCase):
         self.assertEqual(done.returncode, code, done.stderr)
         self.assertIn(text, done.stderr)
 
-    def test_a_ring_covers_its_area(self):
-        """Between circles of radius 1 and 5, as many pixels as π (5² − 1²) has."""
+    def test_an_annulus_covers_the_pixels_of_its_area(self):
+        """The area between circles of radius 1 and 5 is π (5² − 1²)."""
         image = self.image("ring-p2.mesh", "--size", "300x300", "--colour", "none", "--background", "transparent")
         opaque = image[:, :, 3] / 255
-        scale = (opaque.max(axis=0) > 0.5).sum() / 10  # the ring is 10 wide
+        scale = (opaque.max(axis=0) > 0.5).sum() / 10  # the annulus has diameter 10
         self.assertAlmostEqual(opaque.sum() / scale ** 2, np.pi * 24, delta=0.01 * np.pi * 24)
 
-    def test_size_background_and_threads(self):
+    def test_size_and_background_options_apply(self):
         image = self.image("shell-p2.meshb", "--size", "160x120", "--background", "dark", "--threads", "1")
         self.assertEqual(image.shape, (120, 160, 3))
         self.assertLess(image[0, 0].sum(), 120)
+
+    def test_the_image_does_not_depend_on_the_number_of_threads(self):
+        self.image("shell-p2.meshb", "--size", "160x120", "--background", "dark", "--threads", "1")
         one = (self.folder.path / "p.png").read_bytes()
         self.image("shell-p2.meshb", "--size", "160x120", "--background", "dark", "--threads", "3")
         self.assertEqual(one, (self.folder.path / "p.png").read_bytes())
 
-    def test_a_cut_shows_what_was_inside(self):
+    def test_a_cut_shows_the_inner_elements(self):
         whole = self.image("shell-p2.meshb", "--size", "200x200", "--colour", "reference", "--view", "right")
         cut = self.image("shell-p2.meshb", "--size", "200x200", "--colour", "reference", "--cut", "x=0", "--view", "right")
         self.assertGreater(np.abs(whole - cut).max(axis=2).astype(bool).mean(), 0.2)
@@ -150,7 +153,7 @@ class Pictures(unittest.TestCase):
         self.assertFalse([d for d in (p.get("d") for p in straight.iter(SVG + "path")) if "q" in d])
         self.assertIn("quality", [text.text for text in straight.iter(SVG + "text")])
 
-    def test_fields_and_metrics(self):
+    def test_metrics_and_solutions_colour_the_picture(self):
         vertices = json.loads(self.camber("info", "ring.mesh", "--json").stdout)["vertices"]
         for name, kind, row in (("m.sol", 3, "{} 0 400"), ("u.sol", 1, "{}")):
             rows = "".join(row.format(1 + i / 10) + "\n" for i in range(vertices))
@@ -160,7 +163,7 @@ class Pictures(unittest.TestCase):
         root = xml.parse(self.folder.path / "m.svg").getroot()
         texts = [text.text for text in root.iter(SVG + "text")]
         self.assertIn("anisotropy", texts)
-        self.assertIn("20", texts)  # sizes of 1 and 1/20 at the first vertex
+        self.assertIn("20", texts)  # anisotropy of sizes 1 and 1/20 at the first vertex
         self.camber("picture", "ring.mesh", "-o", "u.svg", "--solution", "u.sol", "--no-edges")
         text = (self.folder.path / "u.svg").read_text()
         self.assertIn("field_1", text)
@@ -169,7 +172,7 @@ class Pictures(unittest.TestCase):
         self.camber("picture", "two.msh", "-o", "l.svg", "--colour", "reference", *arguments)
         return [text.text for text in xml.parse(self.folder.path / "l.svg").getroot().iter(SVG + "text")]
 
-    def test_legends_have_a_title_and_names_of_groups(self):
+    def test_legends_list_the_names_of_visible_groups(self):
         self.assertEqual(self.legend(), ["group", "inlet (1)", "outlet (4)", "wall (5)"])
         self.assertEqual(self.legend("--cut", "x=0.4"), ["group", "inlet, left (1)", "wall (5)"])
         self.assertEqual(self.legend("--hide", "wall"), ["group", "inlet (1)", "outlet (4)"])
@@ -177,7 +180,7 @@ class Pictures(unittest.TestCase):
         self.assertEqual(self.legend("--show", "right"), ["group", "right (2)", "outlet (4)", "wall (5)"])
 
     def area(self, *arguments):
-        """Covered share of the pixels, seen from in front."""
+        """Share of covered pixels in the front view."""
         image = self.image("two.msh", "--size", "220x120", "--colour", "none", "--background", "transparent", "--view", "front",
                            "--zoom", "1,0.5,0.5,1", *arguments)
         return (image[:, :, 3] > 127).mean()
@@ -190,15 +193,15 @@ class Pictures(unittest.TestCase):
         self.assertEqual(self.area("--show", "left,right"), both)
         self.assertEqual(self.area("--show", "left,right", "--hide", "right"), self.area("--show", "left"))
 
-    def test_hidden_facets_show_what_is_behind(self):
+    def test_hidden_facets_reveal_the_facets_behind_them(self):
         colour = lambda *arguments: self.image("two.msh", "--size", "100x100", "--colour", "reference", "--view", "left",
                                                "--background", "transparent", *arguments)[50, 20:60, :3].mean(axis=0)
         front, behind = colour(), colour("--hide", "inlet")
         self.assertGreater(np.abs(front - behind).max(), 20)
         np.testing.assert_allclose(behind, colour("--show", "outlet"), atol=12)
-        self.assertGreater(np.abs(behind - colour("--hide", "1,outlet")).max(), 20)  # 1: the facets, not the elements
+        self.assertGreater(np.abs(behind - colour("--hide", "1,outlet")).max(), 20)  # 1 means the facets, not the elements
 
-    def test_groups_of_a_surface_and_in_2d(self):
+    def test_groups_of_2d_meshes_and_surfaces_are_hidden_by_reference(self):
         (self.folder.path / "plane.mesh").write_text(
             "MeshVersionFormatted 2\nDimension 2\nVertices 4\n0 0 0\n1 0 0\n1 1 0\n0 1 0\nTriangles 2\n1 2 3 7\n1 3 4 8\nEnd\n")
         (self.folder.path / "surface.mesh").write_text(
@@ -210,13 +213,13 @@ class Pictures(unittest.TestCase):
                 self.assertEqual(texts, ["reference", "8"])
             self.fails(2, 'no group and no reference "9" (there are: 7, 8)', name, "-o", "r.png", "--hide", "9")
 
-    def test_unknown_groups_are_listed(self):
+    def test_an_unknown_group_is_rejected_with_a_list_of_groups(self):
         self.fails(2, 'camber: --hide: the mesh has no group and no reference "lid" (there are: of boundary facets inlet (1), '
                       'outlet (4), wall (5), interface (6); of elements left (1), right (2))', "two.msh", "-o", "r.png",
                    "--hide", "wall,lid")
         self.fails(3, "there is nothing to draw", "two.msh", "-o", "r.png", "--hide", "left,right")
 
-    def test_worst_elements_that_cannot_be_seen_are_noted(self):
+    def test_hidden_worst_elements_are_noted_with_a_cut_that_shows_one(self):
         done = self.camber("picture", "shell-p2.meshb", "-o", "w.svg", "--worst", "6")
         circles = lambda: len(list(xml.parse(self.folder.path / "w.svg").getroot().iter(SVG + "circle")))
         note = re.search(r"note: (\d) of the 6 worst elements cannot be seen and (?:is|are) not marked\. A cut beside an "
@@ -230,13 +233,13 @@ class Pictures(unittest.TestCase):
         done = self.camber("picture", "two.msh", "-o", "w.svg", "--worst", "768", "--hide", "left")
         self.assertTrue(0 < circles() < 100, circles())
 
-    def test_nothing_is_drawn_outside_of_the_zoom(self):
+    def test_nothing_is_drawn_outside_the_zoom_window(self):
         image = self.image("ring-p2.mesh", "--size", "300x200", "--zoom", "3,0,0.4")
         is_paper = (image == 255).all(axis=2)
         self.assertTrue(is_paper[:8].all() and is_paper[-8:].all() and is_paper[:, :14].all())
         self.assertFalse(is_paper[20:180, 30:180].any())
 
-    def test_mistakes_are_told(self):
+    def test_wrong_picture_options_are_rejected(self):
         self.fails(2, "name a .png or a .svg file", "ring.mesh", "-o", "r.jpg")
         self.fails(2, '--size: "12" is not understood', "ring.mesh", "-o", "r.png", "--size", "12")
         self.fails(2, '--cut: "x" is not understood', "ring.mesh", "-o", "r.png", "--cut", "x")
@@ -252,7 +255,7 @@ class Verdicts(unittest.TestCase):
         self.addCleanup(self.folder.cleanup)
 
     @needs("vtk")
-    def test_vtk_reads_the_verdicts(self):
+    def test_vtk_reads_verdicts_and_scaled_jacobians_of_check(self):
         import vtk
         from vtk.util.numpy_support import vtk_to_numpy
         self.folder.camber("generate", "annulus", "-o", "ring.mesh", "--elements", "100")
@@ -266,12 +269,12 @@ class Verdicts(unittest.TestCase):
         columns = {name: vtk_to_numpy(data.GetArray(name)) for name in ("verdict", "scaled_jacobian", "quality")}
         titles, *lines = [line.split(",") for line in done.stdout.splitlines()]
         n = len(lines)
-        told = np.array([float(line[titles.index("min_scaled_jacobian")]) for line in lines])
-        np.testing.assert_allclose(columns["scaled_jacobian"][:n], told, rtol=1e-5)
+        reported = np.array([float(line[titles.index("min_scaled_jacobian")]) for line in lines])
+        np.testing.assert_allclose(columns["scaled_jacobian"][:n], reported, rtol=1e-5)
         self.assertTrue((columns["verdict"][:n] == 0).all() and (columns["verdict"][n:] == -1).all())
         self.assertTrue((columns["quality"][:n] > 0).all() and np.isnan(columns["quality"][n:]).all())
 
-    def test_of_a_straight_surface(self):
+    def test_check_writes_the_quality_of_a_straight_surface_to_vtu(self):
         (self.folder.path / "s.mesh").write_text(
             "MeshVersionFormatted 2\nDimension 3\nVertices 4\n0 0 0 0\n1 0 0 0\n0 1 0 0\n0 0 1 0\n"
             "Triangles 2\n1 2 3 1\n1 2 4 2\nEnd\n")

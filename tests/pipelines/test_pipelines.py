@@ -1,5 +1,5 @@
-"""The configs of the project, run as a user runs them: figures against golden ones, meshes against the oracle, the same
-bytes for any number of threads.
+"""Runs the configs of the project: figures against golden ones, meshes against the oracle, equal bytes for any number
+of threads.
 
     python3 tests/pipelines/test_pipelines.py build/bin/camber [unittest arguments]
 
@@ -18,14 +18,14 @@ import gmf  # noqa: E402  (program puts the oracle on the path)
 from sample_meshes import binary_file
 
 GOLDEN = json.loads((Path(__file__).parent / "golden.json").read_text())
-# Relative tolerances: counts are exact but for those that a last bit may tip.
+# Relative tolerances. Other counts are exact; these may change with the last bit.
 TOLERANCE = {"mean_length_reduction": 0.01, "largest_length_reduction": 0.02, "mean_curvature": 0.01, "largest_distance": 0.05,
              "corrected_elements": 0.2, "relaxed_volume_edges": 0.2, "relaxed_surface_edges": 0.5,
              "length_reduction_lost": 0.2}
 
 
 def figures(report):
-    """The figures that golden.json keeps."""
+    """The figures in golden.json."""
     before, relax = report["curve"]["before_correction"], report["relax"]
     return {"vertices": report["mesh"]["vertices"], "elements": report["mesh"]["elements"],
             "edges": report["curve"]["edges"], "mean_length_reduction": before["mean_length_reduction"],
@@ -38,10 +38,10 @@ def figures(report):
 
 
 class Configs(unittest.TestCase):
-    runs = {}  # (config, arguments) → the folder it ran in: none is run twice
+    runs = {}  # (config, arguments) → folder of the run, so that none is repeated
 
     def folder_of(self, name, *arguments):
-        """The folder in which the config ran, with its outputs in out/. Runs are by two threads unless they say."""
+        """The folder of the run of a config, with outputs in out/. Runs use two threads by default."""
         arguments = arguments if "--threads" in arguments else (*arguments, "--threads", "2")
         if (name, *arguments) not in self.runs:
             folder = Folder()
@@ -67,7 +67,7 @@ class Configs(unittest.TestCase):
         self.assertGreater(report["validity"]["min_scaled_jacobian"], 0)
         self.assertTrue(report["committed"])
         self.assertEqual(report["curve"]["not_located"], 0)
-        if name.startswith("paper-"):  # by energy; accuracy asks no edge to be shorter
+        if name.startswith("paper-"):  # objective energy; accuracy does not shorten every edge
             self.assertGreater(after["mean_length_reduction"], 0)
             self.assertGreaterEqual(after["mean_length_reduction"], 0.9 * report["curve"]["before_correction"]["mean_length_reduction"])
             self.assertEqual(report["curve"]["before_correction"]["longer_edges"], 0)
@@ -83,13 +83,13 @@ class Configs(unittest.TestCase):
         self.check_oracle(self.folder_of(name) / "out" / mesh, *oracle_arguments)
         self.check_golden(name, report)
 
-    def test_spheres(self):
+    def test_config_spheres_matches_golden_figures_and_the_oracle(self):
         self.run_and_check("spheres", "spheres.meshb", "--sphere", "1,5", "--sphere", "2,1")
 
     @unittest.skipIf(SANITIZED, "too slow with sanitizers")
-    def test_squeezed_spheres(self):
-        """Anisotropy 10^6, and a wall that is all but folded at the rim: what no volume node mends surface nodes do, and
-        they are counted."""
+    def test_spheres_squeezed_by_1e6_become_valid_by_moving_surface_nodes(self):
+        """Anisotropy 10^6 and a nearly folded boundary at the rim: some elements need moves of surface nodes, which are
+        counted."""
         folder = Folder()
         with folder:
             folder.camber("run", CONFIGS / "spheres.json", "--set", "stages=[]", "--set", "output/mesh=in.meshb")
@@ -108,17 +108,17 @@ class Configs(unittest.TestCase):
         self.assertGreater(report["validity_before_correction"]["invalid"], 50)
         self.assertGreater(report["relax"]["relaxed_surface_edges"], 0)
         self.assertLess(report["relax"]["relaxed_surface_edges"], 60)
-        off = report["boundary"]["node_deviation"]["beyond_tolerance"]  # others moved along the geometry, or by less than the tolerance
+        off = report["boundary"]["node_deviation"]["beyond_tolerance"]  # others moved along the geometry or by less than the tolerance
         self.assertTrue(0 < off <= report["relax"]["relaxed_surface_edges"])
         self.assertEqual(report["boundary"]["vertex_deviation"]["beyond_tolerance"], 0)
 
     @unittest.skipIf(SANITIZED, "too slow with sanitizers")
-    def test_spheres_fine(self):
+    def test_config_spheres_fine_matches_golden_figures_and_the_oracle(self):
         self.run_and_check("spheres-fine", "spheres-fine.meshb", "--sphere", "1,5", "--sphere", "2,1")
 
-    @unittest.skipIf(SANITIZED, "the stages of test_paper_layer_single, graded as in test_polar_2d")
-    def test_paper_spheres(self):
-        """The paper's §4.1: thin along the walls' normals, carried inwards by gradation."""
+    @unittest.skipIf(SANITIZED, "covered by paper-layer-single (stages) and polar-2d (gradation)")
+    def test_config_paper_spheres_coarse_matches_golden_figures_and_the_oracle(self):
+        """Paper §4.1: thin along the normals of the boundary, extended inwards by gradation."""
         name = "paper-spheres-coarse"
         self.run_and_check(name, name + ".meshb", "--sphere", "1,5", "--sphere", "2,1")
         metric = self.report_of(name)["metric"]
@@ -127,20 +127,20 @@ class Configs(unittest.TestCase):
         self.assertTrue(gradation["converged"])
         self.assertGreater(gradation["sweeps"], 1)
 
-    def test_paper_layer_single(self):
+    def test_config_paper_layer_single_matches_golden_figures_and_the_oracle(self):
         name = "paper-layer-single"
         self.run_and_check(name, name + ".meshb", "--sphere", "1,5", "--sphere", "2,1")
 
     @unittest.skipIf(SANITIZED, "too slow with sanitizers")
-    def test_paper_larger(self):
-        """The paper's two larger sphere cases; the oracle in Python would take a minute for each."""
+    def test_larger_configs_of_the_paper_match_golden_figures(self):
+        """The two larger sphere cases of the paper. The oracle would take a minute for each and is not run."""
         for name in ("paper-spheres-fine", "paper-layer-double"):
             report = self.report_of(name)
             self.check_promises(name, report)
             self.check_golden(name, report)
 
-    def test_coated_sphere(self):
-        """Two materials, cavity by cavity: the interface is a sphere as the walls are."""
+    def test_config_coated_sphere_matches_golden_figures_and_the_oracle(self):
+        """Two materials, cavity by cavity: the interface is a sphere like the boundaries."""
         radius = 1 + 0.03 * (1 + 1.3 + 1.3 ** 2 + 1.3 ** 3)
         self.run_and_check("coated-sphere", "coated-sphere.meshb", "--sphere", "1,3", "--sphere", "2,1",
                            "--sphere", f"3,{radius}")
@@ -154,37 +154,37 @@ class Configs(unittest.TestCase):
                                whole["curve"]["after_correction"]["mean_length_reduction"],
                                delta=0.01 * whole["curve"]["after_correction"]["mean_length_reduction"])
 
-    @unittest.skipIf(SANITIZED, "the stages of test_spheres, on a mesh made as that of test_coated_sphere")
-    def test_layers(self):
+    @unittest.skipIf(SANITIZED, "covered by spheres (stages) and coated-sphere (mesh)")
+    def test_config_layers_matches_golden_figures_and_the_oracle(self):
         self.run_and_check("layers", "layers.meshb", "--sphere", "1,5", "--sphere", "2,1")
 
-    def test_annulus_2d(self):
+    def test_config_annulus_2d_matches_golden_figures_and_the_oracle(self):
         self.run_and_check("annulus-2d", "annulus-2d.mesh", "--sphere", "1,3", "--sphere", "2,1")
 
-    def test_bump_2d(self):
+    def test_config_bump_2d_matches_golden_figures_and_the_oracle(self):
         self.run_and_check("bump-2d", "bump-2d.mesh", "--planes")
 
-    def test_polar_2d(self):
-        """An analytic field, bounded and graded; every kind of output."""
+    def test_config_polar_2d_matches_golden_figures_and_writes_every_output(self):
+        """An analytic metric field with bounds and gradation, and every kind of output."""
         self.run_and_check("polar-2d", "polar-2d.meshb", "--planes")
         written = {p.name for p in (self.folder_of("polar-2d") / "out").rglob("*") if p.is_file()}
         self.assertEqual(written, {"polar-2d.meshb", "polar-2d.vtu", "polar-2d.report.json", "length_reduction.svg",
                                    "riemannian_length.svg", "curvature.svg", "scaled_jacobian.svg"})
 
-    def test_a_stage_that_comes_twice_is_blamed_on_the_config(self):
+    def test_a_repeated_stage_is_an_error_at_its_place_in_the_config(self):
         folder = Folder()
         with folder:
-            # Guards against an error that blames the file.
+            # Guards against an error that names the mesh file.
             done = folder.camber("run", CONFIGS / "annulus-2d.json", "--set", 'stages=["elevate", "elevate"]')
         self.assertEqual(done.returncode, 2, done.stderr)
         self.assertIn("/stages/1", done.stderr)
         self.assertIn("\"elevate\" before", done.stderr)
 
     def test_every_config_is_tested(self):
-        names = {p.stem for p in CONFIGS.glob("*.json")} - {"schema", "remesh"}  # that is tested by test_remeshing.py
+        names = {p.stem for p in CONFIGS.glob("*.json")} - {"schema", "remesh"}  # remesh is tested by test_remeshing.py
         self.assertEqual(names, set(GOLDEN))
 
-    def test_bytes_do_not_depend_on_threads(self):
+    def test_meshes_of_configs_do_not_depend_on_the_number_of_threads(self):
         for name in ("annulus-2d",) if SANITIZED else ("layers", "annulus-2d", "paper-spheres-coarse", "coated-sphere"):
             bytes_of = []
             for threads in (1, 2, 5):

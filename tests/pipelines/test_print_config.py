@@ -1,4 +1,4 @@
-"""`camber run` of the config that a verb prints with --print-config writes the same files as the verb, byte for byte.
+"""`camber run` with the config of --print-config writes the files of the verb, byte for byte.
 
     python3 tests/pipelines/test_print_config.py build/bin/camber [unittest arguments]
 
@@ -19,7 +19,7 @@ from program import ROOT, Folder
 from test_adapt import SOLVER
 
 CAD = ROOT / "tests" / "cad"
-# Options that print texts alone, and those of a run, which `camber run` has as well.
+# Options that only print text, and options of `camber run`.
 NOT_OF_RESULTS = {"help", "help-all", "quiet", "verbose", "dry-run", "print-config"}
 OF_RUN = {"--force": 0, "--histogram": 0, "--allow-commands": 0, "--from": 1}
 SOLVE = f"--solve '{sys.executable} solver.py {{mesh}} {{solution}}'"
@@ -110,14 +110,14 @@ def solution(dimension, values):
 
 
 def in_space(text):
-    """The mesh file of a 2D mesh as one in space."""
+    """Converts the text of a 2D mesh file to 3D."""
     text = text.replace("Dimension 2", "Dimension 3")
     head, tail = text.split("Triangles")
     return re.sub(r" 0$", " 0.5 0", head, flags=re.M) + "Triangles" + tail
 
 
 def write_inputs(folder):
-    """Meshes, solutions, metrics and configs that the cases name."""
+    """Writes the meshes, solutions, metrics and configs that the cases name."""
     def generate(name, shape, *settings):
         done = folder.camber("generate", shape, "-o", name, *(word for s in settings for word in ("--set", s)))
         assert done.returncode == 0, done.stderr
@@ -160,18 +160,18 @@ class Inputs(Folder):
 
 
 def without_times(text):
-    """A text of the program without durations and memory, and without the command line of a page."""
+    """Removes durations, memory and the command line of a page from a text."""
     text = re.sub(r"[\d.]+(?:e[+-]?\d+)? (?:1/s|s|ms|min|[kMG]?B|[KMG]iB)\b", "_", text)
-    text = re.sub(r"^( +\d+ .*?)(?: +[\d.]+){1,2}$", r"\1 _", text, flags=re.M)  # cycles end with seconds
+    text = re.sub(r"^( +\d+ .*?)(?: +[\d.]+){1,2}$", r"\1 _", text, flags=re.M)  # rows of cycles end with seconds
     return re.sub(r">camber [^<]*<", "><", text)
 
 
 def contents(path):
-    """The content of a file without what differs from run to run."""
+    """The content of a file without parts that differ between runs."""
     data = path.read_bytes()
     if path.suffix == ".json":
         text = json.dumps(without_costs(json.loads(data)), indent=1)
-        return re.sub(r"\.camber-cycles-\w+", "", text)  # a temporary folder
+        return re.sub(r"\.camber-cycles-\w+", "", text)  # name of a temporary folder
     return without_times(data.decode()) if path.suffix == ".html" else data
 
 
@@ -182,14 +182,14 @@ def without_costs(value):
 
 
 def split(case):
-    """The words of a case, and those of them that `camber run` gets as well."""
+    """The words of a case, and those that `camber run` gets too."""
     words = shlex.split(case)
     of_run = [word for i, at in enumerate(words) if at in OF_RUN for word in words[i:i + 1 + OF_RUN[at]]]
     return words, of_run
 
 
 def verbs(folder):
-    """Options of each verb that has --print-config, by the help."""
+    """Options of each verb with --print-config, from the help."""
     listed = folder.camber("--help").stdout.split("Subcommands:")[1]
     found = {}
     for verb in re.findall(r"^  ([a-z]+)  ", listed, flags=re.M):
@@ -209,7 +209,7 @@ class PrintedConfigs(unittest.TestCase):
     def check(self, verb, case):
         words, of_run = split(case)
         direct, printed = self.inputs(), self.inputs()
-        if "--from" in of_run:  # goes on from cycles that are there
+        if "--from" in of_run:  # resumes after existing cycles
             earlier = [word for word in words if word not in ("--from", "1")]
             for folder in (direct, printed):
                 folder.camber(verb, *earlier)
@@ -226,7 +226,7 @@ class PrintedConfigs(unittest.TestCase):
         if not {"--force", "--from"} & set(words):
             self.assertGreater(len(direct.files()), len(before), done.stderr)
         self.assertEqual(ran.returncode, done.returncode)
-        if verb != "generate":  # which prints notes of its own, and no table
+        if verb != "generate":  # it prints other notes and no table
             self.assertEqual(ran.stderr, done.stderr)
             self.assertEqual(without_times(ran.stdout), without_times(done.stdout))
         self.assertEqual([name for name in printed.files() if name != "printed.json"], direct.files())
@@ -238,14 +238,14 @@ class PrintedConfigs(unittest.TestCase):
             with self.subTest(f"camber {verb} {case}"):
                 self.check(verb, case)
 
-    def test_each_option_of_each_verb_with_a_config_is_in_a_case(self):
+    def test_each_option_of_verbs_with_print_config_is_in_a_case(self):
         known = verbs(self.inputs())
         self.assertEqual(set(known), set(CASES))
         for verb, options in known.items():
             used = {word[2:] for case in CASES[verb] + CAD_CASES.get(verb, []) for word in shlex.split(case) if word.startswith("--")}
             self.assertEqual(options - used - NOT_OF_RESULTS - {"output"}, set(), verb)
 
-    def test_arguments_that_do_not_go_together_are_refused_like_a_config(self):
+    def test_inconsistent_arguments_are_rejected_like_an_inconsistent_config(self):
         field = "--solution x*y --fields a"
         for case in (f"curve shell.mesh -o n.meshb {field}", f"remesh square.mesh -o n.meshb --metric 0.3 {field}",
                      f"repair curved.mesh -o n.mesh {field}", f"adapt square.mesh -o n.meshb {field}"):
@@ -258,19 +258,19 @@ class PrintedConfigs(unittest.TestCase):
                     self.assertIn('command line: /solution: "fields" are fields of a file', done.stderr)
                     self.assertEqual(folder.files(), before)
 
-    def test_curve(self):
+    def test_printed_configs_of_curve_write_the_same_files(self):
         self.cases("curve", CASES["curve"])
 
-    def test_remesh(self):
+    def test_printed_configs_of_remesh_write_the_same_files(self):
         self.cases("remesh", CASES["remesh"])
 
-    def test_repair(self):
+    def test_printed_configs_of_repair_write_the_same_files(self):
         self.cases("repair", CASES["repair"])
 
-    def test_adapt(self):
+    def test_printed_configs_of_adapt_write_the_same_files(self):
         self.cases("adapt", CASES["adapt"])
 
-    def test_generate(self):
+    def test_printed_configs_of_generate_write_the_same_files(self):
         self.cases("generate", CASES["generate"])
         for case in CASES["generate"]:
             with self.subTest(case):
@@ -282,10 +282,10 @@ class PrintedConfigs(unittest.TestCase):
                 self.assertEqual(folder.camber("generate", "printed.json", "-o", "again-" + output, *formatted).returncode, 0)
                 self.assertEqual(contents(folder.path / output), contents(folder.path / ("again-" + output)))
 
-    def test_run(self):
+    def test_printed_configs_of_run_write_the_same_files(self):
         self.cases("run", CASES["run"])
 
-    def test_cad_models(self):
+    def test_printed_configs_with_cad_models_write_the_same_files(self):
         if re.search("CAD models +missing", self.inputs().camber("--version", "--verbose").stdout):
             self.skipTest("the program was built without OpenCASCADE")
         for verb, cases in CAD_CASES.items():

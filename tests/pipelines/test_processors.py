@@ -1,9 +1,9 @@
-"""The same bytes on any processor: also where the C library takes other functions than on this one.
+"""Output does not depend on the processor, although the C library selects functions by it.
 
     python3 tests/pipelines/test_processors.py build/bin/camber [unittest arguments]
 
-A C library that does not know the tunable ignores it, and these tests compare a run with itself. That the program takes no function of that
-library which it could choose by the processor is read off the program.
+A C library that does not know the tunable ignores it; these tests then compare a run with itself. The last test checks that the program
+imports no function that the library selects by the processor.
 """
 import os
 import shutil
@@ -16,7 +16,7 @@ from program import CAMBER, ROOT, Folder
 sys.path.insert(0, str(ROOT / "tests" / "includes"))
 from check_functions import NAMES  # noqa: E402
 
-# glibc's names since 2.33, and before.
+# Names of glibc since 2.33, and before.
 WITHOUT = "glibc.cpu.hwcaps=" + ",".join(f"-{name}{suffix}" for name in ("FMA", "FMA4", "AVX2") for suffix in ("", "_Usable"))
 FIELD = "tanh((sqrt(x^2 + y^2 + z^2) - 2)/0.2) + exp(-x)*cos(3*y) + log(9 + z) + atan2(y, 9 + x)^3"
 
@@ -40,20 +40,20 @@ class Processors(unittest.TestCase):
     def shell(self):
         return self.same("generate", "shell", "--elements", "2000").rename(self.folder.path / "shell.meshb")
 
-    def test_curving(self):
+    def test_curving_gives_the_same_bytes_without_fma_and_avx2(self):
         self.same("curve", self.shell())
 
-    def test_remeshing(self):
+    def test_remeshing_gives_the_same_bytes_without_fma_and_avx2(self):
         self.same("remesh", self.shell(), "--metric", "0.6")
 
-    def test_remeshing_a_curved_mesh(self):
+    def test_remeshing_a_curved_mesh_gives_the_same_bytes_without_fma_and_avx2(self):
         self.same("remesh", self.same("curve", self.shell()).rename(self.folder.path / "curved.meshb"), "--metric", "0.9")
 
-    def test_adaptation_to_an_expression(self):
+    def test_adaptation_gives_the_same_bytes_without_fma_and_avx2(self):
         self.same("adapt", self.shell(), "--field", FIELD, "--complexity", "300", "--cycles", "2")
 
     @unittest.skipUnless(shutil.which("nm"), "no nm here")
-    def test_the_program_takes_no_such_function(self):
+    def test_the_program_imports_no_processor_dependent_function(self):
         done = subprocess.run(["nm", "--dynamic", "--undefined-only", "--format=posix", CAMBER], capture_output=True, text=True, check=True)
         names = {line.split()[0].split("@")[0] for line in done.stdout.splitlines()}
         self.assertEqual(sorted(names & {name + suffix for name in NAMES for suffix in ("", "f", "l")}), [])

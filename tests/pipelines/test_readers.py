@@ -1,5 +1,5 @@
-"""Files of others' formats: VTK's and meshio's .vtu in every encoding, Gmsh's and meshio's .su2, STL of all three, and MFEM's meshes as an independent
-reader of them understands what the program writes.
+"""Files of other programs: .vtu of VTK and meshio in every encoding, .su2 of Gmsh, STL of all three, and written MFEM
+meshes against an independent reader.
 
     /usr/bin/python3 tests/pipelines/test_readers.py build/bin/camber [unittest arguments]
 """
@@ -42,7 +42,7 @@ class Readers(unittest.TestCase):
         return done
 
     def made(self, dimension, degree):
-        """A mesh of Camber's as its GMF file has it, the points in another order."""
+        """A mesh of Camber, read from its GMF file, with permuted points."""
         config = {"input": {"generate": SHAPES[dimension]}, "stages": STAGES[degree], "output": {"mesh": "made.meshb"}}
         self.path("run.json").write_text(json.dumps(config))
         self.run_camber("run", "run.json")
@@ -57,32 +57,32 @@ class Readers(unittest.TestCase):
     def by_dimension(self, mesh):
         return {gmf.CELLS[name][0]: cells for name, cells in mesh.cells.items()}
 
-    def same(self, given, name, tolerance):
-        """What Camber makes of the file has the nodes, cells and references that were given, cells in their order by dimension."""
+    def same(self, expected_mesh, name, tolerance):
+        """Checks that Camber reads nodes, cells and references of the file, cells in their order by dimension."""
         self.run_camber("convert", name, "-o", "read.mesh")
         read = gmf.read(self.path("read.mesh"))
-        wanted, found = self.by_dimension(given), self.by_dimension(read)
-        self.assertEqual(set(wanted), set(found))
-        self.assertEqual(len(read.points), len(given.points))
+        expected, found = self.by_dimension(expected_mesh), self.by_dimension(read)
+        self.assertEqual(set(expected), set(found))
+        self.assertEqual(len(read.points), len(expected_mesh.points))
         corners = set()
-        for k, cells in wanted.items():
+        for k, cells in expected.items():
             np.testing.assert_array_equal(found[k].refs, cells.refs)
             self.assertEqual(found[k].nodes.shape, cells.nodes.shape)
-            difference = read.points[found[k].nodes][:, :, :given.dim] - given.points[cells.nodes]
+            difference = read.points[found[k].nodes][:, :, :expected_mesh.dim] - expected_mesh.points[cells.nodes]
             self.assertLessEqual(abs(difference).max(), tolerance)
             ends = slice(0, k + 1)
             np.testing.assert_array_equal(read.point_refs[found[k].nodes[:, ends]],
-                                          given.point_refs[cells.nodes[:, ends]])
+                                          expected_mesh.point_refs[cells.nodes[:, ends]])
             corners.update(found[k].nodes[:, ends].ravel())
         info = json.loads(self.run_camber("info", name, "--json").stdout)
-        self.assertEqual((info["dimension"], info["vertices"]), (given.dim, len(corners)))
-        elements = "triangles" if given.dim == 2 else "tetrahedra"
-        self.assertEqual(info[elements], len(wanted[given.dim].nodes))
+        self.assertEqual((info["dimension"], info["vertices"]), (expected_mesh.dim, len(corners)))
+        elements = "triangles" if expected_mesh.dim == 2 else "tetrahedra"
+        self.assertEqual(info[elements], len(expected[expected_mesh.dim].nodes))
         self.assertEqual(sum(info[elements + "_by_reference"].values()), info[elements])
         return info
 
     def vtk_grid(self, mesh, kind):
-        """The mesh with cells of all dimensions mixed, and with arrays of points and cells."""
+        """The mesh as a VTK grid with cells of all dimensions mixed and with point and cell arrays."""
         from vtkmodules.util.numpy_support import numpy_to_vtk
         from vtkmodules.vtkCommonCore import vtkPoints
         from vtkmodules.vtkCommonDataModel import vtkUnstructuredGrid
@@ -112,7 +112,7 @@ class Readers(unittest.TestCase):
         return grid
 
     @needs("vtkmodules")
-    def test_vtk_in_every_encoding(self):
+    def test_vtu_files_of_vtk_are_read_in_every_encoding(self):
         from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridWriter
         mesh = self.made(3, 2)
         grid = self.vtk_grid(mesh, 2)
@@ -128,7 +128,7 @@ class Readers(unittest.TestCase):
             getattr(writer, "SetHeaderTypeTo" + header)()
             getattr(writer, "SetByteOrderTo" + order)()
             writer.SetEncodeAppendedData(encode)
-            writer.SetBlockSize(4096)  # several blocks an array
+            writer.SetBlockSize(4096)  # several blocks per array
             writer.SetFileName(str(self.path("vtk.vtu")))
             writer.SetInputData(grid)
             self.assertEqual(writer.Write(), 1)
@@ -139,7 +139,7 @@ class Readers(unittest.TestCase):
         self.assertEqual(tried, 4 * 2 * 2 * 2)
 
     @needs("vtkmodules")
-    def test_legacy_vtk_and_the_other_compressors(self):
+    def test_legacy_vtk_files_and_all_vtu_compressors_are_read(self):
         from vtkmodules.vtkIOLegacy import vtkUnstructuredGridWriter
         from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridWriter
         mesh = self.made(3, 2)
@@ -164,7 +164,7 @@ class Readers(unittest.TestCase):
                 self.same(mesh, "vtk.vtu", 0)
 
     @needs("vtkmodules")
-    def test_vtk_reads_ours(self):
+    def test_vtk_reads_written_vtk_and_stl_files(self):
         from vtkmodules.vtkFiltersCore import vtkMassProperties
         from vtkmodules.vtkIOGeometry import vtkSTLReader
         from vtkmodules.vtkIOLegacy import vtkUnstructuredGridReader
@@ -190,25 +190,25 @@ class Readers(unittest.TestCase):
                 self.assertLess(abs(masses.GetVolume() / shell - 1), 0.3 if degree == 1 else 0.1)
 
     def triangles(self, points, triangles):
-        """Corners of all triangles, as 32 bits hold them, each begun with the least and kept the way round."""
+        """Corners of all triangles in single precision, cyclically rotated to the smallest corner first."""
         corners = np.asarray(points, np.float32)[np.asarray(triangles)] + np.float32(0)
         turned = [min(tuple(map(tuple, np.roll(rows, n, axis=0))) for n in range(3)) for rows in corners.tolist()]
         return sorted(turned)
 
     def stl_read(self, name):
-        """The triangles and references that Camber reads; corners at one place are one vertex."""
+        """The triangles and references that Camber reads; coincident corners are merged."""
         self.run_camber("convert", name, "-o", "read.meshb")
         read = gmf.read(self.path("read.meshb"))
         self.assertEqual(len(np.unique(read.points, axis=0)), len(read.points))
         return self.triangles(read.points, read.cells["Triangles"].nodes), read.cells["Triangles"].refs
 
-    def test_verbs_with_stl(self):
+    def test_verbs_read_and_write_stl_files(self):
         self.run_camber("generate", "box", "--set", "cells=[3,3,3]", "-o", "box.meshb")
         for name in ("stl", "stl-ascii"):
             self.run_camber("convert", "box.meshb", "-o", "box.stl", "--format", name)
-            told = json.loads(self.run_camber("info", "box.stl", "--json").stdout)
-            self.assertEqual((told["vertices"], told["triangles"], told["tetrahedra"]), (56, 108, 0))
-            self.assertEqual(len(told.get("groups", [])), 6 if name == "stl-ascii" else 0)
+            reported = json.loads(self.run_camber("info", "box.stl", "--json").stdout)
+            self.assertEqual((reported["vertices"], reported["triangles"], reported["tetrahedra"]), (56, 108, 0))
+            self.assertEqual(len(reported.get("groups", [])), 6 if name == "stl-ascii" else 0)
             self.assertTrue(json.loads(self.run_camber("check", "box.stl", "--json").stdout)["soundness"]["sound"])
             self.run_camber("curve", "box.stl", "-o", "box.vtu")
             self.run_camber("convert", "box.stl", "-o", "again.stl", "--format", name)
@@ -219,54 +219,54 @@ class Readers(unittest.TestCase):
             self.assertRegex(cut.stderr, r"^camber: cut.stl: (line|byte) \d+: ")
 
     @needs("vtkmodules")
-    def test_stl_with_vtk(self):
+    def test_stl_files_are_exchanged_with_vtk(self):
         from vtkmodules.util.numpy_support import vtk_to_numpy
         from vtkmodules.vtkIOGeometry import vtkSTLReader, vtkSTLWriter
         self.made(3, 1)
         for name in ("stl", "stl-ascii"):
             self.run_camber("convert", "made.meshb", "-o", "ours.stl", "--format", name)
-            wanted, _ = self.stl_read("ours.stl")
+            expected, _ = self.stl_read("ours.stl")
             reader = vtkSTLReader()
             reader.SetFileName(str(self.path("ours.stl")))
             reader.Update()
             surface = reader.GetOutput()
             points, rows = vtk_to_numpy(surface.GetPoints().GetData()), vtk_to_numpy(surface.GetPolys().GetConnectivityArray())
-            self.assertEqual(self.triangles(points, rows.reshape(-1, 3)), wanted)
+            self.assertEqual(self.triangles(points, rows.reshape(-1, 3)), expected)
             writer = vtkSTLWriter()
             writer.SetFileName(str(self.path("vtk.stl")))
             writer.SetInputData(surface)
             writer.SetFileTypeToBinary() if name == "stl" else writer.SetFileTypeToASCII()
             writer.Write()
             found, references = self.stl_read("vtk.stl")
-            # VTK writes six digits of text.
-            np.testing.assert_allclose(np.sort(np.ravel(found)), np.sort(np.ravel(wanted)), rtol=0, atol=0 if name == "stl" else 1e-4)
+            # VTK writes text with six digits.
+            np.testing.assert_allclose(np.sort(np.ravel(found)), np.sort(np.ravel(expected)), rtol=0, atol=0 if name == "stl" else 1e-4)
             self.assertEqual(set(references), {1})
 
     @needs("meshio")
-    def test_stl_with_meshio(self):
+    def test_stl_files_are_exchanged_with_meshio(self):
         import meshio
         self.made(3, 1)
         for name in ("stl", "stl-ascii"):
             self.run_camber("convert", "made.meshb", "-o", "ours.stl", "--format", name)
-            wanted, _ = self.stl_read("ours.stl")
+            expected, _ = self.stl_read("ours.stl")
             read = meshio.read(self.path("ours.stl"))
-            self.assertEqual(self.triangles(read.points, read.cells_dict["triangle"]), wanted)
+            self.assertEqual(self.triangles(read.points, read.cells_dict["triangle"]), expected)
             read.write(self.path("theirs.stl"), binary=name == "stl")
-            self.assertEqual(self.stl_read("theirs.stl")[0], wanted)
+            self.assertEqual(self.stl_read("theirs.stl")[0], expected)
 
     @needs("meshio")
     @needs("gmsh")
-    def test_stl_of_gmsh(self):
+    def test_stl_files_of_gmsh_are_read_with_group_names(self):
         import meshio
         self.path("in.geo").write_text('SetFactory("OpenCASCADE");\nCylinder(1) = {0, 0, 0, 0, 0, 2, 1};\nMesh.MeshSizeMax = 0.5;\n'
                                        'Physical Surface("round", 4) = {1};\nPhysical Surface("caps", 2) = {2, 3};\n')
         for options in (["-setnumber", "Mesh.StlOneSolidPerSurface", "2"], ["-bin"]):
             for name in ("out.stl", "out.msh"):
                 subprocess.run(["gmsh", "-2", "in.geo", *options, "-o", name], cwd=self.folder.path, check=True, capture_output=True)
-            given = meshio.read(self.path("out.msh"))
+            expected_mesh = meshio.read(self.path("out.msh"))
             found, references = self.stl_read("out.stl")
-            self.assertEqual(found, self.triangles(given.points, given.cells_dict["triangle"]))
-            groups = given.cell_data_dict["gmsh:physical"]["triangle"]
+            self.assertEqual(found, self.triangles(expected_mesh.points, expected_mesh.cells_dict["triangle"]))
+            groups = expected_mesh.cell_data_dict["gmsh:physical"]["triangle"]
             if options != ["-bin"]:
                 self.assertEqual(sorted(np.bincount(references)[1:]), sorted(n for n in np.bincount(groups) if n))
                 names = {group["name"] for group in json.loads(self.run_camber("info", "out.stl", "--json").stdout)["groups"]}
@@ -274,7 +274,7 @@ class Readers(unittest.TestCase):
 
     @needs("meshio")
     @needs("h5py")
-    def test_meshio_reads_ours(self):
+    def test_meshio_reads_written_vtk_and_xdmf_files(self):
         import meshio
         for dimension, degree in itertools.product(SHAPES, (1, 2)):
             mesh = self.made(dimension, degree)
@@ -288,7 +288,7 @@ class Readers(unittest.TestCase):
                     self.assertEqual(len(read.points), len(mesh.points))
 
     @needs("vtkmodules")
-    def test_vtk_cells_of_all_kinds(self):
+    def test_vtk_cells_of_all_supported_types_are_read(self):
         from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridWriter
         for dimension in SHAPES:
             for kind in VTK_TYPES:
@@ -301,7 +301,7 @@ class Readers(unittest.TestCase):
                     self.same(mesh, "vtk.vtu", 0)
 
     @needs("vtkmodules")
-    def test_what_vtk_writes_and_camber_cannot_hold(self):
+    def test_unsupported_vtk_cells_are_rejected_with_their_counts(self):
         from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridWriter
         mesh = self.made(3, 1)
         grid = self.vtk_grid(mesh, 1)
@@ -319,13 +319,13 @@ class Readers(unittest.TestCase):
             writer.Write()
             done = self.folder.camber("convert", "vtk.vtu", "-o", "vtk.mesh")
             self.assertEqual(done.returncode, 3)
-            self.assertIn("holds 3 quadrilaterals, 1 pyramids, which Camber cannot hold", done.stderr)
+            self.assertIn("holds 3 quadrilaterals, 1 pyramids, which Camber does not support", done.stderr)
             info = json.loads(self.folder.camber("info", "vtk.vtu", "--json").stdout)
             self.assertEqual(info["not_held"], {"quadrilaterals": 3, "pyramids": 1})
             self.assertIn("Tetrahedralize", info["split"])
 
     @needs("meshio")
-    def test_meshio(self):
+    def test_vtu_files_of_meshio_are_read_in_every_encoding(self):
         import meshio
         for dimension, degree in itertools.product(SHAPES, STAGES):
             mesh = self.made(dimension, degree)
@@ -342,7 +342,8 @@ class Readers(unittest.TestCase):
                     self.same(mesh, "meshio.vtu", 1e-9 if not binary else 0)
 
     def same_simplices(self, found, cells, k, mesh):
-        """Attributes apart: simplices of an MFEM file are the cells of a GMF file of the same mesh, node by node, to the bit."""
+        """Checks that the simplices of an MFEM file equal the cells of the GMF file, node by node, bit for bit, except
+        for attributes."""
         self.assertEqual(len(found), len(cells.nodes))
         for simplex, row in zip(found, cells.nodes):
             np.testing.assert_array_equal(simplex.corners, mesh.points[row[:k + 1]])
@@ -355,7 +356,7 @@ class Readers(unittest.TestCase):
                 np.testing.assert_array_equal(mids[frozenset((a, b))], mesh.points[row[mid]])
 
     def same_references(self, found, cells):
-        """Positive references stay; each of the others becomes one of its own."""
+        """Positive references are preserved; each other reference gets a new unique one."""
         became = {}
         for simplex, reference in zip(found, cells.refs):
             self.assertGreater(simplex.attribute, 0)
@@ -363,7 +364,7 @@ class Readers(unittest.TestCase):
         self.assertEqual(len(set(became.values())), len(became))
         self.assertTrue(all(reference == attribute for reference, attribute in became.items() if reference > 0), became)
 
-    def test_mfem_as_another_reads_it(self):
+    def test_an_independent_mfem_reader_reads_the_same_mesh(self):
         for dimension, degree in itertools.product(SHAPES, STAGES):
             mesh = self.made(dimension, degree)
             for surface in (False, True) if dimension == 3 else (False,):
@@ -373,34 +374,34 @@ class Readers(unittest.TestCase):
                     cells.refs[::3] = -5
                     cells.refs[1::3] = 0
                 self.path("given.mesh").write_bytes(sample_meshes.ascii_file(mesh))
-                told = self.run_camber("convert", "given.mesh", "-o", "written.mfem").stderr
-                self.assertIn("MFEM's attributes are positive: of the elements reference 0 becomes", told)
-                self.run_camber("convert", "given.mesh", "-o", "same.mesh")  # without vertices that are none
-                given, found = gmf.read(self.path("same.mesh")), mfem_reader.read(self.path("written.mfem"))
+                reported = self.run_camber("convert", "given.mesh", "-o", "written.mfem").stderr
+                self.assertIn("MFEM's attributes are positive: of the elements reference 0 becomes", reported)
+                self.run_camber("convert", "given.mesh", "-o", "same.mesh")  # without unused vertices
+                expected_mesh, found = gmf.read(self.path("same.mesh")), mfem_reader.read(self.path("written.mfem"))
                 top = dimension - 1 if surface else dimension
                 self.assertEqual(found.dimension, top)
                 self.assertEqual(found.nodes.shape[1], dimension)
-                by_dimension = self.by_dimension(given)
+                by_dimension = self.by_dimension(expected_mesh)
                 for rows, k in ((found.elements, top), (found.boundary, top - 1)):
                     if k in by_dimension:
-                        self.same_simplices(rows, by_dimension[k], k, given)
+                        self.same_simplices(rows, by_dimension[k], k, expected_mesh)
                         self.same_references(rows, by_dimension[k])
                     else:
                         self.assertEqual(rows, [])
-                # And back again.
+                # Conversion back.
                 self.run_camber("convert", "written.mfem", "-o", "back.mesh")
                 self.run_camber("convert", "back.mesh", "-o", "again.mfem")
                 self.assertEqual(self.path("again.mfem").read_bytes(), self.path("written.mfem").read_bytes())
                 back = gmf.read(self.path("back.mesh"))
                 np.testing.assert_array_equal(back.points[self.by_dimension(back)[top].nodes],
-                                              given.points[by_dimension[top].nodes])
+                                              expected_mesh.points[by_dimension[top].nodes])
                 info = json.loads(self.run_camber("info", "written.mfem", "--json").stdout)
                 self.assertEqual((info["dimension"], info["degree"]), (dimension, degree))
 
     @needs("gmsh")
     @needs("meshio")
-    def test_su2_of_gmsh(self):
-        """Gmsh's .su2 against its .msh of the same mesh: places of simplices, and facets by the names of their markers."""
+    def test_su2_files_of_gmsh_equal_their_msh_files(self):
+        """Compares .su2 and .msh files of Gmsh for the same mesh: simplex coordinates, and facets by marker names."""
         import meshio
         groups = {2: 'Rectangle(1) = {0, 0, 0, 1, 2}; Physical Curve("wall") = {1, 3}; Physical Curve("far") = {2, 4}; '
                      'Physical Surface("air") = {1};',
@@ -416,15 +417,15 @@ class Readers(unittest.TestCase):
                 subprocess.run(["gmsh", "-" + str(dimension), "in.geo", "-o", "out." + ending], cwd=self.folder.path, check=True,
                                capture_output=True)
             self.run_camber("convert", "out.su2", "-o", "read.mesh")
-            found, wanted = gmf.read(self.path("read.mesh")), meshio.read(self.path("out.msh"))
+            found, expected = gmf.read(self.path("read.mesh")), meshio.read(self.path("out.msh"))
             self.assertEqual(found.dim, dimension)
             facets, facet_type, elements, element_type = names[dimension]
-            points = wanted.points[:, :dimension]
+            points = expected.points[:, :dimension]
             self.assertEqual(places(found.points, found.cells[elements].nodes),
-                             places(points, wanted.cells_dict[element_type]))
+                             places(points, expected.cells_dict[element_type]))
             for reference, name in ((1, "wall"), (2, "far")):
-                rows = wanted.cells_dict[facet_type]
-                rows = rows[wanted.cell_data_dict["gmsh:physical"][facet_type] == wanted.field_data[name][0]]
+                rows = expected.cells_dict[facet_type]
+                rows = rows[expected.cell_data_dict["gmsh:physical"][facet_type] == expected.field_data[name][0]]
                 chosen = found.cells[facets].nodes[found.cells[facets].refs == reference]
                 self.assertGreater(len(chosen), 0)
                 self.assertEqual(places(found.points, chosen), places(points, rows))

@@ -1,4 +1,4 @@
-"""Names of earlier versions: CHANGELOG.md lists each of them, and its use is an error that states the new name.
+"""Names of earlier versions: CHANGELOG.md lists them, and their use is an error that states the new name.
 
     python3 tests/pipelines/test_renames.py build/bin/camber [unittest arguments]
 """
@@ -24,7 +24,7 @@ def table_of_program():
 
 
 def table_of_page(title):
-    """(old, new) of the table below that heading of CHANGELOG.md."""
+    """(old, new) of the table under that heading of CHANGELOG.md."""
     section = (ROOT / "CHANGELOG.md").read_text().split(f"#### {title}\n")[1].split("\n#")[0]
     return [(old, new) for old, new in re.findall(r"^\| `([^`]+)` \| `([^`]+)` \|$", section, flags=re.M)]
 
@@ -46,7 +46,7 @@ class Renames(unittest.TestCase):
         self.assertEqual(done.returncode, 2, (arguments, done.stdout, done.stderr))
         return done.stderr
 
-    def test_the_page_lists_the_table_of_the_program(self):
+    def test_the_changelog_lists_all_renamed_names_of_the_program(self):
         table = table_of_program()
         for kind, title in (("key", "Options of configs"), ("value", "Values of options"), ("argument", "Options of the command line")):
             listed = {(last(old), last(new)) for old, new in table_of_page(title)}
@@ -54,7 +54,7 @@ class Renames(unittest.TestCase):
         listed = {(last(old), last(new)) for old, new in table_of_page("Keys of reports")}
         self.assertLessEqual(table["report_key"], listed)
 
-    def test_old_options_and_values_are_errors_that_state_the_new_ones(self):
+    def test_old_options_and_values_are_errors_that_state_the_new_names(self):
         for old, new in table_of_page("Options of configs"):
             self.assertIn(f'"{last(old)}" was renamed to "{last(new)}"', self.error("run", "all.json", "--set", f"{old}=1"))
             self.assertNotIn("renamed", self.folder.camber("run", "all.json", "--set", f"{new}=1").stderr)
@@ -63,19 +63,19 @@ class Renames(unittest.TestCase):
             plan = self.folder.camber("run", "all.json", "--set", new, "--print-config")
             self.assertEqual(plan.returncode, 0, plan.stderr)
 
-    def test_old_stages_are_errors_that_state_the_new_ones(self):
+    def test_old_stages_are_errors_that_state_the_new_names(self):
         for stage in ("mend", {"mend": {}}):
             (self.folder.path / "old.json").write_text(json.dumps(CONFIG | {"stages": [stage]}))
             self.assertIn('"mend" was renamed to "improve"', self.error("run", "old.json"))
 
-    def test_old_arguments_are_errors_that_state_the_new_ones(self):
+    def test_old_arguments_are_errors_that_state_the_new_names(self):
         for old, new in table_of_page("Options of the command line"):
             verb, option = old.removeprefix("camber ").split()
             self.assertIn(f"was renamed to {new}", self.error(verb, "wing.mesh", "-o", "out.mesh", option, "1"))
             self.assertIn(f'was renamed to "{new}"', self.error("explain", option))
 
     def test_explain_states_the_new_names_of_report_keys(self):
-        """An old key that is also another word is explained as that."""
+        """An old key that is also another term is explained as that term."""
         stated = 0
         for old, new in table_of_program()["report_key"]:
             done = self.folder.camber("explain", old)

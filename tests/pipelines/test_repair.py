@@ -1,4 +1,4 @@
-"""camber repair: curved meshes broken on purpose, by the oracle's writer, become valid with their boundary as it was.
+"""camber repair: deliberately broken curved meshes become valid with an unchanged boundary.
 
     python3 tests/pipelines/test_repair.py build/bin/camber [unittest arguments]
 """
@@ -25,38 +25,38 @@ def boundary_nodes(mesh):
 
 
 def mid_nodes(mesh):
-    """{node of an edge: its ends}"""
+    """{mid node: the ends of its edge}"""
     rows = mesh.cells[names(mesh)[0]].nodes
     return {int(row[mesh.dim + 1 + i]): (int(row[a]), int(row[b])) for row in rows
             for i, (a, b) in enumerate(ENDS[mesh.dim])}
 
 
 def boundary_places(mesh):
-    """Where each boundary facet's nodes are, whatever their order and numbers."""
+    """Node coordinates of the boundary facets, independent of order and numbering."""
     return sorted(sorted(map(tuple, mesh.points[row])) for row in mesh.cells[names(mesh)[1]].nodes)
 
 
 def throw_volume_nodes(mesh, share, seed=1):
-    """Nodes of volume edges anywhere in a box of so many chord lengths about their places."""
+    """Displaces volume nodes by up to `share` chord lengths per coordinate."""
     random = np.random.default_rng(seed)
-    given = set(boundary_nodes(mesh).tolist())
+    boundary = set(boundary_nodes(mesh).tolist())
     for node, (a, b) in sorted(mid_nodes(mesh).items()):
-        if node not in given:
+        if node not in boundary:
             chord = np.linalg.norm(mesh.points[b] - mesh.points[a])
             mesh.points[node] += share * chord * random.uniform(-1, 1, mesh.dim)
 
 
 def bulge(mesh, depth):
-    """The nodes of edges within the side x = 0 go inwards, by so many edge lengths."""
-    given = set(boundary_nodes(mesh).tolist())
+    """Moves mid nodes inside the side x = 0 inwards by `depth` edge lengths."""
+    boundary = set(boundary_nodes(mesh).tolist())
     for node, (a, b) in mid_nodes(mesh).items():
         y = mesh.points[node][1:]
-        if node in given and mesh.points[node][0] == 0 and (y > 0).all() and (y < 1).all():
+        if node in boundary and mesh.points[node][0] == 0 and (y > 0).all() and (y < 1).all():
             mesh.points[node][0] += depth * np.linalg.norm(mesh.points[b] - mesh.points[a])
 
 
 def square(n):
-    """n² squares of two triangles."""
+    """n² squares of two triangles each."""
     number = lambda i, j: i * (n + 1) + j
     points = [[i / n, j / n] for i in range(n + 1) for j in range(n + 1)]
     triangles = [t for i in range(n) for j in range(n) for t in (
@@ -86,8 +86,9 @@ class Repair(unittest.TestCase):
     def result(self):
         return gmf.read(str(self.folder.path / "out.meshb"))
 
-    def mended(self, mesh, at_least, *arguments):
-        """It had so many invalid elements, has none, says the oracle too, and the boundary is where it was."""
+    def check_repaired(self, mesh, at_least, *arguments):
+        """Checks that at least `at_least` invalid elements become valid, also by the oracle, and that the boundary is
+        unchanged."""
         self.write(mesh)
         self.assertGreaterEqual(self.invalid_before(), at_least)
         _, report = self.repair(*arguments)
@@ -101,34 +102,34 @@ class Repair(unittest.TestCase):
         self.assertGreaterEqual(report["relax"]["corrected_elements"], at_least)
         return report
 
-    def test_thrown_nodes(self):
+    def test_repair_makes_a_cube_with_displaced_nodes_valid(self):
         for seed, share in ((1, 0.3), (2, 0.6)):
             mesh = elevate(cube(3))
             throw_volume_nodes(mesh, share, seed)
-            self.mended(mesh, 60)
+            self.check_repaired(mesh, 60)
 
-    def test_thrown_nodes_in_the_plane(self):
+    def test_repair_makes_a_square_with_displaced_nodes_valid(self):
         mesh = elevate(square(8))
         throw_volume_nodes(mesh, 0.6)
-        self.mended(mesh, 60)
+        self.check_repaired(mesh, 60)
 
-    def test_bulged_boundary(self):
+    def test_repair_makes_a_cube_with_a_bulged_side_valid(self):
         mesh = elevate(cube(3))
         bulge(mesh, 0.3)
-        self.mended(mesh, 3)
+        self.check_repaired(mesh, 3)
 
-    def test_bulged_boundary_in_the_plane(self):
+    def test_repair_makes_a_square_with_a_bulged_side_valid(self):
         mesh = elevate(square(6))
         bulge(mesh, 0.35)
-        self.mended(mesh, 3)
+        self.check_repaired(mesh, 3)
 
-    def test_every_repair_keeps_the_boundary(self):
+    def test_segment_and_backtracking_repair_preserve_the_boundary(self):
         for repair, share in (("segment", 0.6), ("backtracking", 0.6)):
             mesh = elevate(cube(2))
             throw_volume_nodes(mesh, share)
-            self.mended(mesh, 3, "--set", f"stages/relax/method={repair}")
+            self.check_repaired(mesh, 3, "--set", f"stages/relax/method={repair}")
 
-    def test_a_valid_mesh_stays_as_it_is(self):
+    def test_repair_does_not_change_a_valid_mesh(self):
         mesh = elevate(cube(2))
         throw_volume_nodes(mesh, 0.05)
         self.write(mesh)
@@ -137,7 +138,7 @@ class Repair(unittest.TestCase):
         self.folder.camber("convert", "in.meshb", "-o", "same.meshb")
         self.assertEqual((self.folder.path / "out.meshb").read_bytes(), (self.folder.path / "same.meshb").read_bytes())
 
-    def test_a_bound_out_of_reach_leaves_a_valid_mesh_valid(self):
+    def test_an_unreachable_bound_leaves_a_valid_mesh_valid(self):
         mesh, bound = (elevate(square(2)), 0.99) if SANITIZED else (elevate(cube(2)), 0.8)
         throw_volume_nodes(mesh, 0.3)
         bulge(mesh, 0.25)
@@ -149,7 +150,7 @@ class Repair(unittest.TestCase):
         checked = json.loads(self.folder.camber("check", "out.meshb", "--json").stdout)
         self.assertEqual(checked["invalid"] + checked["undecided"], 0)
 
-    def test_the_same_bytes_for_any_number_of_threads(self):
+    def test_repair_does_not_depend_on_the_number_of_threads(self):
         mesh = elevate(cube(3))
         throw_volume_nodes(mesh, 0.5)
         bulge(mesh, 0.2)
@@ -161,15 +162,15 @@ class Repair(unittest.TestCase):
         self.assertEqual(len(results), 1)
 
     def kinked(self):
-        """A cube at whose corner (1, 0, 0) a boundary edge leaves backwards: its elements there have boundary edges alone
-        at that vertex (number 19), and are inverted whatever the volume's nodes do."""
+        """A cube with a boundary edge that leaves its corner (1, 0, 0) backwards. The elements at this vertex (number
+        19) have only boundary edges there and stay inverted for any volume nodes."""
         mesh = elevate(cube(2))
         node = next(n for n, ends in mid_nodes(mesh).items() if set(ends) == {9, 18})
         self.assertEqual(tuple(mesh.points[18]), (1, 0, 0))
         mesh.points[node] = 0.8 * mesh.points[18] + 0.2 * mesh.points[9]
         return mesh
 
-    def test_what_the_boundary_forbids_is_listed(self):
+    def test_elements_that_the_boundary_makes_invalid_are_listed(self):
         mesh = self.kinked()
         self.write(mesh)
         done, report = self.repair(code=1)
@@ -186,18 +187,18 @@ class Repair(unittest.TestCase):
         self.assertIn("--cad MODEL", done.stderr)
         self.repair("--boundary-tolerance", tolerance)
 
-    def test_elements_that_vertices_alone_invert_are_left_to_remesh(self):
+    def test_elements_inverted_by_their_vertices_get_the_suggestion_to_remesh(self):
         straight = square(3)
-        straight.points[5] += 5  # an inner vertex, now outside
+        straight.points[5] += 5  # an inner vertex, moved outside
         self.write(elevate(straight))
         done, _ = self.repair("--set", "stages/1/relax/vertices=keep", code=1)
         self.assertIn("`camber remesh`, which replaces elements that are inverted when straight", done.stderr)
         self.assertNotIn("--cad", done.stderr)
 
-    def test_what_is_below_the_recommended_bound_is_no_failure_and_the_note_says_what_to_do(self):
+    def test_elements_below_the_recommended_bound_are_a_note_and_no_failure(self):
         mesh = self.kinked()
         node = next(n for n, ends in mid_nodes(mesh).items() if set(ends) == {9, 18})
-        mesh.points[node] = 0.73 * mesh.points[18] + 0.27 * mesh.points[9]  # scaled Jacobians of 0.08 there
+        mesh.points[node] = 0.73 * mesh.points[18] + 0.27 * mesh.points[9]  # gives scaled Jacobians of 0.08
         self.write(mesh)
         done, report = self.repair()
         self.assertGreater(len(report["elements_below_bound"]), 0)
@@ -206,8 +207,8 @@ class Repair(unittest.TestCase):
                       "room to raise them)", done.stderr)
         self.repair("--min-scaled-jacobian", 0.1, code=1)
 
-    def test_curve_raises_elements_to_the_target(self):
-        """On thin layers, unless there is a metric or the target is 0."""
+    def test_curve_raises_scaled_jacobians_to_the_target(self):
+        """On thin layers, except with a metric or a target of 0."""
         layers = ("--set", "inner_layer/count=10", "--set", "inner_layer/first_height=0.0026", "--set", "inner_layer/growth=1.4")
         self.folder.camber("generate", "shell", *layers, "--set", "inner_size=0.46", "--set", "outer_size=1.75", "-o", "s.mesh")
 
@@ -224,28 +225,28 @@ class Repair(unittest.TestCase):
         self.assertLess(smallest("--set", "stages/relax/target=0")["min_scaled_jacobian"], 0.3)
         self.assertLess(smallest("--metric", 0.5)["min_scaled_jacobian"], 0.3)
 
-    def test_boundary_tolerance(self):
-        """The node is 0.1 from the vertex; it must be a quarter of its edge away, so move by 0.025."""
+    def test_boundary_tolerance_limits_the_moves_of_boundary_nodes(self):
+        """The node is 0.1 from the vertex and must be a quarter of its edge away: a move of 0.025."""
         mesh = self.kinked()
         self.write(mesh)
         _, report = self.repair("--boundary-tolerance", 0.01, code=1)
         self.assertEqual(report["input_boundary"]["moved_nodes"], 0)
         _, report = self.repair("--boundary-tolerance", 0.1)
-        kept = report["input_boundary"]
-        self.assertEqual(kept["tolerance"], 0.1)
-        self.assertGreaterEqual(kept["moved_nodes"], 1)
-        self.assertLessEqual(kept["largest_shift"], 0.1)
-        self.assertGreaterEqual(kept["largest_shift"], 0.025)
+        input_boundary = report["input_boundary"]
+        self.assertEqual(input_boundary["tolerance"], 0.1)
+        self.assertGreaterEqual(input_boundary["moved_nodes"], 1)
+        self.assertLessEqual(input_boundary["largest_shift"], 0.1)
+        self.assertGreaterEqual(input_boundary["largest_shift"], 0.025)
         was = mesh.points[boundary_nodes(mesh)]
         out = self.result()
         now = out.points[boundary_nodes(out)]
         off = [np.linalg.norm(was - p, axis=1).min() for p in now]
         self.assertLessEqual(max(off), 0.1)
-        self.assertAlmostEqual(max(off), kept["largest_shift"], delta=1e-12)
+        self.assertAlmostEqual(max(off), input_boundary["largest_shift"], delta=1e-12)
 
-    def test_folded_sides_slide_in_their_planes(self):
-        """A thin layer at x = 0 whose wall bulges through it, at the sides too, where the boundary's triangles are
-        folded: mended by sliding nodes within the sides, which stay plane; the wall stays where it is."""
+    def test_nodes_of_folded_plane_sides_slide_in_their_planes(self):
+        """A thin layer at x = 0 whose boundary bulges through it, also at the sides, where boundary triangles are
+        folded. Nodes slide within the plane sides; the bulged boundary is unchanged."""
         straight = cube(3)
         straight.points[:, 0] = np.interp(straight.points[:, 0], [0, 1 / 3, 2 / 3, 1], [0, 0.04, 0.5, 1])
         mesh = elevate(straight)
@@ -264,8 +265,8 @@ class Repair(unittest.TestCase):
         for p in now - was:
             self.assertLess(min(abs(c) for c in (p[1], 1 - p[1], p[2], 1 - p[2], 1 - p[0])), 1e-12, p)
 
-    def test_inverted_vertices_of_the_boundary_are_listed(self):
-        """A corner moved in its side across the diagonal: an element on the wrong side of its face, all of it boundary."""
+    def test_elements_inverted_by_boundary_vertices_are_listed(self):
+        """A corner moved within its side across the diagonal inverts an element of boundary faces only."""
         straight = cube(1)
         corner = next(i for i, p in enumerate(straight.points) if tuple(p) == (1, 0, 0))
         straight.points[corner][:2] = 0.4, 0.6
@@ -276,8 +277,8 @@ class Repair(unittest.TestCase):
         self.assertGreater(len(report["remaining_elements"]), 0)
         self.assertEqual(boundary_places(self.result()), boundary_places(mesh))
 
-    def test_inverted_vertices_of_the_volume_move(self):
-        """The middle of the side x = 0 beyond the inner vertex, which gets out of its way."""
+    def test_repair_moves_an_inner_vertex_of_inverted_elements(self):
+        """The middle of the side x = 0 lies beyond the inner vertex, which repair moves."""
         straight = cube(2)
         side = next(i for i, p in enumerate(straight.points) if tuple(p) == (0, 0.5, 0.5))
         straight.points[side][0] = 0.6
@@ -287,9 +288,10 @@ class Repair(unittest.TestCase):
         self.assertEqual(report["relax"]["moved_vertices"], 1)
         self.assertEqual(boundary_places(self.result()), boundary_places(mesh))
 
-    # Guards against repair without end of elements that cannot be repaired.
-    def test_work_has_bounds(self):
-        """What is not mended when the work is spent is listed with that reason; the plan of a run tells the limit."""
+    # Guards against endless repair of elements that cannot be repaired.
+    def test_the_effort_limit_leaves_unrepaired_elements_listed(self):
+        """Elements that are not repaired within the effort are listed with that reason; the plan of a run prints the
+        limit."""
         mesh = elevate(cube(2))
         bulge(mesh, 0.3)
         self.write(mesh)
@@ -304,7 +306,7 @@ class Repair(unittest.TestCase):
         self.assertIn("repair ends after", plan)
         self.assertIn("for each element below the bound", plan)
 
-    def test_straight_meshes_are_refused(self):
+    def test_repair_rejects_straight_meshes(self):
         self.write(cube(1), "straight.mesh")
         done = self.folder.camber("repair", "straight.mesh", "-o", "out.meshb")
         self.assertEqual(done.returncode, 3, done.stderr)
@@ -312,7 +314,7 @@ class Repair(unittest.TestCase):
         self.assertIn("camber curve", done.stderr)
         self.assertNotIn("out.meshb", self.folder.files())
 
-    def test_print_config_runs_as_it_is(self):
+    def test_run_accepts_the_printed_config_of_repair(self):
         mesh = elevate(cube(2))
         throw_volume_nodes(mesh, 0.6)
         self.write(mesh)

@@ -1,4 +1,4 @@
-"""docs/report.md names every key that reports and `check --json` have, and no other; the report says what was run.
+"""docs/report.md documents exactly the keys of reports and `check --json`; the report describes the run.
 
     python3 tests/pipelines/test_report.py build/bin/camber [unittest arguments]
 """
@@ -29,7 +29,7 @@ ANY = re.compile(r"[A-Z]+")
 
 
 def leaves(value, path=""):
-    """Paths of all that is no object; of a list of objects those of its objects, `config` as a whole."""
+    """Paths of all values that are no objects; of lists of objects those of the entries; `config` as a whole."""
     if isinstance(value, dict) and path != "config":
         return {leaf for key, part in value.items() for leaf in leaves(part, f"{path}.{key}" if path else key)}
     if isinstance(value, list) and value and isinstance(value[0], dict):
@@ -38,7 +38,7 @@ def leaves(value, path=""):
 
 
 def documented(section):
-    """The keys of the tables of one section of the page."""
+    """The keys in the tables of one section of the page."""
     text = PAGE.read_text(encoding="utf-8")
     histograms = text[text.index("### Histograms"):text.index("## `check --json`")]
     begin = text.index(f"## `{section}`")
@@ -48,13 +48,14 @@ def documented(section):
 
 
 def pattern(key):
-    """A word in capitals stands for one key, or for a part of it; KEY at the end also for the keys below."""
+    """Regular expression of a documented key: a word in capitals stands for any key or part of it; KEY at the end
+    includes the keys below."""
     end = r"[][\w.-]+$" if key.endswith(".KEY") else "$"
     return re.compile(r"[\w-]+".join(map(re.escape, ANY.split(key.removesuffix("KEY")))) + end)
 
 
 def tagged(points, triangles):
-    """A flat mesh as MSH 2.2, its elements with tags from 101 on in the group sheet."""
+    """A flat mesh as MSH 2.2 with element tags from 101 in the group sheet."""
     nodes = "".join(f"{i} {x} {y} 0\n" for i, (x, y) in enumerate(points, 1))
     elements = "".join(f"{i} 2 2 7 7 {a} {b} {c}\n" for i, (a, b, c) in enumerate(triangles, 101))
     return (f"$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n1\n2 7 \"sheet\"\n$EndPhysicalNames\n$Nodes\n{len(points)}\n{nodes}$EndNodes\n"
@@ -62,7 +63,7 @@ def tagged(points, triangles):
 
 
 def holds(key, path):
-    """A list without entries is what is documented by the keys of its entries."""
+    """An empty list is documented by the keys of its entries."""
     return pattern(key).match(path) or key.startswith(path + "[]")
 
 
@@ -86,13 +87,13 @@ class Report(unittest.TestCase):
         return report_of(self.folder.path / "r.json")
 
     def reads_cad(self):
-        """Whether OpenCASCADE was there when the program was built."""
+        """True if the program was built with OpenCASCADE."""
         self.write("in.mesh", ascii_file(cube(1)))
         done = self.folder.camber("curve", "in.mesh", "-o", "out.mesh", "--cad", CAD_MODEL)
         return "reads no CAD files" not in done.stderr
 
     def reports(self):
-        """By different verbs and stages, so that each key is in one of them."""
+        """Reports of different verbs and stages, which together contain each key."""
         yield self.config("spheres", "threads=1")
         yield self.config("paper-spheres-coarse", 'stages=["elevate","reinsert"]')
         yield self.config("annulus-2d", "stages/curve/objective=shape")
@@ -145,7 +146,7 @@ class Report(unittest.TestCase):
             (self.folder.path / "sheet.mesh").write_text(plate.text(points, tetrahedra, triangles + list(sheet.values())))
             self.run_camber("curve", "sheet.mesh", "-o", "out.meshb", "--report", "r.json", "--cad", CAD_MODEL.parent / "plate.brep")
             yield report_of(self.folder.path / "r.json")
-            points, tetrahedra, triangles = plate.plate()  # a vertex of the ridge x = y = -1 goes along the side x = -1
+            points, tetrahedra, triangles = plate.plate()  # a vertex of the ridge x = y = -1 is moved along the side x = -1
             points = [(-1, -0.9, z) if (x, y) == (-1, -1) and 0 < z < 0.5 else (x, y, z) for x, y, z in points]
             (self.folder.path / "ridge.mesh").write_text(plate.text(points, tetrahedra, triangles))
             self.run_camber("curve", "ridge.mesh", "-o", "out.meshb", "--report", "r.json", "--cad", CAD_MODEL.parent / "plate.brep",
@@ -163,7 +164,7 @@ class Report(unittest.TestCase):
         self.run_camber("repair", "broken.mesh", "-o", "r.mesh", "--report", "r.json", "--set",
                         "stages/relax/vertices=keep", codes=(0, 1))
         yield report_of(self.folder.path / "r.json")
-        self.run_camber("convert", "broken.mesh", "-o", "broken.msh")  # whose elements have tags of their own
+        self.run_camber("convert", "broken.mesh", "-o", "broken.msh")  # its elements have tags
         self.run_camber("repair", "broken.msh", "-o", "r.mesh", "--report", "r.json", "--set",
                         "stages/relax/vertices=keep", codes=(0, 1))
         yield report_of(self.folder.path / "r.json")
@@ -178,7 +179,7 @@ class Report(unittest.TestCase):
         self.write("broken.mesh", ascii_file(broken))
         for name in ("straight.mesh", "curved.mesh", "broken.mesh", "out.meshb"):
             yield json.loads(self.run_camber("check", name, "--json", "--elements", codes=(0, 1)).stdout)
-        one = lattice(3, 1)  # and another that goes through it
+        one = lattice(3, 1)  # and another one that crosses it
         n = len(one.points)
         self.write("crossing.mesh", Mesh(np.concatenate([one.points, one.points + [0.5, 0.3, 0.2]]),
                                          one.elements + [tuple(v + n for v in e) for e in one.elements],
@@ -197,19 +198,19 @@ class Report(unittest.TestCase):
             yield json.loads(self.run_camber("check", name, "--json", "--metric", "sizes.sol").stdout)
 
     def compare(self, section, objects):
-        keys, seen = documented(section) - {"undecided_element_tags"}, set()  # no element of these meshes is undecided
+        keys, written_keys = documented(section) - {"undecided_element_tags"}, set()  # no element of these meshes is undecided
         if not self.reads_cad():
             keys = {key for key in keys if not key.startswith("boundary.cad.")}
         self.assertGreater(len(keys), 20)
         for one in objects:
-            seen |= leaves(one)
-        for path in sorted(seen):
+            written_keys |= leaves(one)
+        for path in sorted(written_keys):
             self.assertTrue(any(holds(key, path) for key in keys), f"docs/report.md does not know {path}")
         for key in sorted(keys):
-            self.assertTrue(any(pattern(key).match(path) for path in seen), f"docs/report.md has {key}, which nothing writes")
+            self.assertTrue(any(pattern(key).match(path) for path in written_keys), f"docs/report.md has {key}, which nothing writes")
 
-    # Guards against a peak of memory that each stage resets.
-    def test_who_waits_for_the_program_reads_the_same_peak_of_memory(self):
+    # Guards against a memory peak that each stage resets.
+    def test_the_reported_peak_memory_agrees_with_that_of_the_process(self):
         process = subprocess.Popen([CAMBER, "run", str(CONFIGS / "spheres.json"), "--set", 'output={"report": "r.json"}'],
                                    cwd=self.folder.name, stdout=subprocess.DEVNULL)
         _, status, usage = os.wait4(process.pid, 0)
@@ -219,7 +220,7 @@ class Report(unittest.TestCase):
         self.assertLessEqual(peaks[-1], 1024 * usage.ru_maxrss)
         self.assertGreater(peaks[-1], 512 * usage.ru_maxrss)
 
-    def test_every_key_of_a_report_is_documented_and_there(self):
+    def test_documented_and_written_keys_of_reports_agree(self):
         self.compare("report.json", self.reports())
 
     def test_a_run_prints_a_short_summary_with_validity_first(self):
@@ -244,15 +245,15 @@ class Report(unittest.TestCase):
             for key in path.replace("[]", "").split("."):
                 self.assertIn(key.replace("_", " "), titles)
 
-    def test_the_page_has_the_descriptions_of_the_program(self):
+    def test_docs_report_md_is_up_to_date(self):
         self.assertEqual(PAGE.read_text(encoding="utf-8"), report_page.page(CAMBER),
                          "python3 tests/pipelines/report_page.py build/bin/camber --write")
 
-    def test_every_key_of_a_check_is_documented_and_there(self):
+    def test_documented_and_written_keys_of_check_agree(self):
         self.config("spheres")
         self.compare("check --json", self.checks())
 
-    def test_it_says_what_was_run(self):
+    def test_the_report_describes_program_input_and_threads(self):
         mesh = cube(2)
         self.write("in.mesh", ascii_file(mesh))
         sizes = np.full((len(mesh.points), 1), 0.5)
@@ -269,7 +270,7 @@ class Report(unittest.TestCase):
         self.assertEqual(report["threads"], len(os.sched_getaffinity(0)))
         self.assertEqual(report["boundary"]["geometry"], "surrogate")
 
-    def test_its_config_is_the_run_again(self):
+    def test_the_config_in_the_report_repeats_the_run(self):
         report = self.config("spheres", "threads=1")
         self.assertEqual((report["threads"], report["input"]["mesh"]), (1, None))
         first = (self.folder.path / "out.meshb").read_bytes()
@@ -282,7 +283,7 @@ class Report(unittest.TestCase):
 
 
 class Summary(unittest.TestCase):
-    """The table that a run prints without --verbose."""
+    """The table of a run without --verbose."""
 
     def setUp(self):
         self.folder = Folder()
@@ -299,7 +300,7 @@ class Summary(unittest.TestCase):
     def triangle(self, *points):
         return Mesh([(0, 0), (1, 0), (0, 1), *points], [tuple(range(3 + len(points)))], [], 2 if points else 1)
 
-    def test_one_element_is_singular(self):
+    def test_the_summary_uses_the_singular_for_one_element(self):
         self.write("one.mesh", self.triangle())
         self.assertEqual(self.table("curve", "one.mesh", "-o", "out.mesh")["valid"], "yes: 1 triangle")
 

@@ -1,4 +1,4 @@
-"""What a file says is required stays: vertices, and the nodes of required edges, triangles and tetrahedra, bit for bit.
+"""Required entities are preserved bit for bit: vertices, and nodes of required edges, triangles and tetrahedra.
 
     python3 tests/pipelines/test_required.py build/bin/camber [unittest arguments]
 """
@@ -20,7 +20,7 @@ def indices(*numbers):
 
 
 def nodes_of(mesh, name):
-    """{the ends of an edge, lower first: its node} over the P2 cells of that name."""
+    """{sorted ends of an edge: its node} over the P2 cells of that name."""
     cells = mesh.cells[name]
     corners = 4 if name.startswith("Tetra") else 3
     ends = ENDS if corners == 4 else ENDS[:3]
@@ -39,7 +39,8 @@ class Required(unittest.TestCase):
         return done
 
     def shell(self, **lists):
-        """The straight mesh of configs/spheres.json with these Required blocks; it, and its nodes when elevated."""
+        """Writes the straight mesh of configs/spheres.json with these Required blocks; returns it and its elevated
+        nodes."""
         self.run_camber("run", CONFIGS / "spheres.json", "--set", "stages=[]", "--set", "output/mesh=plain.mesh")
         mesh = gmf.read(self.folder.path / "plain.mesh")
         for name, numbers in lists.items():
@@ -53,7 +54,7 @@ class Required(unittest.TestCase):
         return gmf.read(self.folder.path / "out.meshb"), report_of(self.folder.path / "r.json")
 
     def repaired_block(self, *arguments, code, **lists):
-        """A cube whose side has its middle beyond the inner vertex, which would get out of its way."""
+        """Repairs a cube with the middle of a side beyond the inner vertex, which repair would move."""
         straight = cube(2)
         side = next(i for i, p in enumerate(straight.points) if tuple(p) == (0, 0.5, 0.5))
         straight.points[side][0] = 0.6
@@ -66,42 +67,42 @@ class Required(unittest.TestCase):
         moved = (out.points[:len(straight.points)] != straight.points).any(axis=1)
         return np.flatnonzero(moved), report_of(self.folder.path / "r.json")
 
-    # Guards against required vertices that are read and ignored.
-    def test_vertices(self):
+    # Guards against ignored required vertices.
+    def test_repair_preserves_required_vertices(self):
         (inner,), report = self.repaired_block(code=0)
         self.assertEqual(report["relax"]["moved_vertices"], 1)
         moved, report = self.repaired_block(code=1, RequiredVertices=[inner + 1])
         self.assertEqual((len(moved), report["relax"]["moved_vertices"]), (0, 0))
         remaining = report["remaining_elements"]
         self.assertEqual([entry["element"] for entry in remaining], report["invalid_elements"])
-        self.assertTrue(any("being required" in entry["reason"] for entry in remaining), remaining)
+        self.assertTrue(any("required and cannot move" in entry["reason"] for entry in remaining), remaining)
 
-    def test_all_vertices_by_an_option(self):
+    def test_option_vertices_keep_preserves_all_vertices(self):
         moved, report = self.repaired_block("--set", "stages/relax/vertices=keep", code=1)
         self.assertEqual((len(moved), report["relax"]["moved_vertices"]), (0, 0))
 
-    # Guards against required edges, facets and elements that are read and ignored.
-    def test_edges_triangles_and_tetrahedra(self):
+    # Guards against ignored required edges, facets and elements.
+    def test_nodes_of_required_triangles_and_tetrahedra_stay_straight(self):
         tetrahedra, triangles = range(1, 200, 7), range(1, 60, 3)
         mesh, straight = self.shell(RequiredTetrahedra=tetrahedra, RequiredTriangles=triangles)
-        held = {tuple(sorted((int(row[a]), int(row[b])))) for row in mesh.cells["Tetrahedra"].nodes[[t - 1 for t in tetrahedra]]
+        required_edges = {tuple(sorted((int(row[a]), int(row[b])))) for row in mesh.cells["Tetrahedra"].nodes[[t - 1 for t in tetrahedra]]
                 for a, b in ENDS}
         on_triangles = {tuple(sorted((int(row[a]), int(row[b])))) for row in mesh.cells["Triangles"].nodes[[t - 1 for t in triangles]]
                         for a, b in ENDS[:3]}
-        held |= on_triangles
+        required_edges |= on_triangles
         for stages in ((), ("--set", 'stages=["elevate", "reinsert"]')):
             out, _ = self.curved(*stages, codes=(0, 1))
             nodes = nodes_of(out, "TetrahedraP2")
-            self.assertEqual({e: nodes[e] for e in held}, {e: straight[e] for e in held}, stages)
-            self.assertTrue(any(nodes[e] != straight[e] for e in nodes if e not in held))
+            self.assertEqual({e: nodes[e] for e in required_edges}, {e: straight[e] for e in required_edges}, stages)
+            self.assertTrue(any(nodes[e] != straight[e] for e in nodes if e not in required_edges))
         out, _ = self.curved("--set", "features/required_boundary=geometry", codes=(0, 1))
         nodes = nodes_of(out, "TetrahedraP2")
         facets = nodes_of(out, "TrianglesP2")
-        self.assertTrue(all(nodes[e] == straight[e] for e in held if e not in facets))
+        self.assertTrue(all(nodes[e] == straight[e] for e in required_edges if e not in facets))
         self.assertTrue(all(nodes[e] != straight[e] for e in on_triangles))
 
-    def test_curved_input_into_curve(self):
-        """Required edges keep the node that the file gives them, also where `curve` puts the others onto the geometry."""
+    def test_curve_preserves_required_nodes_of_a_curved_input(self):
+        """Required edges keep their node of the file even where `curve` moves others onto the geometry."""
         mesh = elevate(cube(2))
         row = mesh.cells["TrianglesP2"].nodes[0]
         mesh.points[row[3]] += 0.01
@@ -111,8 +112,8 @@ class Required(unittest.TestCase):
         edge = tuple(sorted((int(row[0]), int(row[1]))))
         self.assertEqual(nodes_of(out, "TrianglesP2")[edge], tuple(mesh.points[row[3]]))
 
-    def test_curved_input(self):
-        """A required triangle whose node is kinked stays so; the element behind it is listed with that reason."""
+    def test_repair_preserves_a_required_kinked_node_and_lists_the_element(self):
+        """The kinked node of a required triangle is preserved; its element is listed with that reason."""
         mesh = elevate(cube(2))
         triangles = mesh.cells["TrianglesP2"].nodes
         row = next(i for i, t in enumerate(triangles) if all(mesh.points[t[:3]][:, 2] == 0))
@@ -126,7 +127,7 @@ class Required(unittest.TestCase):
         self.assertEqual(nodes_of(out, "TrianglesP2")[edge], tuple(mesh.points[node]))
         reasons = [entry["reason"] for entry in report_of(self.folder.path / "r.json")["remaining_elements"]]
         self.assertGreater(len(reasons), 0)
-        self.assertTrue(all("edges must stay, being required" in reason for reason in reasons), reasons)
+        self.assertTrue(all("edges are required and cannot move" in reason for reason in reasons), reasons)
 
 
 if __name__ == "__main__":

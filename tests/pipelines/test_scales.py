@@ -1,5 +1,4 @@
-"""The unit of length does not matter: every command gives the same answer from one end of the range of lengths to the
-other, and beyond it the same error.
+"""Results do not depend on the unit of length within the allowed range; beyond it every command gives the same error.
 
     python3 tests/pipelines/test_scales.py build/bin/camber [unittest arguments]
 """
@@ -20,7 +19,7 @@ VERDICTS = ("valid", "invalid", "undecided")
 
 
 def crumpled(dim):
-    """A straight lattice, its nodes moved so far that elements are invalid."""
+    """A lattice with nodes displaced so far that elements are invalid."""
     return elevated(lattice(dim, 3), np.random.default_rng(3), 0.45)
 
 
@@ -40,7 +39,7 @@ class Scales(unittest.TestCase):
         return done.returncode, {key: report[key] for key in VERDICTS}, soundness
 
     def curved(self, scale, *arguments):
-        """What `curve` says of the cube at that scale, and `check` of what it wrote."""
+        """Results of `curve` for the scaled cube, and of `check` for its output."""
         mesh = cube(3)
         mesh.points = mesh.points * scale
         inner = np.arange(len(mesh.points)) % 7 == 0
@@ -53,7 +52,7 @@ class Scales(unittest.TestCase):
         return done.returncode, {key: validity[key] for key in ("invalid", "undecided")}, self.found("out.meshb")
 
     def write_metric(self, scale):
-        """Sizes of 0.1 along x and 0.3 along the others, in the unit of that length, for the cube."""
+        """Writes sizes of 0.1 along x and 0.3 along the others, times the scale."""
         thin, wide = (0.1 * scale) ** -2, (0.3 * scale) ** -2
         self.write("m.solb", solution_file(np.tile([thin, 0, wide, 0, 0, wide], (len(cube(3).points), 1)), 3, 3))
 
@@ -65,8 +64,8 @@ class Scales(unittest.TestCase):
         done = self.folder.camber("repair", "broken.mesh", "-o", "mended.mesh")
         return before, done.returncode, done.stderr if done.returncode > 1 else self.found("mended.mesh")
 
-    # Guards against answers that depend on the unit of length: lost ridges below 1e-27, refused elements at 1e77.
-    def test_curve(self):
+    # Guards against results that depend on the unit of length: lost ridges below 1e-27, rejected elements at 1e77.
+    def test_curve_gives_the_same_result_at_every_length_scale(self):
         for arguments in ((), ("--metric", "m.solb")):
             self.write_metric(1.0)
             whole = self.curved(1.0, *arguments)
@@ -76,7 +75,7 @@ class Scales(unittest.TestCase):
                     self.write_metric(scale)
                     self.assertEqual(self.curved(scale, *arguments), whole)
 
-    def test_repair_and_check(self):
+    def test_repair_and_check_give_the_same_result_at_every_length_scale(self):
         for dim in (2, 3):
             whole = self.repaired(dim, 1.0)
             self.assertGreater(whole[0][1]["invalid"], 0)
@@ -85,8 +84,8 @@ class Scales(unittest.TestCase):
                 with self.subTest(dim=dim, scale=scale):
                     self.assertEqual(self.repaired(dim, scale / 4), whole)
 
-    # Guards against lengths beyond the range that are accepted by one command and refused by another.
-    def test_beyond(self):
+    # Guards against lengths beyond the range that one command accepts and another rejects.
+    def test_lengths_outside_the_range_are_rejected(self):
         for scale, (defect, says) in BEYOND.items():
             with self.subTest(scale=scale):
                 code, error = self.curved(scale)

@@ -1,4 +1,4 @@
-"""From a solution to a metric, to a mesh, and the solution on that mesh: `camber metric`, `remesh`, `transfer`.
+"""Metrics from solutions, meshes for them, and the transfer of solutions: `camber metric`, `remesh`, `transfer`.
 
     python3 tests/pipelines/test_solutions.py build/bin/camber [unittest arguments]
 """
@@ -50,12 +50,12 @@ class Solutions(unittest.TestCase):
     def number(self, text, row):
         return float(re.search(rf"^  {row} +([0-9.e+-]+)", text, re.M)[1])
 
-    def test_a_mesh_for_a_front_has_the_elements_that_were_asked_for(self):
+    def test_a_mesh_adapted_to_a_front_has_the_requested_element_count(self):
         for mesh, degree in (("a.meshb", 1), ("a2.meshb", 2)):
             self.write("u.sol", mesh, front)
-            told = self.camber("metric", mesh, "--solution", "u.sol", "-o", "m.sol", "--elements", 1000, "--gradation", 2)
-            asked, reached = self.number(told, "complexity asked"), self.number(told, "complexity")
-            self.assertLess(abs(reached / asked - 1), 0.01)
+            output = self.camber("metric", mesh, "--solution", "u.sol", "-o", "m.sol", "--elements", 1000, "--gradation", 2)
+            requested, reached = self.number(output, "complexity asked"), self.number(output, "complexity")
+            self.assertLess(abs(reached / requested - 1), 0.01)
             self.assertEqual(len(self.values("m.sol")), len(self.points(mesh)))
             self.camber("remesh", mesh, "--metric", "m.sol", "--geometry", "straight", "-o", f"b{degree}.meshb")
             made = gmf.read(self.folder.path / f"b{degree}.meshb")
@@ -65,7 +65,7 @@ class Solutions(unittest.TestCase):
             off = np.abs(self.values("v.sol")[:, 0] - front(made.points))
             self.assertLess(off.max(), 0.5 if SANITIZED else 0.15)
 
-    def test_units_of_a_solution_do_not_matter(self):
+    def test_the_metric_does_not_depend_on_the_unit_of_the_solution(self):
         rows = []
         for unit in (1, 2.0 ** 660, 2.0 ** -660):
             self.write("u.sol", "a2.meshb", lambda p, unit=unit: front(p) * unit)
@@ -73,10 +73,10 @@ class Solutions(unittest.TestCase):
             rows.append(self.values("m.sol"))
         self.assertTrue((rows[0] == rows[1]).all() and (rows[0] == rows[2]).all())
 
-    def test_quadratics_go_along_exactly_and_ask_for_no_mesh_of_degree_2(self):
+    def test_quadratics_are_transferred_exactly_and_give_no_metric_of_degree_2(self):
         self.write("u.sol", "a2.meshb", quadratic)
-        told = self.camber("metric", "a2.meshb", "--solution", "u.sol", "-o", "m.sol", code=2)
-        self.assertIn("nothing to adapt to", told)
+        output = self.camber("metric", "a2.meshb", "--solution", "u.sol", "-o", "m.sol", code=2)
+        self.assertIn("nothing to adapt to", output)
         self.camber("metric", "a2.meshb", "--solution", "u.sol", "-o", "m.sol", "--degree", 1, "--elements", 400)
         self.camber("remesh", "a2.meshb", "--metric", "m.sol", "--geometry", "straight", "-o", "b.meshb")
         for method in ("interpolate", "conserve"):
@@ -84,13 +84,13 @@ class Solutions(unittest.TestCase):
             off = np.abs(self.values("v.sol")[:, 0] - quadratic(self.points("b.meshb")))
             self.assertLess(off.max(), 1e-12, method)
 
-    def test_a_mesh_that_did_not_change_keeps_its_fields_to_the_bit(self):
+    def test_transfer_to_the_same_mesh_preserves_fields_bit_for_bit(self):
         self.write("u.sol", "a2.meshb", lambda p: np.stack([front(p), quadratic(p)], 1))
         for method in ("interpolate", "conserve"):
             self.camber("transfer", "a2.meshb", "a2.meshb", "--solution", "u.sol", "-o", "v.sol", "--method", method)
             self.assertTrue((self.values("v.sol") == self.values("u.sol")).all())
 
-    def test_fields_of_a_mesh_file_are_taken_by_name(self):
+    def test_fields_of_a_mesh_file_are_selected_by_name(self):
         self.write("u.sol", "a2.meshb", front)
         self.camber("convert", "a2.meshb", "-o", "u.vtu", "--metric", "u.sol")
         one = self.camber("metric", "u.vtu", "--solution", "u.vtu", "--fields", "size", "-o", "m.vtu")
@@ -98,8 +98,8 @@ class Solutions(unittest.TestCase):
         self.assertEqual(self.number(one, "complexity"), self.number(other, "complexity"))
         self.assertIn('"metric"', self.camber("info", "m.vtu"))
 
-    def test_a_domain_that_is_a_million_times_wider_than_high(self):
-        """The anisotropy that it asks for is beyond what derivatives alone may ask for without a word."""
+    def test_max_anisotropy_raises_the_default_limit_of_1e5(self):
+        """The requested anisotropy exceeds the default limit for derivatives."""
         self.camber("generate", "rectangle", "-o", "s.meshb", "--set", "cells=[16,16]", "--set", "high=[1,1e-6]")
         self.write("u.sol", "s.meshb", lambda p: np.tanh((p[:, 1] / 1e-6 - 0.5) / 0.2) + np.sin(3 * p[:, 0]))
         anisotropy = [self.number(self.camber("metric", "s.meshb", "--solution", "u.sol", "-o", "m.sol", "--elements", 800,
@@ -107,28 +107,28 @@ class Solutions(unittest.TestCase):
         self.assertLessEqual(anisotropy[0], 1.001e5)
         self.assertGreater(anisotropy[1], 1e6)
 
-    def test_sizes_by_reference_and_chords_are_fixed(self):
+    def test_sizes_by_reference_are_fixed_parts_of_the_complexity(self):
         self.write("u.sol", "a.meshb", front)
-        told = self.camber("metric", "a.meshb", "--solution", "u.sol", "-o", "m.sol", "--size", "1=0.01", "--elements", 5000)
-        self.assertGreater(self.number(told, "of what is fixed"), 10)
+        output = self.camber("metric", "a.meshb", "--solution", "u.sol", "-o", "m.sol", "--size", "1=0.01", "--elements", 5000)
+        self.assertGreater(self.number(output, "of what is fixed"), 10)
         tensors = self.values("m.sol")
         self.assertGreaterEqual(np.minimum(tensors[:, 0], tensors[:, 2]).max(), 0.99e4)
 
-    def test_remesh_makes_the_metric_and_brings_the_solution_along_as_the_verbs_do(self):
-        """One run: the bytes of metric, remesh and transfer one after the other."""
+    def test_remesh_with_a_solution_equals_metric_remesh_and_transfer(self):
+        """The files equal those of metric, remesh and transfer in sequence."""
         for mesh in ("a.meshb", "a2.meshb"):
             self.write("u.sol", mesh, front)
-            wanted = ("--complexity", 300, "--gradation", 2, "--size", "1,3=0.03")
-            self.camber("metric", mesh, "--solution", "u.sol", "-o", "m.sol", *wanted)
+            options = ("--complexity", 300, "--gradation", 2, "--size", "1,3=0.03")
+            self.camber("metric", mesh, "--solution", "u.sol", "-o", "m.sol", *options)
             self.camber("remesh", mesh, "--metric", "m.sol", "-o", "b.mesh", "--geometry", "straight")
             self.camber("transfer", mesh, "b.mesh", "--solution", "u.sol", "-o", "v.sol", "--method", "conserve")
-            told = self.camber("remesh", mesh, "--solution", "u.sol", "--metric", "solution", *wanted, "--transfer", "conserve",
+            output = self.camber("remesh", mesh, "--solution", "u.sol", "--metric", "solution", *options, "--transfer", "conserve",
                                "-o", "c.mesh", "--output-solution", "w.sol", "--geometry", "straight")
-            self.assertIn("wrote w.sol", told)
+            self.assertIn("wrote w.sol", output)
             for one, other in (("b.mesh", "c.mesh"), ("v.sol", "w.sol")):
                 self.assertEqual((self.folder.path / one).read_bytes(), (self.folder.path / other).read_bytes(), other)
 
-    def test_a_metric_is_read_from_every_file_that_it_is_written_to(self):
+    def test_metrics_are_read_from_every_format_that_stores_them(self):
         for mesh in ("a.meshb", "a2.meshb"):
             self.write("u.sol", mesh, front)
             made = []
@@ -138,30 +138,30 @@ class Solutions(unittest.TestCase):
                 self.assertIn("unit", self.camber("check", mesh, "--metric", file))
                 made.append((self.folder.path / "b.mesh").read_bytes())
             self.assertEqual(made, made[:1] * 4)
-            told = self.camber("metric", mesh, "--solution", "u.sol", "-o", "m.cgns", code=2)
-            self.assertIn("no place for tensors", told)
+            output = self.camber("metric", mesh, "--solution", "u.sol", "-o", "m.cgns", code=2)
+            self.assertIn("no place for tensors", output)
             self.assertFalse((self.folder.path / "m.cgns").exists())
         self.camber("convert", "a.meshb", "-o", "plain.vtu")
         self.assertIn("no metric", self.camber("remesh", "a.meshb", "--metric", "plain.vtu", "-o", "b.mesh", code=3))
 
-    def test_a_field_that_is_named_twice_goes_along_once(self):
+    def test_a_field_that_is_named_twice_is_transferred_once(self):
         self.write("u.sol", "a2.meshb", front)
         self.camber("remesh", "a2.meshb", "--solution", "u.sol", "--fields", "field_1,field_1", "--metric", 0.1, "-o", "b.meshb",
                     "--output-solution", "v.sol")
         self.assertEqual(self.values("v.sol").shape[1], 1)
 
-    def test_fields_of_the_input_go_along_where_the_output_has_a_place(self):
+    def test_fields_of_the_input_are_transferred_if_the_output_stores_fields(self):
         self.write("u.sol", "a.meshb", lambda p: np.stack([front(p), quadratic(p)], 1))
         self.camber("convert", "a.meshb", "-o", "u.vtu", "--metric", "u.sol")
         self.assertIn("fields transferred", self.camber("remesh", "u.vtu", "--metric", 0.1, "-o", "v.vtu"))
         self.assertIn('"field_1"', self.camber("info", "v.vtu"))
         self.assertIn("field_1", self.camber("curve", "u.vtu", "-o", "w.msh"))
         self.assertIn('"field_1"', self.camber("info", "w.msh"))
-        told = self.camber("remesh", "u.vtu", "--metric", 0.1, "-o", "v.meshb")
-        self.assertIn("not kept", told)
-        self.assertNotIn("fields transferred", told)
+        output = self.camber("remesh", "u.vtu", "--metric", 0.1, "-o", "v.meshb")
+        self.assertIn("not kept", output)
+        self.assertNotIn("fields transferred", output)
 
-    def test_fields_of_a_surface_alone_are_left_out_and_said(self):
+    def test_fields_of_a_standalone_surface_are_dropped_with_a_note(self):
         points = [(x, y, 0.1 * (x * x + y * y)) for y in range(4) for x in range(4)]
         cells = [t for y in range(3) for x in range(3) for a in [4 * y + x + 1]
                  for t in ((a, a + 1, a + 5), (a, a + 5, a + 4))]
@@ -174,7 +174,7 @@ class Solutions(unittest.TestCase):
         self.assertIn("1 fields of the file were not kept", self.camber("curve", "s.vtu", "-o", "t.vtu"))
         self.assertIn("without tetrahedra", self.camber("metric", "s.mesh", "--solution", "s.sol", "-o", "m.sol", code=3))
 
-    def test_a_config_has_all_of_it(self):
+    def test_a_config_combines_solution_metric_sizes_and_transfer(self):
         self.write("u.sol", "a2.meshb", front)
         self.write("h.sol", "a2.meshb", lambda p: 0.02 + p[:, 0])
         config = {"input": {"mesh": "a2.meshb"}, "solution": {"file": "u.sol", "fields": ["field_1"]},
@@ -194,7 +194,7 @@ class Solutions(unittest.TestCase):
         self.assertGreater(left.sum(), 20)
         self.assertGreater(0.02 ** 2 * np.minimum(tensors[left, 0], tensors[left, 2]).min(), 0.9)
 
-    def test_what_cannot_be_is_refused_with_the_place(self):
+    def test_wrong_solution_arguments_are_rejected_with_their_place(self):
         self.write("u.sol", "a.meshb", front)
         self.write("constant.sol", "a.meshb", lambda p: 0 * p[:, 0] + 7)
         cases = ((("metric", "a.meshb", "--solution", "constant.sol", "-o", "m.sol"), 2, "nothing to adapt to"),
@@ -216,7 +216,7 @@ class Solutions(unittest.TestCase):
 
 
 class KnownSolutions(unittest.TestCase):
-    """Nodes of inner edges where a known solution is interpolated best."""
+    """Inner nodes placed for the best interpolation of a known solution."""
     WALL, SMOOTH = "exp(-(sqrt(x^2+y^2)-1)/0.3)", "(x/4)^3"
 
     def setUp(self):
@@ -230,10 +230,10 @@ class KnownSolutions(unittest.TestCase):
         return done.stdout + done.stderr
 
     def errors(self, mesh, *fields):
-        told = self.run_camber("check", mesh, "--json", *(word for field in fields for word in ("--field", field)))
-        return np.array([one["curved"]["l2"]["value"] for one in json.loads(told)["interpolation"]])
+        output = self.run_camber("check", mesh, "--json", *(word for field in fields for word in ("--field", field)))
+        return np.array([one["curved"]["l2"]["value"] for one in json.loads(output)["interpolation"]])
 
-    def test_the_error_falls(self):
+    def test_objective_solution_reduces_the_interpolation_error(self):
         self.run_camber("curve", "ring.mesh", "-o", "shape.mesh", "--objective", "shape")
         by_shape = self.errors("shape.mesh", self.WALL, self.SMOOTH)
         for i, field in enumerate((self.WALL, self.SMOOTH)):
@@ -242,7 +242,7 @@ class KnownSolutions(unittest.TestCase):
         self.assertLess(wall[0], 0.7 * by_shape[0])
         self.assertLess(smooth[1], 0.9 * by_shape[1])
 
-    def test_a_config_says_the_same_and_threads_do_not_matter(self):
+    def test_a_config_gives_the_mesh_of_the_verb_for_any_number_of_threads(self):
         self.run_camber("curve", "ring.mesh", "-o", "verb.mesh", "--solution", self.WALL, "--threads", 2)
         config = {"input": {"mesh": "ring.mesh"}, "solution": {"expression": self.WALL}, "threads": 1, "output": {"mesh": "config.mesh"},
                   "stages": ["elevate", {"curve": {"objective": "solution"}}, "validate", "relax", "commit"]}
@@ -250,7 +250,7 @@ class KnownSolutions(unittest.TestCase):
         self.run_camber("run", "run.json")
         self.assertEqual((self.folder.path / "verb.mesh").read_bytes(), (self.folder.path / "config.mesh").read_bytes())
 
-    def test_without_a_solution_there_is_nothing_to_go_by(self):
+    def test_objective_solution_requires_a_solution(self):
         self.assertIn("solution", self.run_camber("curve", "ring.mesh", "-o", "out.mesh", "--objective", "solution", code=2))
         self.assertIn("x+", self.run_camber("curve", "ring.mesh", "-o", "out.mesh", "--solution", "x+", code=2))
 

@@ -1,4 +1,4 @@
-"""What tests of the package share: python3 test_NAME.py BUILD_DIRECTORY PROGRAM [unittest arguments]."""
+"""Common code of the tests of the package: python3 test_NAME.py BUILD_DIRECTORY PROGRAM [unittest arguments]."""
 import functools
 import os
 import subprocess
@@ -22,18 +22,18 @@ def program(*words):
 
 @functools.lru_cache
 def shell():
-    """A small mesh between spheres of radii 1 and 2, of degree 1."""
+    """A small straight mesh between spheres of radii 1 and 2."""
     return camber.generate("shell", set={"outer_radius": 2, "inner_size": 0.6, "outer_size": 0.9})
 
 
 @functools.lru_cache
 def square(n=8):
-    """The unit square, of degree 1."""
+    """A straight mesh of the unit square."""
     return camber.generate("rectangle", set={"cells": [n, n]})
 
 
 def arrays(mesh):
-    """What a mesh has as arrays, to compare: listed corners and the like have none."""
+    """The arrays of a mesh, for comparisons; corners and other lists are not among them."""
     parts = mesh.cells, mesh.references
     return [mesh.points.tolist(), mesh.names, *[{k: v.tolist() for k, v in part.items()} for part in parts]]
 

@@ -1,4 +1,4 @@
-"""The examples in Python, as their readers run them: scripts, and the code of notebooks."""
+"""Runs the Python examples: scripts, and the code of notebooks."""
 import contextlib
 import io
 import json
@@ -13,7 +13,7 @@ from test_exchange import need
 FOLDER = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "examples", "python")
 
 
-def said_by(name):
+def output_of(name):
     out = io.StringIO()
     with contextlib.redirect_stdout(out):
         runpy.run_path(os.path.join(FOLDER, name), run_name="__main__")
@@ -21,24 +21,24 @@ def said_by(name):
 
 
 class Examples(unittest.TestCase):
-    def test_the_loop(self):
+    def test_example_loop_runs_six_cycles_and_reaches_an_l2_error_of_1e_3(self):
         need(self, "scipy")
-        said = said_by("loop.py")
-        errors = [float(x) for x in re.search(r"error in L2 (\S+), in H1 (\S+)", said).groups()]
+        output = output_of("loop.py")
+        errors = [float(x) for x in re.search(r"error in L2 (\S+), in H1 (\S+)", output).groups()]
         self.assertLess(errors[0], 1e-3)
-        self.assertEqual(said.count("cycle "), 6)
+        self.assertEqual(output.count("cycle "), 6)
 
-    def test_the_loop_is_short(self):
+    def test_example_loop_has_at_most_25_lines(self):
         with open(os.path.join(FOLDER, "loop.py")) as file:
             self.assertLessEqual(sum(1 for line in file if line.strip()), 25)
 
-    def test_a_part_of_gmshs(self):
+    def test_example_gmsh_part_curves_a_gmsh_model(self):
         need(self, "gmsh")
-        said = said_by("gmsh_part.py")
-        self.assertIn("degree 2", said)
-        self.assertIn("all", said)
+        output = output_of("gmsh_part.py")
+        self.assertIn("degree 2", output)
+        self.assertIn("all", output)
 
-    def test_the_notebook(self):
+    def test_the_notebook_runs_and_is_stored_without_outputs(self):
         need(self, "matplotlib")
         import matplotlib
 

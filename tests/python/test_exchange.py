@@ -1,4 +1,4 @@
-"""Meshes of other libraries: meshio and VTK themselves; PyVista's and scikit-fem's by what they document."""
+"""Exchange of meshes with meshio and VTK; with PyVista and scikit-fem by stubs of their documented interfaces."""
 import sys
 import types
 import unittest
@@ -28,7 +28,7 @@ def need(test, *modules):
 
 
 class Meshio(unittest.TestCase):
-    def test_there_and_back(self):
+    def test_meshes_converted_to_meshio_and_back_are_equal(self):
         need(self, "meshio")
         for mesh in (named(square()), named(shell()), camber.curve(shell()).mesh, camber.curve(square()).mesh):
             other = camber.to_meshio(mesh)
@@ -40,7 +40,7 @@ class Meshio(unittest.TestCase):
             for name, values in mesh.fields.items():
                 np.testing.assert_array_equal(again.fields[name], values)
 
-    def test_gmshs_physical_groups(self):
+    def test_physical_groups_of_gmsh_become_references_and_names(self):
         need(self, "meshio")
         import meshio
 
@@ -57,7 +57,7 @@ class Meshio(unittest.TestCase):
 
 
 class Vtk(unittest.TestCase):
-    def test_there_and_back(self):
+    def test_meshes_converted_to_vtk_and_back_are_equal(self):
         need(self, "vtkmodules")
         for mesh in (named(shell()), camber.curve(shell()).mesh, camber.curve(square()).mesh):
             grid = camber.to_vtk(mesh)
@@ -69,7 +69,7 @@ class Vtk(unittest.TestCase):
                 np.testing.assert_array_equal(again.cells[name], rows)
                 np.testing.assert_array_equal(again.references[name], mesh.references[name])
 
-    def test_vtk_sees_the_curved_volume(self):
+    def test_vtk_computes_a_positive_area_of_a_curved_mesh(self):
         need(self, "vtkmodules")
         from vtkmodules.vtkFiltersVerdict import vtkCellSizeFilter
         from vtkmodules.util.numpy_support import vtk_to_numpy
@@ -81,7 +81,7 @@ class Vtk(unittest.TestCase):
         areas = vtk_to_numpy(size.GetOutput().GetCellData().GetArray("Area"))
         self.assertGreater(areas.sum(), 0)
 
-    def test_pyvista_by_its_wrap(self):
+    def test_to_pyvista_passes_the_grid_to_wrap(self):
         need(self, "vtkmodules")
         pyvista = types.ModuleType("pyvista")
         pyvista.wrap = lambda grid: ("wrapped", grid)
@@ -93,9 +93,10 @@ class Vtk(unittest.TestCase):
 
 
 class ScikitFem(unittest.TestCase):
-    """Its Mesh classes take doflocs (D, n) and t (nodes of an element, m), vertices first, edges as (0, 1), (1, 2), (0, 2)."""
+    """Mesh classes of scikit-fem take doflocs (D, n) and t (nodes of an element, m): vertices first, edges as (0, 1),
+    (1, 2), (0, 2)."""
 
-    def test_arrays_as_documented(self):
+    def test_to_skfem_passes_arrays_in_the_documented_order(self):
         class Made:
             def __init__(self, p, t):
                 self.p, self.t = p, t
@@ -131,11 +132,11 @@ class ScikitFem(unittest.TestCase):
 
 
 class Dolfinx(unittest.TestCase):
-    def test_curved_volume_and_tags(self):
+    def test_dolfinx_integrates_the_curved_volume_and_has_all_tags(self):
         try:
             import dolfinx  # noqa: F401
         except ImportError:
-            self.skipTest("dolfinx is not installed")  # 1 GB: Debian's python3-dolfinx
+            self.skipTest("dolfinx is not installed")  # package python3-dolfinx of Debian, 1 GB
         import ufl
         from dolfinx import fem
 

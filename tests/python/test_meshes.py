@@ -1,4 +1,4 @@
-"""Meshes as arrays: views that share memory, arrays that come in, what is refused."""
+"""Meshes as arrays: views that share memory, arrays as input, rejected input."""
 import copy
 import gc
 import os
@@ -28,14 +28,14 @@ class Views(unittest.TestCase):
         np.testing.assert_array_equal(points, before[0])
         np.testing.assert_array_equal(corners, before[1])
 
-    def test_views_share_one_memory(self):
+    def test_views_share_memory_with_the_mesh(self):
         mesh = shell()
         self.assertTrue(np.shares_memory(mesh.points, mesh.vertices))
         self.assertIs(mesh.points, mesh.points)
         other = mesh.with_fields(u=np.zeros(len(mesh.vertices)))
         self.assertTrue(np.shares_memory(mesh.points, other.points))
 
-    def test_degree_2_has_nodes_in_vtks_order(self):
+    def test_quadratic_cells_have_the_node_order_of_vtk(self):
         mesh = camber.elevate(shell()).mesh
         rows = mesh.cells["tetra10"]
         points = mesh.points
@@ -46,7 +46,7 @@ class Views(unittest.TestCase):
 
 
 class Arrays(unittest.TestCase):
-    def test_what_nobody_can_write_to_is_shared(self):
+    def test_read_only_arrays_are_shared_and_writable_ones_copied(self):
         points, cells = two_tetrahedra()
         copied = camber.Mesh(points, {"tetra": cells})
         self.assertFalse(np.shares_memory(copied.points, points))
@@ -57,13 +57,13 @@ class Arrays(unittest.TestCase):
         del mesh
         gc.collect()
         self.assertEqual(sys.getrefcount(points), count - 1)
-        kept = camber.Mesh(points, {"tetra": cells})
+        shared_mesh = camber.Mesh(points, {"tetra": cells})
         del points
         gc.collect()
-        self.assertEqual(kept.points.ctypes.data, address)
-        self.assertEqual(kept.points[4].tolist(), [1, 1, 1])
+        self.assertEqual(shared_mesh.points.ctypes.data, address)
+        self.assertEqual(shared_mesh.points[4].tolist(), [1, 1, 1])
 
-    def test_a_view_of_what_can_be_written_to_is_copied(self):
+    def test_a_read_only_view_of_a_writable_array_is_copied(self):
         points, cells = two_tetrahedra()
         view = points[:]
         view.flags.writeable = False
@@ -71,12 +71,12 @@ class Arrays(unittest.TestCase):
         points[0] = 7
         self.assertEqual(mesh.points[0].tolist(), [0, 0, 0])
 
-    def test_there_and_back(self):
+    def test_a_mesh_made_of_the_arrays_of_a_mesh_is_equal(self):
         for mesh in (shell(), square(), camber.elevate(shell()).mesh, camber.curve(shell()).mesh):
             again = camber.Mesh(mesh.points, mesh.cells, mesh.references, mesh.names)
             self.assertEqual(arrays(again), arrays(mesh))
 
-    def test_names_references_and_fields(self):
+    def test_names_references_and_fields_are_stored_and_written(self):
         points, cells = two_tetrahedra()
         mesh = camber.Mesh(points, {"tetra": cells, "triangle": [[0, 1, 2]]}, {"tetra": [4, 5], "triangle": [9]},
                            {(3, 4): "air", (2, 9): "wall"}, {"u": np.arange(5.0), "v": np.ones((5, 3))})
@@ -91,7 +91,7 @@ class Arrays(unittest.TestCase):
             np.testing.assert_array_equal(read.fields["u"], mesh.fields["u"])
             np.testing.assert_array_equal(read.corners["tetra"], mesh.corners["tetra"])
 
-    def test_fields_of_nodes_in_any_order(self):
+    def test_fields_follow_the_reordering_of_nodes(self):
         for mesh in (camber.curve(square(3)).mesh, camber.curve(shell()).mesh):
             order = np.random.default_rng(3).permutation(len(mesh.points))
             place = np.argsort(order)
@@ -102,7 +102,7 @@ class Arrays(unittest.TestCase):
             np.testing.assert_array_equal(again.fields["p"], again.points)
             np.testing.assert_array_equal(points[again.node_rows], again.points)
 
-    def test_pickled_and_copied(self):
+    def test_meshes_are_pickled_and_copied(self):
         for mesh in (square().with_fields(u=square().points[:, 0]), camber.curve(shell()).mesh,
                      camber.Mesh(np.array([[0.0, 0, 2], [1, 0, 2], [0, 1, 2]]), {"triangle": [[0, 1, 2]]},
                                  names={(2, 0): "plate"})):
@@ -111,14 +111,14 @@ class Arrays(unittest.TestCase):
             self.assertEqual((again.names, again.z), (mesh.names, mesh.z))
             self.assertIs(copy.deepcopy(mesh), mesh)
 
-    def test_nothing_of_it_can_be_changed(self):
+    def test_a_mesh_is_immutable(self):
         mesh = camber.curve(square(3)).mesh
         for part in (mesh.cells, mesh.corners, mesh.references, mesh.names, mesh.fields):
             with self.assertRaises(TypeError):
                 part["x"] = None
         self.assertRaises(ValueError, mesh.points.setflags, write=True)
 
-    def test_flat_meshes_in_space_are_2d_with_their_height(self):
+    def test_flat_meshes_in_3d_are_2d_meshes_with_z(self):
         points = np.array([[0.0, 0, 2], [1, 0, 2], [0, 1, 2]])
         mesh = camber.Mesh(points, {"triangle": [[0, 1, 2]]})
         self.assertEqual((mesh.dimension, mesh.z), (2, 2.0))
@@ -126,11 +126,11 @@ class Arrays(unittest.TestCase):
         self.assertEqual((surface.dimension, surface.z), (3, None))
         self.assertEqual(surface.elements.tolist(), [[0, 1, 2]])
 
-    def test_what_is_refused(self):
+    def test_invalid_arrays_are_rejected_with_their_place(self):
         points, cells = two_tetrahedra()
         nan = points.copy()
         nan[3, 1] = np.nan
-        for wrong, said in [
+        for wrong, message in [
             (lambda: camber.Mesh(points, {"tetra": cells + 2}), "tetra: row 0: has a node that is none of the 5 points"),
             (lambda: camber.Mesh(points, {"tetra": [[0, 1, 2, 2]]}), "tetra: row 0: has a node twice"),
             (lambda: camber.Mesh(points, {"tetra": cells.astype(np.uint32) + np.uint32(9)}), "tetra: row 0: has a node"),
@@ -149,10 +149,10 @@ class Arrays(unittest.TestCase):
             (lambda: camber.Mesh(points, {"tetra": cells}, {"vertex": [7]}), "vertex: are 1 references of 5 points"),
             (lambda: camber.Mesh(points, {"tetra": cells}, names={"wall": 1}), "names: are no"),
         ]:
-            with self.assertRaisesRegex(camber.InputError, said):
+            with self.assertRaisesRegex(camber.InputError, message):
                 wrong()
 
-    def test_an_empty_mesh(self):
+    def test_an_empty_mesh_is_printed_and_not_curved(self):
         mesh = camber.Mesh(np.empty((0, 3)), {})
         self.assertEqual(repr(mesh), "<camber.Mesh in 3D, degree 1: 0 vertices, >")
         self.assertEqual(mesh.points.shape, (0, 3))

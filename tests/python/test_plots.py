@@ -1,4 +1,4 @@
-"""Pictures: pages in notebooks, matplotlib in 2D, VTK in 3D."""
+"""Plots: pages in notebooks, matplotlib in 2D, VTK in 3D."""
 import os
 import unittest
 
@@ -10,11 +10,11 @@ from test_exchange import need
 
 
 class Plots(unittest.TestCase):
-    def test_a_notebook_shows_the_page(self):
+    def test_a_notebook_displays_the_page_of_a_mesh(self):
         text = camber.curve(square())._repr_html_()
         self.assertTrue(text.startswith("<iframe srcdoc="), text[:200])
 
-    def test_curves_in_2d(self):
+    def test_a_2d_plot_draws_curved_edges(self):
         need(self, "matplotlib")
         import matplotlib
 
@@ -32,7 +32,7 @@ class Plots(unittest.TestCase):
         pixels = np.asarray(figure.canvas.buffer_rgba())[..., :3]
         self.assertGreater((pixels.min(axis=2) < 250).mean(), 0.2)
 
-    def test_faces_are_subdivided(self):
+    def test_curved_faces_are_subdivided(self):
         mesh = camber.curve(shell()).mesh
         faces = len(mesh.cells["triangle6"])
         points, triangles, values = camber.plots.subdivided(mesh, 4, np.ones(len(mesh.points)))
@@ -41,7 +41,7 @@ class Plots(unittest.TestCase):
         radii = np.linalg.norm(points, axis=1)
         self.assertLess(np.minimum(np.abs(radii - 1), np.abs(radii - 2)).max(), 0.03)
 
-    def test_faces_and_edges_for_vtk(self):
+    def test_faces_and_edges_are_converted_to_vtk(self):
         need(self, "vtkmodules")
         mesh = camber.curve(shell()).mesh
         faces = len(mesh.cells["triangle6"])
@@ -50,7 +50,7 @@ class Plots(unittest.TestCase):
         self.assertEqual(data.GetPointData().GetScalars().GetNumberOfTuples(), data.GetNumberOfPoints())
         self.assertEqual(camber.plots.edge_lines(mesh).GetNumberOfLines(), 3 * faces // 2)
 
-    def test_a_picture_in_3d(self):
+    def test_a_3d_plot_draws_an_image_or_reports_the_missing_x_server(self):
         need(self, "vtkmodules")
         if "DISPLAY" not in os.environ:
             self.assertRaisesRegex(camber.UsageError, "X server", shell().plot)

@@ -1,4 +1,4 @@
-"""The wheel in an environment of its own that has the system's numpy, and the C library's example."""
+"""The wheel, installed in a virtual environment with the numpy of the system."""
 import os
 import subprocess
 import sys
@@ -27,7 +27,7 @@ def run(*words, **options):
 
 
 class Wheel(unittest.TestCase):
-    def test_it_is_installed_and_runs(self):
+    def test_the_wheel_is_installed_and_curves_a_mesh(self):
         with tempfile.TemporaryDirectory() as folder:
             made = run(sys.executable, os.path.join(SOURCE, "apps", "python", "make_wheel.py"), BUILD, folder).strip()
             python = os.path.join(folder, "venv", "bin", "python3")

@@ -1,5 +1,5 @@
-// What recovery reproduces exactly: polynomials of two degrees more than the field's, on curved nodes, at any
-// anisotropy and far from the origin.
+// Recovery is exact for polynomials of two degrees more than the field, on curved nodes, at any anisotropy and far from
+// the origin.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -20,7 +20,7 @@ using namespace camber::testing;
 
 namespace {
 
-/// The largest error at any row, by the largest value.
+/// The largest error of any row, relative to the largest value.
 template <int D>
 double largest_error(const QuadraticMesh<D>& mesh, int degree, const Frame<D>& frame, const RandomPolynomial<D>& u,
                      const RecoveredDerivatives<D>& out) {
@@ -49,14 +49,15 @@ double error_of_polynomial(int degree, const Frame<D>& frame, std::uint64_t seed
 template <int D>
 void check_exact() {
     for (const int degree : {1, 2})
-        property("polynomials of degree k + 2, stretched along the axes, far away",
+        property("recovery is exact for polynomials of degree k + 2, stretched and distant",
                  [degree](std::uint64_t seed) {
                      Dice dice(seed);
                      Frame<D> frame;
                      for (double& s : frame.stretch.c) s = std::pow(10.0, dice.uniform(-6, 6));
                      frame.stretch[dice.below(D)] = 1;
                      RC_ASSERT(error_of_polynomial<D>(degree, frame, seed) < 1e-13);
-                     // Details of 1e-6 at 1e6: places are of 13 bits a cell, and the field is that of these places.
+                     // Details of 1e-6 at 1e6: coordinates have 13 bits per cell, and the field is evaluated at these
+                     // rounded positions.
                      for (double& c : frame.origin.c) c = dice.uniform(-1e6, 1e6);
                      for (double& s : frame.stretch.c) s = std::max(s, 1e-6);
                      RC_ASSERT(error_of_polynomial<D>(degree, frame, seed) < 1e-13);
@@ -64,7 +65,7 @@ void check_exact() {
                  {.count = D == 2 ? 40 : 8});
 }
 
-/// The largest error of the derivatives of the highest order by x, each by the largest of that order.
+/// The largest error of the derivatives of the highest order by x, relative to the largest derivative of that order.
 template <int D>
 double relative_error(const QuadraticMesh<D>& mesh, const Frame<D>& frame, const RandomPolynomial<D>& u,
                       const RecoveredDerivatives<D>& out) {
@@ -93,11 +94,11 @@ double relative_error(const QuadraticMesh<D>& mesh, const Frame<D>& frame, const
     return error / largest;
 }
 
-/// Turned, coordinates hold the thin direction to ε by its share of them: 1e6 ε at an anisotropy of 1e6.
+/// In rotated frames coordinates resolve the thin direction to ε times the anisotropy: 1e6 ε at 1e6.
 template <int D>
 void check_turned() {
     for (const int degree : {1, 2})
-        property("polynomials of degree k + 2, stretched and turned",
+        property("recovery is exact for polynomials of degree k + 2, stretched and rotated",
                  [degree](std::uint64_t seed) {
                      Dice dice(seed);
                      Frame<D> frame;
@@ -115,7 +116,7 @@ void check_turned() {
 
 }  // namespace
 
-TEST_CASE("polynomials of degree k + 2 are exact, in 2D") { check_exact<2>(); }
-TEST_CASE("polynomials of degree k + 2 are exact, in 3D") { check_exact<3>(); }
-TEST_CASE("polynomials of degree k + 2 are exact on turned meshes, in 2D") { check_turned<2>(); }
-TEST_CASE("polynomials of degree k + 2 are exact on turned meshes, in 3D") { check_turned<3>(); }
+TEST_CASE("recovery is exact for polynomials of degree k + 2, 2D") { check_exact<2>(); }
+TEST_CASE("recovery is exact for polynomials of degree k + 2, 3D") { check_exact<3>(); }
+TEST_CASE("recovery is exact for polynomials of degree k + 2 on rotated meshes, 2D") { check_turned<2>(); }
+TEST_CASE("recovery is exact for polynomials of degree k + 2 on rotated meshes, 3D") { check_turned<3>(); }

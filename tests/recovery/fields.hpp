@@ -1,4 +1,4 @@
-// Meshes of degree 2 with bent edges, and polynomials on them with their derivatives in closed form.
+// Meshes of degree 2 with bent edges, and polynomials on them with derivatives in closed form.
 #pragma once
 
 #include <algorithm>
@@ -22,7 +22,7 @@ import camber.recovery;
 
 namespace camber::testing {
 
-/// x = origin + R (stretch_i z_i): from the coordinates z of a lattice, in which errors are taken.
+/// x = origin + R (stretch_i z_i) with the lattice coordinates z, in which errors are measured.
 template <int D>
 struct Frame {
     Vec<D> origin{};
@@ -50,7 +50,7 @@ struct Frame {
     }
 };
 
-/// A lattice with vertices and nodes moved by up to `jitter` and `bend` of a cell, then put into the frame.
+/// A lattice with vertices and nodes moved by up to `jitter` and `bend` of a cell, mapped to the frame.
 template <int D>
 QuadraticMesh<D> bent_mesh(const std::array<int, D>& cells, std::uint64_t seed, double jitter = 0.12,
                            double bend = 0.08, const Frame<D>& frame = {}) {
@@ -58,7 +58,7 @@ QuadraticMesh<D> bent_mesh(const std::array<int, D>& cells, std::uint64_t seed, 
     options.cells = cells;
     options.jitter = jitter;
     options.seed = seed;
-    QuadraticMesh<D> mesh = must(elevate(lattice_mesh<D>(options), alone));
+    QuadraticMesh<D> mesh = must(elevate(lattice_mesh<D>(options), one_thread));
     Dice dice(seed + 1);
     auto nodes = take(std::move(mesh.mid_nodes));
     for (auto& n : nodes) n.point += dice.vector<D>(-bend, bend);
@@ -72,7 +72,7 @@ std::array<int, D> cells_of(int n) {
     return cells;
 }
 
-/// Values at the nodes of a field of that degree.
+/// Values at the nodes of a field of the given degree.
 template <int D>
 Column<double> values_of(const QuadraticMesh<D>& mesh, int degree, const std::function<double(const Vec<D>&)>& u) {
     Buffer<double> values;
@@ -82,23 +82,23 @@ Column<double> values_of(const QuadraticMesh<D>& mesh, int degree, const std::fu
     return values;
 }
 
-/// A polynomial in D variables by random coefficients.
+/// A polynomial in D variables with random coefficients.
 template <int D>
 class RandomPolynomial {
   public:
     RandomPolynomial(int degree, Dice& dice) {
         std::array<int, D> e{};
-        const std::function<void(int, int)> fill = [&](int i, int left) {
+        const std::function<void(int, int)> fill = [&](int i, int remaining) {
             if (i == D) {
                 terms_.push_back({e, dice.uniform(-1, 1)});
                 return;
             }
-            for (e[i] = 0; e[i] <= left; ++e[i]) fill(i + 1, left - e[i]);
+            for (e[i] = 0; e[i] <= remaining; ++e[i]) fill(i + 1, remaining - e[i]);
             e[i] = 0;
         };
         fill(0, degree);
     }
-    /// ∂_{i} ∂_{j} … at z; none: the value.
+    /// ∂_{i} ∂_{j} … at z; without axes the value.
     [[nodiscard]] double operator()(const Vec<D>& z, std::initializer_list<int> axes = {}) const {
         double sum = 0;
         for (const Term& t : terms_) {
@@ -119,7 +119,7 @@ class RandomPolynomial {
     std::vector<Term> terms_;
 };
 
-/// The largest error of a row's derivatives, as derivatives by z, by the largest value of |u| (cells are of size 1).
+/// The largest error of the derivatives of a row by z, relative to the largest |u| (cells have size 1).
 template <int D, class U>
 double error_at(const FieldDerivatives<D>& field, std::size_t row, const Frame<D>& frame, const Vec<D>& x, const U& u) {
     const Vec<D> z = frame.inside(x);
@@ -141,7 +141,7 @@ double error_at(const FieldDerivatives<D>& field, std::size_t row, const Frame<D
 
 template <int D>
 RecoveredDerivatives<D> recovered(const QuadraticMesh<D>& mesh, const std::vector<Column<double>>& fields,
-                                  const RecoveryOptions& options = {}, const Execution& execution = alone) {
+                                  const RecoveryOptions& options = {}, const Execution& execution = one_thread) {
     return must(recover_derivatives<D>(mesh, fields, options, execution));
 }
 

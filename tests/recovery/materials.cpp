@@ -1,4 +1,4 @@
-// Materials: derivatives are those of the side, stencils do not cross an interface, rows by vertex and element.
+// Materials: derivatives are one-sided, stencils do not cross interfaces, and rows exist by vertex and material.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -21,7 +21,7 @@ using namespace camber::testing;
 
 namespace {
 
-/// A lattice in two materials, 1 below and 2 above the plane x_0 = half of its cells, with all curved edges elsewhere.
+/// A lattice of two materials, 1 below and 2 above the plane x_0 = cells/2.
 template <int D>
 QuadraticMesh<D> layered(int cells, std::uint64_t seed) {
     LatticeOptions<D> options;
@@ -42,22 +42,22 @@ QuadraticMesh<D> layered(int cells, std::uint64_t seed) {
     }
     linear.points = std::move(points);
     linear.elements.references = std::move(materials);
-    return must(elevate(std::move(linear), alone));
+    return must(elevate(std::move(linear), one_thread));
 }
 
 template <int D>
 void check_sides() {
-    property("each side of an interface has its own polynomial, exactly",
+    property("each side of an interface has exactly its own polynomial",
              [](std::uint64_t seed) {
                  const int cells = 8;
                  const auto mesh = layered<D>(D == 2 ? cells : 6, seed);
                  const double middle = D == 2 ? 4 : 3;
                  Dice dice(seed);
                  const RandomPolynomial<D> p(4, dice), q(3, dice);
-                 // Continuous, with a kink in the plane: p, and above p + (x_0 − middle) q.
+                 // Continuous with a kink in the plane: p below, p + (x_0 − middle) q above.
                  const auto above = [&](const Vec<D>& x, std::initializer_list<int> axes = {}) {
                      double value = p(x, axes) + (x[0] - middle) * q(x, axes);
-                     // Leibniz: each derivative by x_0 falls on the factor once.
+                     // Leibniz rule: each derivative by x_0 applies to the factor once.
                      for (auto it = axes.begin(); it != axes.end(); ++it) {
                          if (*it != 0) continue;
                          std::array<int, 3> others{};
@@ -71,11 +71,11 @@ void check_sides() {
                  const auto out = recovered<D>(
                      mesh, {values_of<D>(mesh, 2, [&](const Vec<D>& x) { return x[0] <= middle ? p(x) : above(x); })});
                  RC_ASSERT(out.lower_degree == 0U);
-                 const auto around = must(balls(mesh.linear, alone));
-                 const auto boundary = must(boundary_rows(mesh.linear, around, out.rows, alone));
+                 const auto around = must(balls(mesh.linear, one_thread));
+                 const auto boundary = must(boundary_rows(mesh.linear, around, out.rows, one_thread));
                  for (std::size_t v = 0; v < mesh.linear.points.size(); ++v)
                      for (std::size_t r = out.rows.first(VertexId(v)); r < out.rows.materials.offsets[v + 1]; ++r) {
-                         // Rows at the interface take what is inside of their material, as others of the boundary do.
+                         // Rows at the interface average inner fits of their material, like other boundary rows.
                          RC_ASSERT((out.sources[r] == RowSource::inner_fits) == (boundary[r] == 1));
                          if (mesh.linear.points[v][0] == middle) RC_ASSERT(boundary[r] == 1);
                      }
@@ -95,7 +95,7 @@ void check_sides() {
              {.count = D == 2 ? 10 : 3});
 }
 
-/// Values beyond the interface do not matter, whatever they are.
+/// Values beyond the interface have no effect.
 template <int D>
 void check_no_crossing() {
     const auto mesh = layered<D>(D == 2 ? 8 : 6, 3);
@@ -124,24 +124,24 @@ void check_no_crossing() {
 
 }  // namespace
 
-TEST_CASE("derivatives are one-sided, in 2D") { check_sides<2>(); }
-TEST_CASE("derivatives are one-sided, in 3D") { check_sides<3>(); }
-TEST_CASE("stencils do not cross an interface") {
+TEST_CASE("derivatives at a material interface are one-sided, 2D") { check_sides<2>(); }
+TEST_CASE("derivatives at a material interface are one-sided, 3D") { check_sides<3>(); }
+TEST_CASE("stencils do not cross a material interface") {
     check_no_crossing<2>();
     check_no_crossing<3>();
 }
 
-TEST_CASE("rows are the references around each vertex") {
+TEST_CASE("each vertex has one row for each reference of its elements") {
     property(
-        "as many as differ, rising; the element's own",
+        "each vertex has the references of its elements once, in increasing order",
         [](std::uint64_t seed) {
             Dice dice(seed);
             auto mesh = lattice_mesh<2>({.cells = {4, 3}, .seed = seed});
             Buffer<Reference> materials(mesh.elements.size());
             for (Reference& m : materials) m = static_cast<Reference>(dice.below(4)) - 2;
             mesh.elements.references = std::move(materials);
-            const auto around = must(balls(mesh, alone));
-            const auto rows = must(material_rows(mesh, around, alone));
+            const auto around = must(balls(mesh, one_thread));
+            const auto rows = must(material_rows(mesh, around, one_thread));
             RC_ASSERT(rows.vertices() == mesh.points.size());
             std::size_t count = 0;
             for (std::size_t v = 0; v < mesh.points.size(); ++v) {

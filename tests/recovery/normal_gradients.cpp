@@ -1,4 +1,4 @@
-// Derivatives along normals of facets: exact for linear fields, weights, units, both sides of an interface, errors.
+// Derivatives along facet normals: linear fields, weights, units, interfaces and errors.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -23,8 +23,8 @@ namespace {
 template <int D>
 std::vector<NormalGradients> gradients_of(const QuadraticMesh<D>& mesh, const std::vector<Column<double>>& fields,
                                           const std::vector<double>& weights) {
-    const auto around = must(balls(mesh.linear, alone));
-    return must(normal_gradients<D>(mesh, around, recovered<D>(mesh, fields), weights, alone));
+    const auto around = must(balls(mesh.linear, one_thread));
+    return must(normal_gradients<D>(mesh, around, recovered<D>(mesh, fields), weights, one_thread));
 }
 
 template <int D>
@@ -34,21 +34,21 @@ std::vector<NormalGradients> gradients_of(const QuadraticMesh<D>& mesh, const Co
 
 constexpr Reference interface_reference = 20;
 
-/// A box of cells of size 1 in two materials, which meet in the middle plane of the first axis; facets have references.
+/// A box of unit cells of two materials, which meet in the middle plane of the first axis. Facets have references.
 template <int D>
 QuadraticMesh<D> box(int cells) {
     LatticeOptions<D> options;
     options.cells = cells_of<D>(cells);
-    return must(elevate(with_references<D>(lattice_mesh<D>(options), options.cells, false), alone));
+    return must(elevate(with_references<D>(lattice_mesh<D>(options), options.cells, false), one_thread));
 }
-/// The axis of the normals of its facets.
+/// The axis of the facet normals of a reference.
 int axis_of(Reference reference) {
     return reference == interface_reference ? 0 : static_cast<int>((reference - 1) / 2);
 }
 
 template <int D>
 void check_linear() {
-    property("linear fields have their gradient along the normals, by reference", [](std::uint64_t seed) {
+    property("linear fields have their gradient along the normal of each reference", [](std::uint64_t seed) {
         Dice dice(seed);
         const int cells = 4;
         const auto mesh = box<D>(cells);
@@ -72,7 +72,7 @@ void check_linear() {
 
 template <int D>
 void check_units() {
-    property("integrals scale with the field's unit and with that of length", [](std::uint64_t seed) {
+    property("integrals scale with the units of the field and of length", [](std::uint64_t seed) {
         Dice dice(seed);
         const double unit = std::pow(10.0, dice.uniform(-9, 9)), length = std::pow(10.0, dice.uniform(-3, 3));
         Frame<D> larger;
@@ -101,7 +101,7 @@ TEST_CASE("normal derivatives of linear fields are exact") {
     check_linear<3>();
 }
 
-TEST_CASE("normal derivatives follow units") {
+TEST_CASE("integrals of normal derivatives scale with the units of field and length") {
     check_units<2>();
     check_units<3>();
 }
@@ -114,16 +114,16 @@ TEST_CASE("constant fields have no normal derivative") {
     }
 }
 
-TEST_CASE("weights must be as many as fields") {
+TEST_CASE("normal_gradients rejects weights whose number differs from that of the fields") {
     const auto mesh = box<2>(3);
     const auto field = values_of<2>(mesh, 1, [](const Vec<2>& x) { return x[0]; });
-    const auto around = must(balls(mesh.linear, alone));
-    const auto found = normal_gradients<2>(mesh, around, recovered<2>(mesh, {field}), std::vector<double>{1, 1}, alone);
+    const auto around = must(balls(mesh.linear, one_thread));
+    const auto found = normal_gradients<2>(mesh, around, recovered<2>(mesh, {field}), std::vector<double>{1, 1}, one_thread);
     REQUIRE(!found);
     CHECK(found.error().kind == ErrorKind::usage);
 }
 
-TEST_CASE("at an interface the larger derivative of both sides counts") {
+TEST_CASE("the normal derivative at an interface is the larger of both sides") {
     const auto mesh = box<2>(4);
     for (const double slope : {0.5, 4.0}) {
         const auto kink = [&](const Vec<2>& x) { return x[0] < 2 ? x[0] - 2 : slope * (x[0] - 2); };

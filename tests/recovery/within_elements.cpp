@@ -1,5 +1,5 @@
-// Fields within elements: polynomials are found exactly, from one's own material, whatever the frame and the threads;
-// functions are what they are in elements as they are curved.
+// Fields within elements: polynomials are exact, use only nodes of their material, and do not depend on frame or
+// threads. Functions are sampled in the curved elements.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -33,7 +33,7 @@ std::vector<Column<LatticeValues<D>>> values_within(const QuadraticMesh<D>& mesh
     return must(element_values<D>(mesh, fields, mesh, Execution{.threads = threads}));
 }
 
-/// Places of an element's lattice as it is curved.
+/// Positions of the lattice of a curved element.
 template <int D>
 std::vector<Vec<D>> lattice_of(const QuadraticMesh<D>& mesh, ElementId e) {
     std::vector<Vec<D>> places;
@@ -49,7 +49,7 @@ std::vector<Vec<D>> lattice_of(const QuadraticMesh<D>& mesh, ElementId e) {
     return places;
 }
 
-/// The largest difference from u over an element's largest value, over all elements.
+/// The largest difference from u over all elements, relative to the largest value in the element.
 template <int D>
 double largest_error(const QuadraticMesh<D>& mesh, const Column<LatticeValues<D>>& found, const Function<D>& u) {
     double largest = 0;
@@ -69,7 +69,7 @@ double largest_error(const QuadraticMesh<D>& mesh, const Column<LatticeValues<D>
 template <int D>
 void check_exact() {
     for (const int degree : {1, 2})
-        property("polynomials of degree k + 3, stretched along the axes",
+        property("element values are exact for stretched polynomials of degree k + 3",
                  [degree](std::uint64_t seed) {
                      Dice dice(seed);
                      Frame<D> frame;
@@ -83,10 +83,10 @@ void check_exact() {
                  {.count = 3});
 }
 
-/// In elements of other nodes than those that the values are at.
+/// Target elements whose nodes differ from those of the values.
 template <int D>
 void check_curved() {
-    property("values are those in the elements that are asked for, curved by nodes of their own",
+    property("values are those at the nodes of the curved target elements",
              [](std::uint64_t seed) {
                  Dice dice(seed);
                  const auto mesh = bent_mesh<D>(cells_of<D>(D == 2 ? 7 : 5), seed, 0.1, 0.05);
@@ -103,9 +103,9 @@ void check_curved() {
              {.count = 3});
 }
 
-/// 25 nodes, all that there are: enough for degree 4, and not for degree 5.
+/// The mesh has 25 nodes: enough for degree 4, but not for degree 5.
 void check_few() {
-    property("where nodes are few the polynomial is of a lower degree",
+    property("few nodes give a polynomial of lower degree",
              [](std::uint64_t seed) {
                  Dice dice(seed);
                  const auto mesh = bent_mesh<2>(cells_of<2>(2), seed, 0.1, 0.05);
@@ -119,7 +119,7 @@ void check_few() {
 
 template <int D>
 void check_materials() {
-    property("a kink where materials meet is none within them",
+    property("a kink between materials does not affect the values within them",
              [](std::uint64_t seed) {
                  Dice dice(seed);
                  auto mesh = bent_mesh<D>(cells_of<D>(D == 2 ? 8 : 6), seed, 0, 0);
@@ -141,7 +141,7 @@ void check_materials() {
 
 template <int D>
 void check_functions() {
-    property("functions have their values at the lattices of curved elements, in a unit that is a power of two",
+    property("function values are those on curved elements, in units of a power of two",
              [](std::uint64_t seed) {
                  const auto mesh = bent_mesh<D>(cells_of<D>(3), seed, 0.3, 0.2);
                  const Function<D> u = [](const Vec<D>& x) { return 1e6 * std::exp(-norm(x)) / (2 + x[0]); };
@@ -173,14 +173,14 @@ void check_bytes() {
 
 }  // namespace
 
-TEST_CASE("polynomials within elements, in 2D") { check_exact<2>(); }
-TEST_CASE("polynomials in elements with other nodes, in 2D") { check_curved<2>(); }
-TEST_CASE("polynomials within elements, in 3D") { check_exact<3>(); }
-TEST_CASE("polynomials in elements with other nodes, in 3D") { check_curved<3>(); }
-TEST_CASE("polynomials within elements where nodes are few") { check_few(); }
-TEST_CASE("one's own material, in 2D") { check_materials<2>(); }
-TEST_CASE("one's own material, in 3D") { check_materials<3>(); }
-TEST_CASE("functions within elements, in 2D") { check_functions<2>(); }
-TEST_CASE("functions within elements, in 3D") { check_functions<3>(); }
-TEST_CASE("fields within elements: together and threads, in 2D") { check_bytes<2>(); }
-TEST_CASE("fields within elements: together and threads, in 3D") { check_bytes<3>(); }
+TEST_CASE("element values are exact for polynomials of degree k + 3, 2D") { check_exact<2>(); }
+TEST_CASE("element values follow the nodes of the target elements, 2D") { check_curved<2>(); }
+TEST_CASE("element values are exact for polynomials of degree k + 3, 3D") { check_exact<3>(); }
+TEST_CASE("element values follow the nodes of the target elements, 3D") { check_curved<3>(); }
+TEST_CASE("element values have a lower degree where nodes are few") { check_few(); }
+TEST_CASE("element values use only nodes of the material of the element, 2D") { check_materials<2>(); }
+TEST_CASE("element values use only nodes of the material of the element, 3D") { check_materials<3>(); }
+TEST_CASE("element values of a function are its values on the curved elements, 2D") { check_functions<2>(); }
+TEST_CASE("element values of a function are its values on the curved elements, 3D") { check_functions<3>(); }
+TEST_CASE("element values do not depend on other fields or the number of threads, 2D") { check_bytes<2>(); }
+TEST_CASE("element values do not depend on other fields or the number of threads, 3D") { check_bytes<3>(); }

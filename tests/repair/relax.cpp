@@ -40,8 +40,8 @@ Repaired<D> relaxed(const Planned<D>& p, RepairMethod method, int threads = 1) {
     return relax(judged(p), options, Execution{threads}).value();
 }
 
-/// Every node lies between the middle of its chord and its place in the proposal, and what the result says of it is
-/// true.
+/// Checks that each node lies between the middle of its chord and its proposed position, and that the statistics are
+/// correct.
 template <int D>
 void check_nodes(const Planned<D>& p, const Repaired<D>& r) {
     const Proposal<D>& result = r.judged.proposal();
@@ -80,8 +80,7 @@ void check_relaxation(const Planned<D>& p, RepairMethod method) {
 
 template <int D>
 void test_ends_valid(RepairMethod method) {
-    property(std::string("relax: ends valid and tells what it did, ") + std::to_string(D) + "D, " +
-                 (method == RepairMethod::segment ? "shell" : "paper"),
+    property(std::string("relax returns a valid mesh and correct statistics, ") + std::to_string(D) + "D, " + (method == RepairMethod::segment ? "shell" : "paper"),
              [method] {
                  auto random = random_source();
                  const double volume = uniform(random, 0, 0.6);
@@ -91,10 +90,10 @@ void test_ends_valid(RepairMethod method) {
              {D == 2 ? 40 : 20});
 }
 
-/// Boundary nodes are off so little that the mesh with straight volume edges is valid: volume edges suffice.
+/// Boundary nodes are displaced so little that the mesh with straight volume edges is valid.
 template <int D>
 void test_surface_spared() {
-    property("relax: surface edges keep their nodes where volume edges suffice, " + std::to_string(D) + "D",
+    property("relax keeps nodes of surface edges where volume edges suffice, " + std::to_string(D) + "D",
              [] {
                  auto random = random_source();
                  const auto p = planned<D>(random, D == 2 ? 8 : 3, uniform(random, 0, 0.4), 0.02);
@@ -105,7 +104,7 @@ void test_surface_spared() {
 }
 
 template <int D>
-double kept(const Planned<D>& p, const Repaired<D>& r) {
+double total_displacement(const Planned<D>& p, const Repaired<D>& r) {
     double sum = 0;
     for (std::size_t e = 0; e < p.mesh.edges.size(); ++e)
         sum += distance(r.judged.proposal().mid_nodes[e].point, p.mesh.mid_nodes[e].point);
@@ -113,14 +112,14 @@ double kept(const Planned<D>& p, const Repaired<D>& r) {
 }
 
 template <int D>
-void test_keeps_more() {
+void test_segments_keep_more() {
     std::mt19937_64 random(3);
     const auto p = planned<D>(random, D == 2 ? 20 : 6, 0.25, 0.1);
     const auto shell = relaxed(p, RepairMethod::segment);
     const auto paper = relaxed(p, RepairMethod::backtracking);
     CHECK(shell.statistics.corrected_elements > 0);
     CHECK(shell.statistics.moved_volume_nodes < paper.statistics.moved_volume_nodes);
-    CHECK(kept(p, shell) > kept(p, paper));
+    CHECK(total_displacement(p, shell) > total_displacement(p, paper));
 }
 
 template <int D>
@@ -139,7 +138,7 @@ std::size_t crossing_in(const QuadraticMesh<D>& mesh, const Column<LagrangeNode<
     return find_crossings<D>(mesh, mesh.linear.points.view(), nodes.view(), Execution{1}).value().crossing;
 }
 
-/// Returns whether facets cross, with all the work that a pair may take where the search for all pairs ran out of it.
+/// True if facets cross. Pairs that the search over all pairs left undecided are searched again without its work limit.
 template <int D>
 bool any_cross(const QuadraticMesh<D>& mesh, const Column<LagrangeNode<D>>& nodes) {
     const auto points = mesh.linear.points.view();
@@ -152,61 +151,62 @@ bool any_cross(const QuadraticMesh<D>& mesh, const Column<LagrangeNode<D>>& node
     });
 }
 
-/// Nodes of facets that cross lie between the middles of their chords and their places, and no facets cross.
+/// Checks that nodes of crossing facets lie between the middles of their chords and their positions, and that no facets
+/// cross.
 template <int D>
 void check_uncrossing(std::mt19937_64& random, int n, double surface) {
     const Planned<D> p = planned<D>(random, n, 0, surface);
-    const Proposal<D>& wanted = p.proposal;
-    const auto found = uncrossed_nodes<D>(p.mesh, p.mesh.linear.points.view(), wanted.mid_nodes.view(),
-                                          wanted.kinds.view(), Execution{1})
+    const Proposal<D>& proposal = p.proposal;
+    const auto found = uncrossed_nodes<D>(p.mesh, p.mesh.linear.points.view(), proposal.mid_nodes.view(),
+                                          proposal.kinds.view(), Execution{1})
                            .value();
-    Buffer<LagrangeNode<D>> nodes(wanted.mid_nodes.begin(), wanted.mid_nodes.end());
+    Buffer<LagrangeNode<D>> nodes(proposal.mid_nodes.begin(), proposal.mid_nodes.end());
     for (const auto& [edge, node] : found.nodes) {
-        const Vec<D> before = wanted.mid_nodes[edge].point, middle = p.mesh.mid_nodes[edge].point;
-        RC_ASSERT(wanted.kinds[edge] == EdgeKind::surface);
-        RC_ASSERT(node != wanted.mid_nodes[edge]);
+        const Vec<D> before = proposal.mid_nodes[edge].point, middle = p.mesh.mid_nodes[edge].point;
+        RC_ASSERT(proposal.kinds[edge] == EdgeKind::surface);
+        RC_ASSERT(node != proposal.mid_nodes[edge]);
         RC_ASSERT(std::abs(distance(before, node.point) + distance(node.point, middle) - distance(before, middle)) <
                   1e-12);
         nodes[edge.index()] = node;
     }
     RC_ASSERT(crossing_in<D>(p.mesh, nodes) == 0);
     RC_ASSERT(found.crossings.crossing == 0);
-    RC_ASSERT(found.nodes.empty() == (crossing_in<D>(p.mesh, wanted.mid_nodes) == 0));
+    RC_ASSERT(found.nodes.empty() == (crossing_in<D>(p.mesh, proposal.mid_nodes) == 0));
     RC_CLASSIFY(!found.nodes.empty(), "walls crossed");
-    // None of them can go back by a step of the search.
+    // Moving any of them back by one step of the search makes facets cross.
     for (const auto& [edge, node] : found.nodes) {
         const Vec<D> middle = p.mesh.mid_nodes[edge].point;
         auto farther = nodes;
-        farther[edge.index()].point += (1.0 / 256) * (wanted.mid_nodes[edge].point - middle);
+        farther[edge.index()].point += (1.0 / 256) * (proposal.mid_nodes[edge].point - middle);
         RC_ASSERT(any_cross<D>(p.mesh, farther));
     }
 }
 
 }  // namespace
 
-TEST_CASE("relax ends with a valid mesh") {
+TEST_CASE("relax returns a valid mesh and correct statistics") {
     test_ends_valid<2>(RepairMethod::segment);
     test_ends_valid<2>(RepairMethod::backtracking);
     test_ends_valid<3>(RepairMethod::segment);
     test_ends_valid<3>(RepairMethod::backtracking);
 }
 
-TEST_CASE("relax spares surface edges") {
+TEST_CASE("relax keeps nodes of surface edges where volume edges suffice") {
     test_surface_spared<2>();
     test_surface_spared<3>();
 }
 
-TEST_CASE("relax by shells keeps more than the paper's way") {
-    test_keeps_more<2>();
-    test_keeps_more<3>();
+TEST_CASE("relaxation by segments keeps more curvature than backtracking") {
+    test_segments_keep_more<2>();
+    test_segments_keep_more<3>();
 }
 
-TEST_CASE("relax does not depend on threads") {
+TEST_CASE("relax does not depend on the number of threads") {
     test_threads<2>();
     test_threads<3>();
 }
 
-TEST_CASE("relax leaves a valid mesh alone") {
+TEST_CASE("relax does not change a valid mesh") {
     std::mt19937_64 random(2);
     const auto p = planned<3>(random, 3, 0.02, 0.02);
     const auto r = relaxed(p, RepairMethod::segment);
@@ -216,8 +216,8 @@ TEST_CASE("relax leaves a valid mesh alone") {
     CHECK(r.statistics.moved_surface_nodes == 0);
 }
 
-TEST_CASE("relax tells what it cannot mend") {
-    // Two vertices of one element swapped: inverted, and its neighbours are not.
+TEST_CASE("relax reports elements that are inverted when straight") {
+    // Two vertices of one element are swapped: it is inverted, its neighbours are not.
     std::mt19937_64 random(2);
     auto p = planned<2>(random, 4, 0.1, 0);
     auto vertices = take(p.mesh.linear.elements.vertices);
@@ -234,7 +234,7 @@ TEST_CASE("relax tells what it cannot mend") {
     }
 }
 
-TEST_CASE("relax: options out of range") {
+TEST_CASE("relax rejects options out of range") {
     std::mt19937_64 random(2);
     const auto p = planned<2>(random, 3, 0.5, 0);
     const auto refused = [&](RepairOptions options) {
@@ -254,14 +254,14 @@ TEST_CASE("relax: options out of range") {
     refused(options);
 }
 
-TEST_CASE("walls that cross are moved back") {
-    property("2D: until none cross, and by no more than that",
+TEST_CASE("relaxation of crossing walls ends as soon as none cross") {
+    property("relaxation removes all crossings and no more than that, 2D",
              [] {
                  std::mt19937_64 random(*rc::gen::arbitrary<std::uint64_t>());
                  check_uncrossing<2>(random, *rc::gen::inRange(1, 4), 1.2);
              },
              {.count = less_if_sanitized(20, 4)});
-    property("3D: until none cross, and by no more than that",
+    property("relaxation removes all crossings and no more than that, 3D",
              [] {
                  std::mt19937_64 random(*rc::gen::arbitrary<std::uint64_t>());
                  check_uncrossing<3>(random, 1, 0.8);

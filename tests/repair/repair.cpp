@@ -1,4 +1,4 @@
-// Repair: what is not good enough is mended at a small loss, and nothing else is spoilt.
+// Repair corrects invalid elements at a small cost and does not damage others.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -28,9 +28,9 @@ using namespace camber::testing;
 
 namespace {
 
-/// The block with its boundary on the spheres and volume nodes thrown about by up to `amplitude` chords.
+/// The block with its boundary on the spheres and volume nodes displaced by up to `amplitude` chords.
 template <int D>
-Proposal<D> thrown(const Block<D>& b, std::uint64_t seed, double amplitude) {
+Proposal<D> displaced_nodes(const Block<D>& b, std::uint64_t seed, double amplitude) {
     Dice dice(seed);
     const std::size_t n = b.mesh.edges.size();
     Buffer<LagrangeNode<D>> nodes(b.boundary_nodes.begin(), b.boundary_nodes.end());
@@ -53,17 +53,17 @@ RepairGuide<D> guide_of(const Block<D>& b, const Proposal<D>& proposal) {
 
 template <int D>
 Repaired<D> repaired(const Block<D>& b, const Proposal<D>& p, const RepairOptions& options, int threads = 1) {
-    const auto judged = must(validate(b.mesh, p, options.min_scaled_jacobian, alone));
+    const auto judged = must(validate(b.mesh, p, options.min_scaled_jacobian, one_thread));
     return must(repair(judged, guide_of(b, p), options, Execution{threads}));
 }
 
-/// What the nodes cost by the models, over the volume edges.
+/// The cost of the nodes by the models, summed over the volume edges.
 template <int D>
-double cost(const Block<D>& b, const Proposal<D>& wanted, const Proposal<D>& got) {
-    const auto guide = guide_of(b, wanted);
+double cost(const Block<D>& b, const Proposal<D>& proposal, const Proposal<D>& result) {
+    const auto guide = guide_of(b, proposal);
     double sum = 0;
     for (std::size_t e = 0; e < b.kinds.size(); ++e)
-        if (b.kinds[e] == EdgeKind::volume) sum += guide.models(EdgeId(e))(got.mid_nodes[e].point);
+        if (b.kinds[e] == EdgeKind::volume) sum += guide.models(EdgeId(e))(result.mid_nodes[e].point);
     return sum;
 }
 
@@ -74,13 +74,13 @@ std::array<Vec<D>, D + 1> corners(const LinearMesh<D>& mesh, const Column<Vec<D>
     return p;
 }
 
-/// A vertex of the volume is thrown over the other side of its ball; where repair puts it, and others that make room,
-/// the elements around hold the bound over their determinants of before too, and keep a shape.
+/// A volume vertex is moved to the other side of its ball. After repair the elements around moved vertices hold the
+/// bound with respect to their former determinants, and keep a minimum mean ratio.
 template <int D>
-void vertices_that_move(const std::array<int, D>& cells) {
+void check_moved_vertices(const std::array<int, D>& cells) {
     std::size_t moves = 0;
     // Guards against a repaired vertex that leaves a sliver.
-    property("vertices that move leave what they must",
+    property("moved vertices preserve the mean ratio and the Jacobian of valid elements",
              [&](std::uint64_t seed) {
                  Dice dice(seed);
                  auto b = shell_block<D>(cells, seed + 1);
@@ -89,15 +89,15 @@ void vertices_that_move(const std::array<int, D>& cells) {
                  for (std::size_t v = 0; v < points.size(); ++v)
                      if (on[v] == 0 && dice.below(3) == 0) points[v] += dice.vector<D>(-1, 1);
                  b.mesh.linear.points = std::move(points);
-                 b.mesh = must(elevate(b.mesh.linear, alone));
+                 b.mesh = must(elevate(b.mesh.linear, one_thread));
                  const LinearMesh<D>& mesh = b.mesh.linear;
                  RepairOptions options;
                  options.min_scaled_jacobian = dice.below(2) == 0 ? 1e-9 : 0.2;
-                 const auto straight = must(curve_boundary(b.mesh, b.kinds, b.mesh.mid_nodes, alone)).proposal;
-                 const auto judged = must(validate(b.mesh, straight, options.min_scaled_jacobian, alone));
+                 const auto straight = must(curve_boundary(b.mesh, b.kinds, b.mesh.mid_nodes, one_thread)).proposal;
+                 const auto judged = must(validate(b.mesh, straight, options.min_scaled_jacobian, one_thread));
                  const RepairGuide<D> guide{b.shells, [nodes = b.mesh.mid_nodes](EdgeId e) { return nodes[e]; },
                                             implied_edge_models(b.mesh, b.mesh.mid_nodes, b.shells)};
-                 const auto r = must(repair(judged, guide, options, alone));
+                 const auto r = must(repair(judged, guide, options, one_thread));
                  const Proposal<D>& after = r.judged.proposal();
                  moves += r.statistics.moved_vertices;
                  for (std::size_t e = 0; e < mesh.elements.size(); ++e) {
@@ -116,21 +116,21 @@ void vertices_that_move(const std::array<int, D>& cells) {
     CHECK(moves > 0);
 }
 
-/// Elements after a repair to the default bound, and raised to a target beyond it.
+/// Compares a repair to the default bound with one that raises elements to a higher target.
 template <int D>
-void raised(const std::array<int, D>& cells) {
+void check_raised(const std::array<int, D>& cells) {
     std::size_t gained = 0;
-    property("raised elements",
+    property("a target raises elements above the bound and lowers no valid one",
              [&](std::uint64_t seed) {
                  Dice dice(seed);
                  const auto b = shell_block<D>(cells, seed + 1);
-                 const auto wanted = thrown(b, seed + 2, dice.uniform(0.05, 0.3));
+                 const auto proposal = displaced_nodes(b, seed + 2, dice.uniform(0.05, 0.3));
                  RepairOptions options;
                  if (dice.below(2) == 0) options.min_scaled_jacobian = dice.uniform(0.05, 0.25);
                  const auto to_bound = [&](double target, int threads) {
                      options.target = target;
-                     const auto judged = must(validate(b.mesh, wanted, options.min_scaled_jacobian, alone));
-                     return must(repair_or_straighten(judged, guide_of(b, wanted), options, Execution{threads}));
+                     const auto judged = must(validate(b.mesh, proposal, options.min_scaled_jacobian, one_thread));
+                     return must(repair_or_straighten(judged, guide_of(b, proposal), options, Execution{threads}));
                  };
                  const auto before = to_bound(default_bound, 1);
                  const double target = dice.uniform(0.3, 0.8);
@@ -149,7 +149,7 @@ void raised(const std::array<int, D>& cells) {
                      const auto& nodes = r.judged.proposal().mid_nodes;
                      return check_element(nodal_element<D>(b.mesh, nodes.view(), ElementId(e)), 0).min_scaled_jacobian;
                  };
-                 std::size_t certainly = 0, perhaps = 0;  // raised: values are certified to 1e-3
+                 std::size_t certainly = 0, perhaps = 0;  // values are certified to 1e-3
                  for (std::size_t e = 0; e < b.mesh.linear.elements.size(); ++e) {
                      const double was = smallest(before, e), is = smallest(after, e);
                      if (before.judged.validation().verdicts[e] == Verdict::valid) {
@@ -168,21 +168,21 @@ void raised(const std::array<int, D>& cells) {
 }
 
 template <int D>
-void laws(const std::array<int, D>& cells) {
-    property("repair mends, spoils nothing, keeps the boundary, and tells what it did",
+void check_repair(const std::array<int, D>& cells) {
+    property("repair keeps valid elements and boundary nodes, and its statistics are correct",
              [&](std::uint64_t seed) {
                  Dice dice(seed);
                  const auto b = shell_block<D>(cells, seed + 1);
-                 const auto before = thrown(b, seed + 2, dice.uniform(0.1, 0.4));
+                 const auto before = displaced_nodes(b, seed + 2, dice.uniform(0.1, 0.4));
                  RepairOptions options;
                  options.min_scaled_jacobian = dice.below(2) == 0 ? 1e-12 : 0.1;
                  options.method = dice.below(4) == 0   ? RepairMethod::edge
                                   : dice.below(2) == 0 ? RepairMethod::cavity
                                                        : RepairMethod::extension;
-                 const auto first = must(validate(b.mesh, before, options.min_scaled_jacobian, alone)).validation();
+                 const auto first = must(validate(b.mesh, before, options.min_scaled_jacobian, one_thread)).validation();
                  const auto r = repaired(b, before, options);
                  const Proposal<D>& after = r.judged.proposal();
-                 const auto again = must(validate(b.mesh, after, options.min_scaled_jacobian, alone)).validation();
+                 const auto again = must(validate(b.mesh, after, options.min_scaled_jacobian, one_thread)).validation();
                  RC_ASSERT(again == r.judged.validation());
                  std::size_t corrected = 0, moved = 0, surface = 0, vertices = 0;
                  for (std::size_t e = 0; e < again.verdicts.size(); ++e) {
@@ -211,27 +211,27 @@ void laws(const std::array<int, D>& cells) {
 }
 
 template <int D>
-void loses_less(const std::array<int, D>& cells) {
+void check_cost(const std::array<int, D>& cells) {
     const auto b = shell_block<D>(cells, 3);
-    const auto wanted = thrown(b, 4, 0.2);
+    const auto proposal = displaced_nodes(b, 4, 0.2);
     RepairOptions theta;
     theta.method = RepairMethod::backtracking;
     theta.min_scaled_jacobian = 0.05;
-    const auto judged = must(validate(b.mesh, wanted, 0.05, alone));
+    const auto judged = must(validate(b.mesh, proposal, 0.05, one_thread));
     CHECK(judged.validation().invalid > 0);
-    const auto relaxed = must(relax(judged, theta, alone));
+    const auto relaxed = must(relax(judged, theta, one_thread));
     RepairOptions options;
     options.min_scaled_jacobian = 0.05;
-    const auto mended = repaired(b, wanted, options);
-    CHECK(mended.judged.validation().all_valid());
-    CHECK(mended.statistics.moved_surface_nodes == 0);
-    CHECK(cost(b, wanted, mended.judged.proposal()) < cost(b, wanted, relaxed.judged.proposal()));
+    const auto by_cavities = repaired(b, proposal, options);
+    CHECK(by_cavities.judged.validation().all_valid());
+    CHECK(by_cavities.statistics.moved_surface_nodes == 0);
+    CHECK(cost(b, proposal, by_cavities.judged.proposal()) < cost(b, proposal, relaxed.judged.proposal()));
 }
 
 template <int D>
-void threads(const std::array<int, D>& cells) {
+void check_threads(const std::array<int, D>& cells) {
     const auto b = shell_block<D>(cells, 5);
-    const auto p = thrown(b, 6, 0.15);
+    const auto p = displaced_nodes(b, 6, 0.15);
     RepairOptions options;
     options.min_scaled_jacobian = 0.1;
     const auto one = repaired(b, p, options, 1);
@@ -241,66 +241,66 @@ void threads(const std::array<int, D>& cells) {
     }
 }
 
-/// Of a request that cannot be had: nothing that was good is lost, no more work is done than allowed, what was given up
-/// is what is left, progress never falls, and threads change nothing.
+/// An unreachable target: valid elements stay valid, work stays within its limit, the remaining invalid elements are
+/// reported, progress never decreases, and threads have no effect.
 template <int D>
-void work_has_bounds(const std::array<int, D>& cells) {
+void check_work(const std::array<int, D>& cells) {
     const auto b = shell_block<D>(cells, 8);
-    const auto p = thrown(b, 9, 0.4);
+    const auto p = displaced_nodes(b, 9, 0.4);
     RepairOptions options;
     options.min_scaled_jacobian = 0.999;
-    const auto before = must(validate(b.mesh, p, options.min_scaled_jacobian, alone)).validation();
+    const auto before = must(validate(b.mesh, p, options.min_scaled_jacobian, one_thread)).validation();
     for (const double effort : {0.0, 0.05, 5.0}) {
         CAPTURE(effort);
         options.effort = effort;
         const auto r = repaired(b, p, options);
         const Validation<D>& after = r.judged.validation();
-        // Programmes of single edges are not cut short: twelve a plan at most, 32 plans at once.
+        // Programs of single edges are not interrupted: at most 12 a plan, 32 plans at once.
         CHECK(r.statistics.work <= allowed_work(before.not_valid(), effort) + (effort > 0 ? 384 : 0));
         CHECK(after.not_valid() <= before.not_valid());
         CHECK(r.given_up.size() == after.not_valid());
         CHECK(repaired(b, p, options, 3).judged == r.judged);
     }
-    std::vector<double> told;
-    const auto judged = must(validate(b.mesh, p, options.min_scaled_jacobian, alone));
+    std::vector<double> progress;
+    const auto judged = must(validate(b.mesh, p, options.min_scaled_jacobian, one_thread));
     const Execution listening{1, {}, [&](std::size_t done, std::size_t total) {
                                   if (total >= 1000)
-                                      told.push_back(static_cast<double>(done) / static_cast<double>(total));
+                                      progress.push_back(static_cast<double>(done) / static_cast<double>(total));
                               }};
     CHECK(repair(judged, guide_of(b, p), options, listening).has_value());
-    CHECK(told.size() >= 3);
-    CHECK(std::ranges::is_sorted(told));
-    CHECK((told.empty() || told.back() <= 1));
+    CHECK(progress.size() >= 3);
+    CHECK(std::ranges::is_sorted(progress));
+    CHECK((progress.empty() || progress.back() <= 1));
 }
 
-/// Where home holds the target it is always reached, without any work: what is not good enough, and what breaks by its
-/// steps, goes there at the most; nodes that are around neither stay.
+/// If the target positions satisfy the bound, they are reached without further work. Nodes move at most to their target
+/// positions, and nodes of other elements stay.
 template <int D>
-void goes_home(const std::array<int, D>& cells) {
-    property("what is not good enough goes home",
+void check_restored_nodes(const std::array<int, D>& cells) {
+    property("repair moves nodes of invalid elements towards their target positions",
              [&](std::uint64_t seed) {
                  const auto b = shell_block<D>(cells, seed + 1);
                  Dice dice(seed);
-                 auto home = must(extend_boundary(b.mesh, b.kinds, b.boundary_nodes, b.shells, {}, alone));
-                 const Column<LagrangeNode<D>> extended(std::move(home.nodes));
+                 auto extension = must(extend_boundary(b.mesh, b.kinds, b.boundary_nodes, b.shells, {}, one_thread));
+                 const Column<LagrangeNode<D>> extended(std::move(extension.nodes));
                  RepairOptions options;
                  options.effort = 0;
                  options.restore_effort = 0;
                  options.min_scaled_jacobian = dice.below(2) == 0 ? 1e-9 : 0.1;
-                 Proposal<D> p = thrown(b, seed + 2, dice.uniform(0.1, 0.4));
-                 Proposal<D> at_home = p;
-                 at_home.mid_nodes = extended;
-                 if (!must(validate(b.mesh, at_home, 0.1, alone)).validation().all_valid()) return;
+                 Proposal<D> p = displaced_nodes(b, seed + 2, dice.uniform(0.1, 0.4));
+                 Proposal<D> at_targets = p;
+                 at_targets.mid_nodes = extended;
+                 if (!must(validate(b.mesh, at_targets, 0.1, one_thread)).validation().all_valid()) return;
                  RepairGuide<D> guide = guide_of(b, p);
                  guide.home = extended;
-                 const auto judged = must(validate(b.mesh, p, options.min_scaled_jacobian, alone));
-                 const auto r = must(repair(judged, guide, options, alone));
+                 const auto judged = must(validate(b.mesh, p, options.min_scaled_jacobian, one_thread));
+                 const auto r = must(repair(judged, guide, options, one_thread));
                  RC_ASSERT(r.judged.validation().all_valid());
                  RC_ASSERT(r.statistics.work == 0);
                  RC_ASSERT(r.statistics.moved_surface_nodes + r.statistics.moved_vertices == 0);
                  const auto& nodes = r.judged.proposal().mid_nodes;
                  for (std::size_t e = 0; e < nodes.size(); ++e) {
-                     // On the segment from its place home.
+                     // The node is on the segment to its target position.
                      const double way = distance(p.mid_nodes[e].point, extended[e].point);
                      const double first = distance(p.mid_nodes[e].point, nodes[e].point);
                      const double rest = distance(nodes[e].point, extended[e].point);
@@ -321,19 +321,19 @@ LogMetric<D> mean_natural(const Block<D>& b, EdgeId edge) {
     return mean;
 }
 
-/// About a straight edge: across it a model in a constant metric agrees with the length that is lost; without a field
-/// it is the energy's second order, half of the energy's share, in the mean natural metric; along the edge a twentieth
-/// of the energy's.
+/// Models of a straight edge. Across the edge a model in a constant metric agrees with the increase of length; without
+/// a field it is half of the second-order increase of energy in the mean natural metric. Along the edge it is a
+/// twentieth of the increase of energy.
 template <int D>
-void models_agree(const std::array<int, D>& cells) {
+void check_models(const std::array<int, D>& cells) {
     const auto b = shell_block<D>(cells, 7);
     LogMetric<D> constant;
     for (int i = 0; i < D; ++i) constant.l(i, i) = 0.5 * i;
     constant.l(1, 0) = 0.3;
-    const auto around = must(balls(b.mesh.linear, alone));
+    const auto around = must(balls(b.mesh.linear, one_thread));
     const auto back =
         must(make_back_mesh(b.mesh.linear, around,
-                            Column<LogMetric<D>>(Buffer<LogMetric<D>>(b.mesh.linear.points.size(), constant)), alone));
+                            Column<LogMetric<D>>(Buffer<LogMetric<D>>(b.mesh.linear.points.size(), constant)), one_thread));
     const auto fitted = edge_models(CurvingAim::energy, b.mesh, b.mesh.mid_nodes, b.shells, back);
     const auto implied = implied_edge_models(b.mesh, b.mesh.mid_nodes, b.shells);
     const Quadrature rule = gauss_legendre(12);
@@ -369,8 +369,8 @@ void models_agree(const std::array<int, D>& cells) {
     }
 }
 
-/// Thin layers that bend by 0.6 radians a cell: elements with an edge on the outer side of a layer are inverted when
-/// straight, and valid with their nodes on the arcs.
+/// Thin layers that bend by 0.6 radians a cell. Elements with an edge on the outer side of a layer are inverted when
+/// straight, and valid with nodes on the arcs.
 template <int D>
 QuadraticMesh<D> bent_layers(std::uint64_t seed, double thickness) {
     LatticeOptions<D> options;
@@ -389,7 +389,7 @@ QuadraticMesh<D> bent_layers(std::uint64_t seed, double thickness) {
     Buffer<Vec<D>> points(flat.points.begin(), flat.points.end());
     for (Vec<D>& p : points) p = bent(p);
     linear.points = std::move(points);
-    QuadraticMesh<D> mesh = must(elevate(std::move(linear), alone));
+    QuadraticMesh<D> mesh = must(elevate(std::move(linear), one_thread));
     Buffer<LagrangeNode<D>> nodes(mesh.edges.size());
     for (std::size_t e = 0; e < nodes.size(); ++e) {
         const auto& [a, b] = mesh.edges.vertices[e];
@@ -399,10 +399,10 @@ QuadraticMesh<D> bent_layers(std::uint64_t seed, double thickness) {
     return mesh;
 }
 
-/// Some of the nodes thrown about by shares of their chords.
+/// Displaces some of the nodes by shares of their chords.
 template <int D>
-Column<LagrangeNode<D>> some_thrown(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds, Dice& dice,
-                                    double share, double amplitude) {
+Column<LagrangeNode<D>> some_displaced(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds, Dice& dice,
+                                       double share, double amplitude) {
     Buffer<LagrangeNode<D>> nodes(mesh.mid_nodes.begin(), mesh.mid_nodes.end());
     for (std::size_t e = 0; e < nodes.size(); ++e) {
         const auto& [a, b] = mesh.edges.vertices[e];
@@ -414,33 +414,33 @@ Column<LagrangeNode<D>> some_thrown(const QuadraticMesh<D>& mesh, const Column<E
 }
 
 template <int D>
-void never_more_invalid() {
+void check_invalid_count() {
     std::size_t inverted = 0, damaged = 0, restored = 0;
     property("repair leaves no more invalid elements than the input has",
              [&](std::uint64_t seed) {
                  Dice dice(seed);
                  QuadraticMesh<D> mesh = bent_layers<D>(seed + 1, dice.uniform(0.02, 0.04));
                  const auto kinds = boundary_kinds(mesh.linear, mesh.edges);
-                 const auto around = must(shells(mesh.edges, alone));
-                 REQUIRE(must(validate(mesh, min_bound, alone)).all_valid());
+                 const auto around = must(shells(mesh.edges, one_thread));
+                 REQUIRE(must(validate(mesh, min_bound, one_thread)).all_valid());
                  const bool is_damaged = dice.below(3) == 0;
-                 if (is_damaged) mesh.mid_nodes = some_thrown(mesh, kinds, dice, 0.1, 0.3);
+                 if (is_damaged) mesh.mid_nodes = some_displaced(mesh, kinds, dice, 0.1, 0.3);
                  const bool is_own = is_damaged && dice.below(2) == 0;
                  const Proposal<D> proposal{mesh.linear.points,
-                                            is_own ? mesh.mid_nodes : some_thrown(mesh, kinds, dice, 0.3, 0.3), kinds,
-                                            Buffer<EdgeChange>(mesh.edges.size(), EdgeChange::optimised)};
+                                            is_own ? mesh.mid_nodes : some_displaced(mesh, kinds, dice, 0.3, 0.3),
+                                            kinds, Buffer<EdgeChange>(mesh.edges.size(), EdgeChange::optimised)};
                  RepairOptions options;
                  if (dice.below(2) == 0) options.min_scaled_jacobian = min_bound;
-                 const auto judged = must(validate(mesh, proposal, options.min_scaled_jacobian, alone));
-                 const auto input = must(validate(mesh, min_bound, alone));
+                 const auto judged = must(validate(mesh, proposal, options.min_scaled_jacobian, one_thread));
+                 const auto input = must(validate(mesh, min_bound, one_thread));
                  inverted += input.straight_inverted;
                  damaged += input.not_valid();
                  const auto expect_no_more = [&](const Repaired<D>& r) {
-                     const auto after = must(validate(mesh, r.judged.proposal(), min_bound, alone)).validation();
+                     const auto after = must(validate(mesh, r.judged.proposal(), min_bound, one_thread)).validation();
                      RC_ASSERT(after.not_valid() <= input.not_valid());
                      const double bound = r.judged.validation().bound;
                      RC_ASSERT(r.judged.validation() ==
-                               must(validate(mesh, r.judged.proposal(), bound, alone)).validation());
+                               must(validate(mesh, r.judged.proposal(), bound, one_thread)).validation());
                      for (std::size_t e = 0; e < mesh.edges.size(); ++e)
                          restored += r.judged.proposal().mid_nodes[e] == mesh.mid_nodes[e] &&
                                      proposal.mid_nodes[e] != mesh.mid_nodes[e];
@@ -450,10 +450,10 @@ void never_more_invalid() {
                      options.method = method;
                      options.effort = dice.below(2) == 0 ? 0.02 : 1;
                      const auto guide =
-                         needs_models(method) ? must(own_guide(judged, around, alone)) : RepairGuide<D>{};
-                     expect_no_more(must(repair_or_straighten(judged, guide, options, alone)));
-                     expect_no_more(must(repair_within(judged, guide, options, alone)));
-                     if (!needs_models(method)) expect_no_more(must(relax(judged, options, alone)));
+                         needs_models(method) ? must(own_guide(judged, around, one_thread)) : RepairGuide<D>{};
+                     expect_no_more(must(repair_or_straighten(judged, guide, options, one_thread)));
+                     expect_no_more(must(repair_within(judged, guide, options, one_thread)));
+                     if (!needs_models(method)) expect_no_more(must(relax(judged, options, one_thread)));
                  }
              },
              {D == 2 ? 10 : 2});
@@ -464,58 +464,67 @@ void never_more_invalid() {
 
 }  // namespace
 
-TEST_CASE("repair: never more invalid elements than the input, though straight elements are inverted") {
-    never_more_invalid<2>();
-    never_more_invalid<3>();
+TEST_CASE("repair leaves no more invalid elements than the input with inverted straight elements") {
+    check_invalid_count<2>();
+    check_invalid_count<3>();
 }
-TEST_CASE("elements are raised to the target, and none that was valid ends lower, 2D") { raised<2>({8, 5}); }
-TEST_CASE("elements are raised to the target, and none that was valid ends lower, 3D") { raised<3>({3, 3, 3}); }
-TEST_CASE("repair: laws, 2D") { laws<2>({8, 5}); }
-TEST_CASE("repair: laws, 3D") { laws<3>({3, 3, 3}); }
-TEST_CASE("repair: vertices that move") {
-    vertices_that_move<2>({5, 4});
-    vertices_that_move<3>({3, 2, 2});
+TEST_CASE("repair raises elements to the target and lowers no valid one, 2D") { check_raised<2>({8, 5}); }
+TEST_CASE("repair raises elements to the target and lowers no valid one, 3D") { check_raised<3>({3, 3, 3}); }
+TEST_CASE("repair corrects elements, keeps valid ones and reports its changes, 2D") { check_repair<2>({8, 5}); }
+TEST_CASE("repair corrects elements, keeps valid ones and reports its changes, 3D") { check_repair<3>({3, 3, 3}); }
+TEST_CASE("moved vertices keep the Jacobian bound and the mean ratio of their elements") {
+    check_moved_vertices<2>({5, 4});
+    check_moved_vertices<3>({3, 2, 2});
 }
-TEST_CASE("repair: cavities lose less than relaxing by theta") {
-    loses_less<2>({16, 8});
-    loses_less<3>({4, 4, 3});
+TEST_CASE("cavity repair costs less than relaxation by backtracking") {
+    check_cost<2>({16, 8});
+    check_cost<3>({4, 4, 3});
 }
-TEST_CASE("repair: the same bytes for any number of threads") {
-    threads<2>({16, 8});
-    threads<3>({3, 3, 3});
+TEST_CASE("repair does not depend on the number of threads") {
+    check_threads<2>({16, 8});
+    check_threads<3>({3, 3, 3});
 }
-TEST_CASE("repair: home") {
-    goes_home<2>({10, 5});
-    goes_home<3>({3, 3, 3});
+TEST_CASE("repair moves nodes towards valid target positions without further work") {
+    check_restored_nodes<2>({10, 5});
+    check_restored_nodes<3>({3, 3, 3});
 }
 // Guards against repair without end, and progress that falls from 100 % to 20 %.
-TEST_CASE("repair: work has bounds") {
-    work_has_bounds<2>({12, 8});
-    work_has_bounds<3>({3, 3, 3});
+TEST_CASE("repair keeps its work limit and reports rising progress") {
+    check_work<2>({12, 8});
+    check_work<3>({3, 3, 3});
 }
-TEST_CASE("repair: models agree with what is lost") {
-    models_agree<2>({6, 4});
-    models_agree<3>({3, 3, 3});
+TEST_CASE("edge models agree with the increase of length and energy") {
+    check_models<2>({6, 4});
+    check_models<3>({3, 3, 3});
 }
-TEST_CASE("repair: what cannot be is said") {
+TEST_CASE("repair rejects options out of range") {
     const auto b = shell_block<2>({4, 3}, 1);
-    const auto p = thrown(b, 2, 0.1);
-    const auto judged = must(validate(b.mesh, p, 0, alone));
+    const auto p = displaced_nodes(b, 2, 0.1);
+    const auto judged = must(validate(b.mesh, p, 0, one_thread));
     const auto guide = guide_of(b, p);
     RepairOptions options;
     options.min_scaled_jacobian = 1;
-    CHECK(repair(judged, guide, options, alone).error().kind == ErrorKind::usage);
+    CHECK(repair(judged, guide, options, one_thread).error().kind == ErrorKind::usage);
     options = {};
     options.target = -1;
-    CHECK(repair(judged, guide, options, alone).error().kind == ErrorKind::usage);
+    CHECK(repair(judged, guide, options, one_thread).error().kind == ErrorKind::usage);
     options = {};
     options.effort = -1;
-    CHECK(repair(judged, guide, options, alone).error().kind == ErrorKind::usage);
+    CHECK(repair(judged, guide, options, one_thread).error().kind == ErrorKind::usage);
+}
+
+TEST_CASE("repair rejects an empty guide") {
+    const auto b = shell_block<2>({4, 3}, 1);
+    const auto bad = displaced_nodes(b, 2, 0.5);
+    CHECK(repair(must(validate(b.mesh, bad, 1e-12, one_thread)), {}, {}, one_thread).error().kind == ErrorKind::internal);
+}
+
+TEST_CASE("repair stops on request") {
+    const auto b = shell_block<2>({4, 3}, 1);
+    const auto bad = displaced_nodes(b, 2, 0.5);
     std::stop_source stop;
     stop.request_stop();
-    const auto bad = thrown(b, 2, 0.5);
-    CHECK(repair(must(validate(b.mesh, bad, 1e-12, alone)), {}, {}, alone).error().kind == ErrorKind::internal);
-    CHECK(repair(must(validate(b.mesh, bad, 1e-12, alone)), guide_of(b, bad), {}, Execution{1, stop.get_token(), {}})
+    CHECK(repair(must(validate(b.mesh, bad, 1e-12, one_thread)), guide_of(b, bad), {}, Execution{1, stop.get_token(), {}})
               .error()
               .kind == ErrorKind::stopped);
 }

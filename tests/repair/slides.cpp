@@ -1,5 +1,5 @@
-// Nodes of boundary edges, and vertices of the boundary, slide on a geometry: they stay on it to rounding, spoil
-// nothing, and mend what nodes of the volume cannot.
+// Boundary nodes and vertices slide on a geometry: they stay on it to rounding, keep valid elements valid, and correct
+// elements that volume nodes cannot.
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -21,7 +21,7 @@ using namespace camber::testing;
 
 namespace {
 
-/// The radius of the sphere on which an edge of the block is; 0: on none.
+/// The radius of the sphere of an edge; 0 if there is none.
 double sphere_of(const Block<3>& b, EdgeId edge) {
     const auto& [p, q] = b.mesh.edges.vertices[edge];
     const double rp = norm(b.mesh.linear.points[p]), rq = norm(b.mesh.linear.points[q]);
@@ -42,8 +42,8 @@ GeometryFoot<3> foot_on(const Block<3>& b, EdgeId edge, const Vec<3>& p) {
     return radius == 0 ? GeometryFoot<3>{p, Sym<3>::identity()} : on_sphere(radius, p);
 }
 
-/// The block with some nodes of its spheres thrown along them.
-Proposal<3> thrown_along(const Block<3>& b, Dice& dice) {
+/// The block with some nodes of its spheres displaced along them.
+Proposal<3> displaced_along(const Block<3>& b, Dice& dice) {
     Buffer<LagrangeNode<3>> nodes(b.boundary_nodes.begin(), b.boundary_nodes.end());
     for (std::size_t e = 0; e < nodes.size(); ++e) {
         const double radius = sphere_of(b, EdgeId(e));
@@ -55,33 +55,33 @@ Proposal<3> thrown_along(const Block<3>& b, Dice& dice) {
     return {b.mesh.linear.points, std::move(nodes), b.kinds, Buffer<EdgeChange>(b.kinds.size(), EdgeChange::straight)};
 }
 
-/// Nodes are wanted where the spheres have them, and leave no geometry.
-RepairGuide<3> without_feet(const Block<3>& b) {
+/// Targets are the nodes on the spheres. Without projections nodes may not slide.
+RepairGuide<3> without_projection(const Block<3>& b) {
     RepairGuide<3> guide{b.shells, [nodes = b.boundary_nodes](EdgeId e) { return nodes[e]; },
                          implied_edge_models(b.mesh, b.boundary_nodes, b.shells)};
     guide.surface = SurfaceMoves::on_geometry;
     return guide;
 }
 
-TEST_CASE("slides stay on the geometry, spoil nothing, and mend more") {
-    std::size_t slid = 0, left_without = 0, left_with = 0;
+TEST_CASE("sliding nodes stay on the geometry and repair more elements") {
+    std::size_t slid = 0, invalid_without = 0, invalid_with = 0;
     property(
-        "slides",
+        "nodes slide along the geometry and valid elements stay valid",
         [&](std::uint64_t seed) {
             Dice dice(seed);
             const auto b = shell_block<3>({4, 4, 2}, seed + 1);
-            const Proposal<3> before = thrown_along(b, dice);
+            const Proposal<3> before = displaced_along(b, dice);
             RepairOptions options;
             options.min_scaled_jacobian = 1e-9;
             options.vertices = VertexMoves::never;
-            const auto judged = must(validate(b.mesh, before, options.min_scaled_jacobian, alone));
-            RepairGuide<3> guide = without_feet(b);
-            const auto without = must(repair(judged, guide, options, alone));
+            const auto judged = must(validate(b.mesh, before, options.min_scaled_jacobian, one_thread));
+            RepairGuide<3> guide = without_projection(b);
+            const auto without = must(repair(judged, guide, options, one_thread));
             guide.onto = [&](EdgeId edge, const Vec<3>& p) { return foot_on(b, edge, p); };
-            const auto with = must(repair(judged, guide, options, alone));
+            const auto with = must(repair(judged, guide, options, one_thread));
             RC_ASSERT(must(repair(judged, guide, options, Execution{3})).judged.proposal() == with.judged.proposal());
-            left_without += without.judged.validation().not_valid();
-            left_with += with.judged.validation().not_valid();
+            invalid_without += without.judged.validation().not_valid();
+            invalid_with += with.judged.validation().not_valid();
             for (std::size_t e = 0; e < b.kinds.size(); ++e) {
                 const Vec<3>& node = with.judged.proposal().mid_nodes[e].point;
                 if (b.kinds[e] == EdgeKind::volume || node == before.mid_nodes[e].point) continue;
@@ -94,10 +94,10 @@ TEST_CASE("slides stay on the geometry, spoil nothing, and mend more") {
         },
         {6});
     CHECK(slid > 0);
-    CHECK(left_with < left_without);
+    CHECK(invalid_with < invalid_without);
 }
 
-/// The radius of the sphere inside of whose patch a vertex is; 0: of none.
+/// The radius of the sphere patch that contains a vertex; 0 if there is none.
 double sphere_of(const Block<3>& b, VertexId v, const Buffer<std::uint8_t>& on_other_faces) {
     const double r = norm(b.mesh.linear.points[v]);
     return on_other_faces[v.index()] == 0 && (std::abs(r - 1) < 1e-12 || std::abs(r - 2) < 1e-12) ? r : 0;
@@ -112,29 +112,29 @@ Buffer<std::uint8_t> on_other_faces(const Block<3>& b) {
     return marks;
 }
 
-TEST_CASE("vertices of the boundary slide on the geometry where nodes do not do, and nowhere else") {
-    std::size_t slid = 0, left_by_nodes = 0, left = 0;
+TEST_CASE("boundary vertices slide on the geometry where nodes do not suffice") {
+    std::size_t slid = 0, invalid_by_nodes = 0, invalid_count = 0;
     property(
-        "vertices slide",
+        "boundary vertices slide along the geometry and valid elements stay valid",
         [&](std::uint64_t seed) {
             Dice dice(seed);
             const auto b = shell_block<3>({4, 4, 2}, seed + 1);
-            const Proposal<3> before = thrown_along(b, dice);
+            const Proposal<3> before = displaced_along(b, dice);
             RepairOptions options;
-            options.min_scaled_jacobian = 0.3;  // nodes alone seldom reach it
+            options.min_scaled_jacobian = 0.3;  // nodes alone rarely reach it
             options.effort = 100;
-            const auto judged = must(validate(b.mesh, before, options.min_scaled_jacobian, alone));
-            RepairGuide<3> guide = without_feet(b);
+            const auto judged = must(validate(b.mesh, before, options.min_scaled_jacobian, one_thread));
+            RepairGuide<3> guide = without_projection(b);
             guide.onto = [&](EdgeId edge, const Vec<3>& p) { return foot_on(b, edge, p); };
-            const auto by_nodes = must(repair(judged, guide, options, alone));
+            const auto by_nodes = must(repair(judged, guide, options, one_thread));
             guide.vertices_onto = [&b, others = on_other_faces(b)](VertexId v, const Vec<3>& p) {
                 const double radius = sphere_of(b, v, others);
                 return radius == 0 ? GeometryFoot<3>{p, Sym<3>::identity()} : on_sphere(radius, p);
             };
-            const auto with = must(repair(judged, guide, options, alone));
+            const auto with = must(repair(judged, guide, options, one_thread));
             RC_ASSERT(must(repair(judged, guide, options, Execution{3})).judged.proposal() == with.judged.proposal());
-            left_by_nodes += by_nodes.judged.validation().not_valid();
-            left += with.judged.validation().not_valid();
+            invalid_by_nodes += by_nodes.judged.validation().not_valid();
+            invalid_count += with.judged.validation().not_valid();
             const Proposal<3>& after = with.judged.proposal();
             const auto on_boundary = boundary_vertices(b.mesh, b.kinds);
             const auto others = on_other_faces(b);
@@ -155,11 +155,11 @@ TEST_CASE("vertices of the boundary slide on the geometry where nodes do not do,
                 if (judged.validation().verdicts[e] == Verdict::valid)
                     RC_ASSERT(with.judged.validation().verdicts[e] == Verdict::valid);
             options.vertices = VertexMoves::never;
-            RC_ASSERT(must(repair(judged, guide, options, alone)).judged.proposal().points == b.mesh.linear.points);
+            RC_ASSERT(must(repair(judged, guide, options, one_thread)).judged.proposal().points == b.mesh.linear.points);
         },
         {4});
     CHECK(slid > 0);
-    CHECK(left <= left_by_nodes);
+    CHECK(invalid_count <= invalid_by_nodes);
 }
 
 }  // namespace

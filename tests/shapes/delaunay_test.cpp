@@ -3,7 +3,7 @@
 #include <utility>
 #include <vector>
 
-#include "mesh_laws.hpp"
+#include "mesh_checks.hpp"
 #include "property.hpp"
 
 using namespace camber;
@@ -11,8 +11,8 @@ using namespace camber::testing;
 
 namespace {
 
-/// Points whose coordinates are whole numbers below `size`: the grid of `delaunay` holds small ones exactly, and many
-/// are on a common plane or sphere.
+/// Points with whole coordinates below `size`: the grid of `delaunay` represents small ones exactly, and many lie on a
+/// common plane or sphere.
 template <int D>
 std::vector<Vec<D>> whole_points(int size, std::size_t most) {
     std::vector<Vec<D>> points;
@@ -25,8 +25,8 @@ std::vector<Vec<D>> whole_points(int size, std::size_t most) {
     return points;
 }
 
-/// Squared distance of p from the sphere's centre less its squared radius, times the determinant: a second evaluation,
-/// by solving for the centre. Small whole numbers: long double is exact.
+/// Squared distance of q from the sphere's centre less its squared radius, times the determinant, by solving for the
+/// centre. For small whole numbers long double is exact.
 long double power(const std::vector<Vec<3>>& p, const SimplexVertices<3>& s, const Vec<3>& q) {
     long double m[3][3], r[3];
     const auto at = [&](const Vec<3>& v, int i) { return static_cast<long double>(v[i] - p[s[0].index()][i]); };
@@ -62,8 +62,8 @@ LinearMesh<D> as_mesh(const std::vector<Vec<D>>& points, Buffer<SimplexVertices<
 
 }  // namespace
 
-TEST_CASE("no point is inside the sphere of a tetrahedron") {
-    property("empty spheres", [] {
+TEST_CASE("no point is inside the circumsphere of a tetrahedron") {
+    property("circumspheres of tetrahedra are empty", [] {
         const auto points = whole_points<3>(*rc::gen::element(4, 1000), 40);
         const auto elements = delaunay<3>(points, Noise{3});
         if (!elements) return;  // flat
@@ -76,7 +76,7 @@ TEST_CASE("no point is inside the sphere of a tetrahedron") {
     });
 }
 
-TEST_CASE("triangles of points in the plane fill their hull") {
+TEST_CASE("triangles of points in the plane are positive and form a disc") {
     property("2D", [] {
         const auto points = whole_points<2>(*rc::gen::element(4, 1000), 40);
         const auto elements = delaunay<2>(points, Noise{3});
@@ -87,7 +87,7 @@ TEST_CASE("triangles of points in the plane fill their hull") {
     });
 }
 
-TEST_CASE("a regular lattice, where all is degenerate, is filled") {
+TEST_CASE("the triangulation of a regular lattice fills its cube") {
     std::vector<Vec<3>> points;
     for (int k = 0; k < 216; ++k) points.push_back({{k % 6 + 0.0, k / 6 % 6 + 0.0, k / 36 + 0.0}});
     for (const std::uint64_t seed : {1, 2, 3}) {
@@ -100,7 +100,7 @@ TEST_CASE("a regular lattice, where all is degenerate, is filled") {
     }
 }
 
-TEST_CASE("flat and repeated points are refused") {
+TEST_CASE("flat and repeated points are rejected") {
     const std::vector<Vec<3>> flat{{{0, 0, 1}}, {{1, 0, 1}}, {{0, 1, 1}}, {{1, 1, 1}}, {{2, 1, 1}}};
     CHECK(delaunay<3>(flat, Noise{}).error().kind == ErrorKind::usage);
     const std::vector<Vec<3>> twice{{{0, 0, 0}}, {{1, 0, 0}}, {{0, 1, 0}}, {{0, 0, 1}}, {{1, 0, 0}}};

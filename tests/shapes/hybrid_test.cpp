@@ -1,4 +1,4 @@
-// Meshes of several shapes and degrees: their nodes, edges and faces, and the way to and from simplices.
+// Meshes of several shapes and degrees: nodes, edges, faces, and conversion from and to simplices.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -33,7 +33,7 @@ ShellOptions<3> prisms() {
     return options;
 }
 
-/// The same mesh with its vertices in another order: so edges and faces lie in all ways in their elements.
+/// Returns the mesh with its vertices in random order, so that edges and faces have all orientations in their elements.
 template <int D>
 Mesh<D> renumbered(Mesh<D> mesh, std::uint64_t seed) {
     Dice dice(seed);
@@ -55,7 +55,7 @@ Mesh<D> renumbered(Mesh<D> mesh, std::uint64_t seed) {
     return mesh;
 }
 
-/// Where the corners' linear functions have a reference point of a straight cell.
+/// Position of a reference point in a straight cell, by the linear functions of its corners.
 template <Shape shape, int D>
 Vec<D> straight_point(const std::array<Vec<D>, shape_table<shape>.corner_count>& corners, ReferencePoint x) {
     Vec<D> p;
@@ -72,7 +72,7 @@ Vec<D> straight_point(const std::array<Vec<D>, shape_table<shape>.corner_count>&
     }
 }
 
-/// Each cell's nodes are those of the straight cell, and of the bent mesh those of the same map; returns the latter.
+/// Checks the nodes of each straight cell and of its bent image; returns the latter.
 template <int K, int D>
 std::set<std::array<double, D>> checked_nodes(const Mesh<D>& straight) {
     const auto bent = [](const Vec<D>& p) {
@@ -118,7 +118,7 @@ std::set<std::array<double, D>> checked_nodes(const Mesh<D>& straight) {
     return all;
 }
 
-/// What `MeshEntities` promises of its rows.
+/// Checks the order of the rows of `MeshEntities`.
 template <int D>
 void check_order(const MeshEntities<D>& of) {
     CHECK(std::ranges::is_sorted(of.edges));
@@ -136,7 +136,7 @@ template <int D>
 void check_mesh(const Mesh<D>& linear) {
     for (int degree = 1; degree <= max_degree; ++degree) {
         CAPTURE(degree);
-        const Mesh<D> mesh = must(elevate(renumbered(linear, std::uint64_t(degree)), degree, alone));
+        const Mesh<D> mesh = must(elevate(renumbered(linear, std::uint64_t(degree)), degree, one_thread));
         CHECK(mesh == must(elevate(renumbered(linear, std::uint64_t(degree)), degree, Execution{.threads = 3})));
         check_order(mesh.entities);
         const auto of_facets = checked_nodes<D - 1>(mesh);
@@ -146,23 +146,23 @@ void check_mesh(const Mesh<D>& linear) {
             continue;
         }
         const auto of_elements = checked_nodes<D>(mesh);
-        CHECK(of_elements.size() == count_nodes(mesh));  // each node once, and all of them
+        CHECK(of_elements.size() == count_nodes(mesh));  // all nodes, once each
         CHECK(std::ranges::includes(of_elements, of_facets));
         if (D == 3 && degree > 2) {
             const auto& of = mesh.entities;
             const auto faces = of.triangles.size() + of.quadrilaterals.size();
             const auto euler = std::ptrdiff_t(mesh.points.size() - of.edges.size() + faces - count_elements(mesh));
-            CHECK((euler == 1 || euler == 2));  // of a ball, of a shell
+            CHECK((euler == 1 || euler == 2));  // 1 for a ball, 2 for a shell
         }
-        Mesh<D> again = mesh;  // of degree 1 once more: what the other degree had is gone
+        Mesh<D> again = mesh;  // reset to degree 1, which discards the nodes of the other degree
         again.degree = 1;
         for (const int next : {1, 2})
-            CHECK(must(elevate(again, next, alone)) ==
-                  must(elevate(renumbered(linear, std::uint64_t(degree)), next, alone)));
+            CHECK(must(elevate(again, next, one_thread)) ==
+                  must(elevate(renumbered(linear, std::uint64_t(degree)), next, one_thread)));
     }
 }
 
-/// With a feature edge along a side of each facet.
+/// Adds a feature edge along a side of each facet.
 Mesh<3> with_feature_edges(Mesh<3> mesh) {
     Buffer<ShapeVertices<Shape::line>> rows;
     each_shape<2>([&]<Shape shape>() {
@@ -173,7 +173,8 @@ Mesh<3> with_feature_edges(Mesh<3> mesh) {
     return mesh;
 }
 
-/// The smallest det J at the nodes of elements, of pyramids that of three edges at each corner of the base.
+/// The smallest det J at the nodes of elements; for pyramids the smallest determinant of the edges at the corners of
+/// the base.
 template <int D>
 double smallest_jacobian(const Mesh<D>& mesh) {
     double smallest = 1;
@@ -221,7 +222,7 @@ LinearMesh<D> box_of_simplices(std::uint64_t seed) {
 template <int D>
 QuadraticMesh<D> quadratic_box(std::uint64_t seed) {
     Dice dice(seed);
-    QuadraticMesh<D> mesh = must(elevate(box_of_simplices<D>(seed), alone));
+    QuadraticMesh<D> mesh = must(elevate(box_of_simplices<D>(seed), one_thread));
     Buffer<LagrangeNode<D>> nodes(mesh.mid_nodes.begin(), mesh.mid_nodes.end());
     for (auto& [p] : nodes) p += 0.01 * dice.template vector<D>();
     mesh.mid_nodes = std::move(nodes);
@@ -234,7 +235,7 @@ void check_conversions() {
         const LinearMesh<D> linear = box_of_simplices<D>(seed);
         CHECK(must(as_linear(as_mesh(linear))) == linear);
         CHECK(as_mesh(linear).points.data() == linear.points.data());
-        CHECK(must(elevate(as_mesh(linear), 2, alone)) == as_mesh(must(elevate(linear, alone))));
+        CHECK(must(elevate(as_mesh(linear), 2, one_thread)) == as_mesh(must(elevate(linear, one_thread))));
         const QuadraticMesh<D> quadratic = quadratic_box<D>(seed);
         const Mesh<D> mesh = as_mesh(quadratic);
         CHECK(mesh.degree == 2);
@@ -261,23 +262,23 @@ void check_conversions() {
 
 }  // namespace
 
-TEST_CASE("meshes of simplices become general meshes and come back, with the same columns") {
+TEST_CASE("simplex meshes are converted to general meshes and back with the same columns") {
     check_conversions<2>();
     check_conversions<3>();
 }
 
-TEST_CASE("each cell of a plate has its own nodes in its own order, at every degree") {
+TEST_CASE("each cell of a plate has its own nodes in order at every degree") {
     check_mesh(must(generate_plate({4, 3})));
     check_mesh(must(generate_plate_in_space({4, 3})));
 }
 
-TEST_CASE("each cell of hexahedra, prisms, pyramids and tetrahedra has its own nodes in its own order") {
+TEST_CASE("each cell of a hybrid mesh has its own nodes in order at every degree") {
     check_mesh(with_feature_edges(must(generate_hexahedra({2, 3, 2}))));
     check_mesh(with_feature_edges(must(generate_pyramids({2, 2, 3}))));
     check_mesh(with_feature_edges(must(generate_prisms(prisms()))));
 }
 
-TEST_CASE("edges are the same for any number of threads where all of them meet in one vertex") {
+TEST_CASE("edges that all meet in one vertex do not depend on the number of threads") {
     const std::size_t n = 20000;  // triangles around vertex 0
     Mesh<2> fan;
     Buffer<Vec<2>> points(n + 1);
@@ -289,12 +290,12 @@ TEST_CASE("edges are the same for any number of threads where all of them meet i
     }
     fan.points = std::move(points);
     fan.elements.of<Shape::triangle>().vertices = std::move(rows);
-    const Mesh<2> one = must(elevate(fan, 3, alone));
+    const Mesh<2> one = must(elevate(fan, 3, one_thread));
     CHECK(one.entities.edges.size() == 2 * n);
     for (int run = 0; run < 3; ++run) CHECK(must(elevate(fan, 3, Execution{.threads = 4})) == one);
 }
 
-TEST_CASE("facets of generated meshes look outwards and have the references of their sides") {
+TEST_CASE("facets of generated meshes face outwards and have the references of their sides") {
     const auto check = [](const Mesh<3>& mesh, auto outwards, auto reference) {
         each_block_of<2>(mesh, [&](const auto& facets) {
             for (std::size_t i = 0; i < facets.size(); ++i) {
@@ -326,15 +327,18 @@ TEST_CASE("facets of generated meshes look outwards and have the references of t
         [](const Vec<3>& p) { return Reference(norm(p) < 1.5 ? 2 : 1); });
 }
 
-TEST_CASE("hybrid meshes are valid, and stay so when bent") {
+TEST_CASE("hybrid meshes are valid before and after bending") {
     for (const double share : {0.0, 0.02, 0.05})
         for (const int degree : {1, 2, 3, 5}) {
-            CHECK(smallest_jacobian(bend(must(elevate(must(generate_plate({4, 3})), degree, alone)), share)) > 0);
-            CHECK(smallest_jacobian(bend(must(elevate(must(generate_hexahedra({2, 2, 2})), degree, alone)), share)) >
+            CHECK(smallest_jacobian(bend(must(elevate(must(generate_plate({4, 3})), degree, one_thread)), share)) > 0);
+            CHECK(smallest_jacobian(bend(must(elevate(must(generate_hexahedra({2, 2, 2})), degree, one_thread)), share)) >
                   0);
-            CHECK(smallest_jacobian(bend(must(elevate(must(generate_pyramids({2, 2, 3})), degree, alone)), share)) > 0);
-            CHECK(smallest_jacobian(bend(must(elevate(must(generate_prisms(prisms())), degree, alone)), share)) > 0);
+            CHECK(smallest_jacobian(bend(must(elevate(must(generate_pyramids({2, 2, 3})), degree, one_thread)), share)) > 0);
+            CHECK(smallest_jacobian(bend(must(elevate(must(generate_prisms(prisms())), degree, one_thread)), share)) > 0);
         }
+}
+
+TEST_CASE("hybrid meshes have the expected shapes of cells and facets") {
     const Mesh<3> prism_shell = must(generate_prisms(prisms()));
     CHECK(bend(prism_shell, 0.02).points != prism_shell.points);
     CHECK(prism_shell.elements.of<Shape::prism>().size() > 50);
@@ -347,25 +351,25 @@ TEST_CASE("hybrid meshes are valid, and stay so when bent") {
     CHECK(pyramids.facets.of<Shape::quadrilateral>().size() == 4 + 8);
 }
 
-TEST_CASE("what cannot be converted is refused with its reason") {
+TEST_CASE("invalid conversions are rejected with the reason") {
     const auto message = [](const auto& outcome) { return outcome.has_value() ? std::string() : outcome.error().what; };
     const Mesh<3> hybrid = must(generate_pyramids({1, 1, 3}));
     CHECK(message(as_linear(hybrid)) ==
-          "has 5 quadrilaterals, 1 pyramid, 1 hexahedron, and this needs a mesh of simplices alone");
-    CHECK(message(as_quadratic(hybrid)) == "is of degree 1, and this needs one of degree 2");
-    CHECK(message(elevate(hybrid, 6, alone)) == "the degree must be from 1 to 5, got 6");
-    CHECK(message(elevate(hybrid, 0, alone)) == "the degree must be from 1 to 5, got 0");
-    CHECK(message(elevate(must(elevate(hybrid, 3, alone)), 4, alone)) ==
-          "is of degree 3, and degrees are raised from 1");
+          "has 5 quadrilaterals, 1 pyramid, 1 hexahedron, but this operation needs a mesh of simplices only");
+    CHECK(message(as_quadratic(hybrid)) == "is of degree 1, but this operation needs a mesh of degree 2");
+    CHECK(message(elevate(hybrid, 6, one_thread)) == "the degree must be from 1 to 5, got 6");
+    CHECK(message(elevate(hybrid, 0, one_thread)) == "the degree must be from 1 to 5, got 0");
+    CHECK(message(elevate(must(elevate(hybrid, 3, one_thread)), 4, one_thread)) ==
+          "is of degree 3, but the degree can be raised only from 1");
     Mesh<3> twice = hybrid;
     ShapeVertices<Shape::hexahedron> same;
     same.fill(VertexId(std::size_t{0}));
     twice.elements.of<Shape::hexahedron>().vertices = Buffer<ShapeVertices<Shape::hexahedron>>{same};
-    CHECK(message(elevate(twice, 2, alone)) == "names vertex 1 twice");
+    CHECK(message(elevate(twice, 2, one_thread)) == "names vertex 1 twice");
     Mesh<3> beyond = hybrid;
     beyond.points = Buffer<Vec<3>>(5);
-    CHECK(message(elevate(beyond, 2, alone)).find("of 5") != std::string::npos);
-    CHECK(must(elevate(Mesh<3>{}, 4, alone)).points.size() == 0);
+    CHECK(message(elevate(beyond, 2, one_thread)).find("of 5") != std::string::npos);
+    CHECK(must(elevate(Mesh<3>{}, 4, one_thread)).points.size() == 0);
     CHECK_FALSE(generate_hexahedra({0, 1, 1}).has_value());
     CHECK_FALSE(generate_pyramids({1, 1, 2}).has_value());
     CHECK_FALSE(generate_prisms(ShellOptions<3>{}).has_value());

@@ -1,4 +1,4 @@
-#include "mesh_laws.hpp"
+#include "mesh_checks.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -13,14 +13,14 @@
 using namespace camber;
 using namespace camber::testing;
 
-TEST_CASE("a box is sound for any size, cut and jitter") {
+TEST_CASE("a box is a valid mesh for any size, cut and jitter") {
     property("box 2D", [] {
         const BoxOptions<2> options{.cells = {*rc::gen::inRange(1, 7), *rc::gen::inRange(1, 7)},
                                     .jitter = 0.1 * *rc::gen::inRange(0, 6),
                                     .seed = *rc::gen::arbitrary<std::uint64_t>()};
         const auto mesh = generate(options);
         RC_ASSERT(mesh.has_value());
-        check_sound(*mesh, 1, {1, 2, 3, 4});
+        check_valid_mesh(*mesh, 1, {1, 2, 3, 4});
         RC_ASSERT(mesh->corners.size() == 4U);
         RC_ASSERT(std::abs(total_volume(*mesh) - 1) < 1e-12);
     });
@@ -32,7 +32,7 @@ TEST_CASE("a box is sound for any size, cut and jitter") {
                      .seed = *rc::gen::arbitrary<std::uint64_t>()};
                  const auto mesh = generate(options);
                  RC_ASSERT(mesh.has_value());
-                 check_sound(*mesh, 1, {1, 2, 3, 4, 5, 6});
+                 check_valid_mesh(*mesh, 1, {1, 2, 3, 4, 5, 6});
                  RC_ASSERT(mesh->corners.size() == 8U);
                  const auto& n = options.cells;
                  RC_ASSERT(mesh->edges.size() == static_cast<std::size_t>(4 * (n[0] + n[1] + n[2])));
@@ -52,7 +52,7 @@ TEST_CASE("the sides of a box are planes to the last bit") {
     }
 }
 
-TEST_CASE("a box that is graded and bent is sound, and its sides stay") {
+TEST_CASE("a graded and warped box is a valid mesh and keeps its sides") {
     const auto mapped = [](auto options) {
         constexpr int D = sizeof options.cells / sizeof(int);
         for (int i = 0; i < D; ++i) {
@@ -66,20 +66,20 @@ TEST_CASE("a box that is graded and bent is sound, and its sides stay") {
         RC_ASSERT(mesh.has_value());
         double box = 1;
         for (int i = 0; i < D; ++i) box *= options.high[i];
-        check_sound(*mesh, 1, D == 2 ? std::set<Reference>{1, 2, 3, 4} : std::set<Reference>{1, 2, 3, 4, 5, 6});
+        check_valid_mesh(*mesh, 1, D == 2 ? std::set<Reference>{1, 2, 3, 4} : std::set<Reference>{1, 2, 3, 4, 5, 6});
         RC_ASSERT(std::abs(total_volume(*mesh) / box - 1) < 1e-12);
     };
     property("mapped 2D", [&] { mapped(BoxOptions<2>{}); });
     property("mapped 3D", [&] { mapped(BoxOptions<3>{}); }, {.count = 30});
 }
 
-TEST_CASE("cells are a geometric series of the ratio that was asked for") {
+TEST_CASE("cell sizes are a geometric series with the requested ratio") {
     const auto mesh = generate(BoxOptions<2>{.cells = {4, 1}, .grading = {27, 1}, .jitter = 0});
     REQUIRE(mesh.has_value());
     for (int k = 0; k <= 4; ++k) CHECK(mesh->points[k][0] == doctest::Approx((std::pow(3, k) - 1) / 80));
 }
 
-TEST_CASE("a shell is sound, with and without layers") {
+TEST_CASE("a shell is a valid mesh with and without layers") {
     for (const auto structure : {ShellStructure::unstructured, ShellStructure::prisms})
         for (const int layers : {0, 3})
             for (const std::uint64_t seed : {1, 2}) {
@@ -92,7 +92,7 @@ TEST_CASE("a shell is sound, with and without layers") {
                 options.outer_layer = {.count = layers / 2, .first_height = 0.05, .growth = 1.3};
                 const auto mesh = generate(options);
                 REQUIRE(mesh.has_value());
-                check_sound(*mesh, 2, {1, 2});
+                check_valid_mesh(*mesh, 2, {1, 2});
                 check_on_sphere(*mesh, 1, options.centre, options.outer_radius);
                 check_on_sphere(*mesh, 2, options.centre, options.inner_radius);
                 CHECK(mesh->edges.size() == 0);
@@ -118,7 +118,7 @@ TEST_CASE("an unstructured shell has no flat elements and the sizes of the paper
     CHECK(fine->elements.size() == doctest::Approx(18517).epsilon(0.15));
 }
 
-TEST_CASE("layers have the heights that were asked for") {
+TEST_CASE("layers have the requested heights") {
     const BoundaryLayer layer{.count = 4, .first_height = 0.02, .growth = 1.5};
     const auto mesh = generate(ShellOptions<3>{.inner_size = 0.8, .outer_size = 2, .inner_layer = layer});
     REQUIRE(mesh.has_value());
@@ -128,7 +128,7 @@ TEST_CASE("layers have the heights that were asked for") {
     CHECK(radii == std::set<long>{1000000000, 1020000000, 1050000000, 1095000000, 1162500000});
 }
 
-TEST_CASE("an annulus is sound, with and without layers") {
+TEST_CASE("an annulus is a valid mesh with and without layers") {
     for (const auto structure : {ShellStructure::unstructured, ShellStructure::prisms})
         for (const int layers : {0, 5}) {
             ShellOptions<2> options{.inner_size = 0.3, .outer_size = 0.6};
@@ -136,19 +136,19 @@ TEST_CASE("an annulus is sound, with and without layers") {
             options.inner_layer.count = options.outer_layer.count = layers;
             const auto mesh = generate(options);
             REQUIRE(mesh.has_value());
-            check_sound(*mesh, 0, {1, 2});
+            check_valid_mesh(*mesh, 0, {1, 2});
             check_on_sphere(*mesh, 1, {}, 5.0);
             check_on_sphere(*mesh, 2, {}, 1.0);
         }
 }
 
-TEST_CASE("a channel is sound and its floor is the bump") {
+TEST_CASE("a channel is a valid mesh and its floor is the bump") {
     for (const int layers : {0, 6}) {
         BumpOptions options;
         options.floor_layer.count = layers;
         const auto mesh = generate(options);
         REQUIRE(mesh.has_value());
-        check_sound(*mesh, 1, {1, 2, 3, 4});
+        check_valid_mesh(*mesh, 1, {1, 2, 3, 4});
         CHECK(mesh->corners.size() == 4);
         for (std::size_t f = 0; f < mesh->facets.size(); ++f)
             for (const VertexId v : mesh->facets.vertices[f]) {
@@ -159,7 +159,7 @@ TEST_CASE("a channel is sound and its floor is the bump") {
     }
 }
 
-TEST_CASE("layers of another material: its elements are theirs, and facets lie between") {
+TEST_CASE("layers of another material have their own elements and interface facets") {
     ShellOptions<3> shell{.inner_size = 0.8, .outer_size = 2};
     shell.inner_layer = {.count = 2, .first_height = 0.1, .growth = 1.5, .material = 2, .interface = 7};
     shell.outer_layer = {.count = 1, .first_height = 0.2, .growth = 1, .material = 3, .interface = 8};
@@ -184,7 +184,7 @@ TEST_CASE("layers of another material: its elements are theirs, and facets lie b
     CHECK(std::ranges::count(channel->elements.references, 5) == 2 * 3 * bump.cells[0]);
 }
 
-TEST_CASE("the same options give the same mesh, another seed another one") {
+TEST_CASE("the same options give the same mesh, another seed gives another mesh") {
     const auto same = [](auto options) {
         const auto first = generate(options), second = generate(options);
         options.seed += 1;
@@ -203,7 +203,7 @@ TEST_CASE("the same options give the same mesh, another seed another one") {
 
 namespace {
 
-/// Small ones of every kind, with layers and interfaces.
+/// Calls f with small shapes of every kind, with layers and interfaces.
 template <class F>
 void each_kind(F&& f) {
     const BoundaryLayer layer{.count = 3, .first_height = 0.01, .growth = 1.5, .material = 2};
@@ -223,7 +223,7 @@ void each_kind(F&& f) {
 
 }  // namespace
 
-TEST_CASE("any number of threads gives the same mesh") {
+TEST_CASE("generated meshes do not depend on the number of threads") {
     each_kind([](const auto& options) {
         const auto one = generate(options, Execution{.threads = 1});
         REQUIRE(one.has_value());
@@ -231,7 +231,7 @@ TEST_CASE("any number of threads gives the same mesh") {
     });
 }
 
-TEST_CASE("facets are the same where nobody says which vertices may have them") {
+TEST_CASE("bounded_mesh finds the same facets without a selection of vertices") {
     each_kind([]<class Options>(const Options& options) {
         const auto mesh = generate(options);
         REQUIRE(mesh.has_value());
@@ -247,7 +247,7 @@ TEST_CASE("facets are the same where nobody says which vertices may have them") 
     });
 }
 
-TEST_CASE("elements are as many as the formulas say") {
+TEST_CASE("expected_elements predicts the number of elements") {
     each_kind([]<class Options>(const Options& options) {
         const auto mesh = generate(options);
         REQUIRE(mesh.has_value());
@@ -261,11 +261,11 @@ TEST_CASE("elements are as many as the formulas say") {
     });
 }
 
-TEST_CASE("about as many elements as were asked for") {
-    property("with_elements", [] {
+TEST_CASE("with_elements meets the requested number of elements within 20 %") {
+    property("the expected number of elements is within 20 % of the request", [] {
         const double count = std::pow(10, 0.01 * *rc::gen::inRange(350, 900));
-        const auto near = [&](const auto& options, double wanted) {
-            const double off = std::log(expected_elements(with_elements(options, wanted)) / wanted);
+        const auto near = [&](const auto& options, double requested) {
+            const double off = std::log(expected_elements(with_elements(options, requested)) / requested);
             RC_ASSERT(std::abs(off) < std::log(1.2));
         };
         near(BoxOptions<2>{}, count);
@@ -276,6 +276,9 @@ TEST_CASE("about as many elements as were asked for") {
         near(ShellOptions<2>{.structure = ShellStructure::prisms}, count);
         near(ShellOptions<3>{.structure = ShellStructure::prisms}, 10 * count);
     });
+}
+
+TEST_CASE("with_elements keeps layers and the ratio of sizes") {
     const auto shell = with_elements(ShellOptions<3>{.inner_layer = {.count = 3}}, 3000);
     CHECK(shell.inner_layer == ShellOptions<3>{.inner_layer = {.count = 3}}.inner_layer);
     CHECK(shell.outer_size / shell.inner_size == doctest::Approx(3));
@@ -284,7 +287,7 @@ TEST_CASE("about as many elements as were asked for") {
     CHECK(mesh->elements.size() == doctest::Approx(3000).epsilon(0.2));
 }
 
-TEST_CASE("the request to stop is heard") {
+TEST_CASE("generation stops on request") {
     std::stop_source source;
     source.request_stop();
     each_kind([&](const auto& options) {
@@ -294,21 +297,21 @@ TEST_CASE("the request to stop is heard") {
     });
 }
 
-TEST_CASE("sizes that do not fit together are refused") {
-    const auto refused = [](const auto& options) {
+TEST_CASE("inconsistent sizes are rejected") {
+    const auto check_rejected = [](const auto& options) {
         const auto mesh = generate(options);
         REQUIRE_FALSE(mesh.has_value());
         CHECK(mesh.error().kind == ErrorKind::usage);
         CHECK_FALSE(mesh.error().what.empty());
     };
-    refused(BoxOptions<3>{.cells = {0, 1, 1}});
-    refused(BoxOptions<3>{.cells = {2000000, 2000000, 2000000}});
-    refused(BoxOptions<2>{.low = {{0, 1}}});
-    refused(ShellOptions<3>{.inner_radius = 5});
-    refused(ShellOptions<3>{.inner_size = -1});
-    refused(ShellOptions<3>{.inner_size = 1e-9});
-    refused(ShellOptions<2>{.inner_size = 1e-12, .outer_size = 1e-12});
-    refused(ShellOptions<3>{.inner_layer = {.count = 100, .first_height = 1, .growth = 1}});
-    refused(BumpOptions{.bump_height = 2});
-    refused(BumpOptions{.cells = {2000000, 2000000}});
+    check_rejected(BoxOptions<3>{.cells = {0, 1, 1}});
+    check_rejected(BoxOptions<3>{.cells = {2000000, 2000000, 2000000}});
+    check_rejected(BoxOptions<2>{.low = {{0, 1}}});
+    check_rejected(ShellOptions<3>{.inner_radius = 5});
+    check_rejected(ShellOptions<3>{.inner_size = -1});
+    check_rejected(ShellOptions<3>{.inner_size = 1e-9});
+    check_rejected(ShellOptions<2>{.inner_size = 1e-12, .outer_size = 1e-12});
+    check_rejected(ShellOptions<3>{.inner_layer = {.count = 100, .first_height = 1, .growth = 1}});
+    check_rejected(BumpOptions{.bump_height = 2});
+    check_rejected(BumpOptions{.cells = {2000000, 2000000}});
 }

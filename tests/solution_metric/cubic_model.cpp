@@ -1,4 +1,4 @@
-// Local models: the least Q of third derivatives beside an oracle, and the laws that definitions have.
+// Local models: the minimal Q of third derivatives is compared with an oracle and checked for its defining properties.
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -21,7 +21,7 @@ using namespace camber::testing;
 
 namespace {
 
-/// The largest of log(|T(v)|^{2/3}/vᵀQv).
+/// The maximum of log(|T(v)|^{2/3}/vᵀQv).
 template <int D>
 double excess(const CubicForm<D>& t, const EigenSystem<D>& logs) {
     static const auto fine = oracle_directions<D>(D == 2 ? 1000 : 4000);
@@ -31,7 +31,7 @@ double excess(const CubicForm<D>& t, const EigenSystem<D>& logs) {
     return 2.0 / 3 * std::log(most);
 }
 
-/// No floor but that of rounding: the oracle has none.
+/// Only the limit of rounding, as in the oracle.
 constexpr ModelOptions unbounded{.max_anisotropy = 1e9};
 
 template <int D>
@@ -42,7 +42,7 @@ void expect_optimal(double anisotropy, int count) {
         const auto t = random_form<D>(dice, anisotropy);
         const auto model = models(t).logs;
         CHECK(excess(t, model) < 1e-9);
-        // The oracle goes on from a frame of its own, and, since there may be several optima, from the model's.
+        // The oracle starts from its own frame and, since there may be several optima, from that of the model.
         const double least =
             std::min(oracle_least_log_det<D>(t, frame_by_entries(t)), oracle_least_log_det<D>(t, frame_of(model)));
         CAPTURE(anisotropy);
@@ -51,8 +51,8 @@ void expect_optimal(double anisotropy, int count) {
 }
 
 template <int D>
-void laws() {
-    property("the bound holds everywhere, also the cheap one, which is no smaller",
+void check_models() {
+    property("the models bound the form everywhere, the diagonal one less tightly",
              [](std::uint64_t seed) {
                  Dice dice(seed);
                  const auto t = random_form<D>(dice, std::pow(10.0, dice.uniform(0, 4)));
@@ -63,7 +63,7 @@ void laws() {
                  RC_ASSERT(log_det(best.logs) < log_det(cheap.logs) + 1e-6);
              },
              {.count = 60});
-    property("Q of T times a number, of any size, is Q times its 2/3rd power",
+    property("the model of a multiple of T is scaled by the 2/3rd power of the factor",
              [](std::uint64_t seed) {
                  Dice dice(seed);
                  const auto t = random_form<D>(dice, 30);
@@ -74,7 +74,7 @@ void laws() {
                  RC_ASSERT(norm(composed(b.logs) - composed(a.logs) - shift) < 1e-5 * (1 + std::abs(power)));
              },
              {.count = 40});
-    property("of a form in another frame it is Q in that frame",
+    property("the determinant of the model does not depend on the frame of the form",
              [](std::uint64_t seed) {
                  Dice dice(seed);
                  const auto t = random_form<D>(dice, 10);
@@ -86,12 +86,12 @@ void laws() {
 }
 
 template <int D>
-void degenerate() {
+void check_degenerate_forms() {
     const CubicModels<D> models({.max_anisotropy = 1e4});
     CHECK(models(CubicForm<D>{}).kind == ModelKind::zero);
     Dice dice(3);
     for (int i = 0; i < 20; ++i) {
-        // (a·v)³, that depends on one direction, and (a·v)(b·v)².
+        // (a·v)³, which depends on one direction, and (a·v)(b·v)².
         const Vec<D> a = dice.direction<D>(), b = dice.direction<D>();
         CubicForm<D> one, two;
         for (int j = 0; j < D; ++j)
@@ -111,10 +111,11 @@ void degenerate() {
     }
 }
 
-/// n³ + 3c n t², what a front has: with one sign of c the best ellipsoid is thin along n, with the other ever thinner
-/// ones are ever so little better. No more than the diagonal bound, and no sizes far below those of n³.
+/// n³ + 3c n t², the form of a front. For one sign of c the best ellipsoid is thin along n; for the other ever thinner
+/// ellipsoids are slightly better. The model is no larger than the diagonal bound, and its sizes are not far below
+/// those of n³.
 template <int D>
-void fronts() {
+void check_fronts() {
     Dice dice(11);
     for (int i = 0; i < 40; ++i) {
         const Vec<D> n = i % 2 == 0 ? dice.direction<D>() : Vec<D>{{1}};
@@ -132,8 +133,8 @@ void fronts() {
 }
 
 template <int D>
-void hessians() {
-    property("|H|: a bound that is reached in every axis",
+void check_hessians() {
+    property("the model of a Hessian has its absolute eigenvalues",
              [](std::uint64_t seed) {
                  Dice dice(seed);
                  const double power = dice.uniform(-200, 200);
@@ -156,44 +157,53 @@ void hessians() {
 
 }  // namespace
 
-TEST_CASE("within 3 % of the optimum, by an oracle") {
+TEST_CASE("models of third derivatives are within 3 % of the optimum") {
     for (const double a : {1.0, 1e2, 1e4, 1e6}) {
         expect_optimal<2>(a, less_if_sanitized(4, 1));
         expect_optimal<3>(a, 1);
     }
 }
-TEST_CASE("laws of the models of third derivatives") {
-    laws<2>();
-    laws<3>();
+TEST_CASE("models of third derivatives bound the form and follow its scale and frame") {
+    check_models<2>();
+    check_models<3>();
 }
-TEST_CASE("forms that vanish along directions, or everywhere") {
-    degenerate<2>();
-    degenerate<3>();
+TEST_CASE("models of degenerate forms are zero or have the maximum anisotropy") {
+    check_degenerate_forms<2>();
+    check_degenerate_forms<3>();
 }
-TEST_CASE("forms of fronts") {
-    fronts<2>();
-    fronts<3>();
+TEST_CASE("models of fronts stay within the diagonal bound") {
+    check_fronts<2>();
+    check_fronts<3>();
 }
-TEST_CASE("models of Hessians") {
-    hessians<2>();
-    hessians<3>();
+TEST_CASE("models of Hessians have their absolute eigenvalues") {
+    check_hessians<2>();
+    check_hessians<3>();
 }
-TEST_CASE("columns: what is no number is refused with its place; threads do not matter") {
+TEST_CASE("cubic_models does not depend on the number of threads") {
     Dice dice(9);
     Buffer<CubicForm<3>> rows;
     for (int i = 0; i < 300; ++i) rows.push_back(random_form<3>(dice, 100));
     rows[7] = {};
-    const auto one = must(cubic_models<3>(Column<CubicForm<3>>(rows), {}, alone));
+    const auto one = must(cubic_models<3>(Column<CubicForm<3>>(rows), {}, one_thread));
     const auto three = must(cubic_models<3>(Column<CubicForm<3>>(rows), {}, Execution{.threads = 3}));
     CHECK(one.zero == 1);
     for (std::size_t i = 0; i < rows.size(); ++i) {
         CHECK(one.rows[i].logs.values == three.rows[i].logs.values);
         CHECK(one.rows[i].logs.vectors == three.rows[i].logs.vectors);
     }
+}
+
+TEST_CASE("cubic_models rejects a form that is not finite and returns its number") {
+    Dice dice(9);
+    Buffer<CubicForm<3>> rows;
+    for (int i = 0; i < 300; ++i) rows.push_back(random_form<3>(dice, 100));
     rows[41].c[3] = std::numeric_limits<double>::quiet_NaN();
-    const auto bad = cubic_models<3>(Column<CubicForm<3>>(rows), {}, alone);
+    const auto bad = cubic_models<3>(Column<CubicForm<3>>(rows), {}, one_thread);
     REQUIRE(!bad);
     CHECK(bad.error().entity->number == 42);
-    CHECK(must(cubic_models<3>({}, {}, alone)).rows.empty());
-    CHECK(!cubic_models<3>({}, {.max_anisotropy = 0.5}, alone));
+}
+
+TEST_CASE("cubic_models accepts an empty list and rejects a maximum anisotropy below 1") {
+    CHECK(must(cubic_models<3>({}, {}, one_thread)).rows.empty());
+    CHECK(!cubic_models<3>({}, {.max_anisotropy = 0.5}, one_thread));
 }

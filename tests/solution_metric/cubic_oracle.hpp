@@ -1,5 +1,5 @@
-// A second opinion on the least Q of a cubic form: log-simplex on 1500 directions, its programmes by an interior-point
-// method, the bound by a search over 5 000 directions. Shares no code with the module.
+// An independent minimisation of Q of a cubic form: log-simplex on 1 500 directions with linear programs solved by an
+// interior-point method. The bound is searched over 5 000 directions. Shares no code with the module.
 #pragma once
 
 #include <algorithm>
@@ -113,7 +113,7 @@ std::array<double, U> interior_point(const std::vector<std::array<double, U>>& r
     return x;
 }
 
-/// log det of Q = (F⁻¹)ᵀF⁻¹ scaled so that the bound holds, as far as 5 000 directions in its own frame see.
+/// log det of Q = (F⁻¹)ᵀF⁻¹, scaled so that the bound holds on 5 000 directions in its own frame.
 template <int D>
 double oracle_log_det(const CubicForm<D>& t, const Mat<D>& to_space) {
     static const auto fine = oracle_directions<D>(D == 2 ? 2000 : 5000);
@@ -122,7 +122,7 @@ double oracle_log_det(const CubicForm<D>& t, const Mat<D>& to_space) {
     return -2 * std::log(std::abs(det(to_space))) + D * 2.0 / 3 * std::log(most);
 }
 
-/// The least log det that log-simplex finds from a frame, v = F y.
+/// The minimum log det that log-simplex finds from a frame, v = F y.
 template <int D>
 double oracle_least_log_det(const CubicForm<D>& t, Mat<D> to_space) {
     constexpr std::size_t unknowns = sym_size<D>;

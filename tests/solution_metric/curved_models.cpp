@@ -1,4 +1,4 @@
-// Models of curved elements: what the element's curves take away of the error is not seen, what they leave is.
+// Models of curved elements contain only the error that the curvature of the element does not remove.
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -20,14 +20,14 @@ using namespace camber::testing;
 
 namespace {
 
-/// y ↦ y + c x² for the last coordinate: quadratic, so that an element of degree 2 has it exactly.
+/// y ↦ y + c x² for the last coordinate. The map is quadratic, so elements of degree 2 represent it exactly.
 template <int D>
 Vec<D> bent(Vec<D> p, double c) {
     p[D - 1] += c * p[0] * p[0];
     return p;
 }
 
-/// u = f(y − c x²) with f = s³: a function of the reference coordinate alone. Its derivatives at a point.
+/// u = f(y − c x²) with f = s³ depends on one reference coordinate. The members are its derivatives at a point.
 template <int D>
 struct Layer {
     double c = 0;
@@ -38,7 +38,7 @@ struct Layer {
         g[0] = -2 * c * p[0];
         return g;
     }
-    /// f' and f'' of the s given: H = f'' g gᵀ + f' s_ij, T = f''' g g g + f'' (s_ij g_k + …).
+    /// From the derivatives f', f'' and f''' by s: H = f'' g gᵀ + f' s_ij, T = f''' g g g + f'' (s_ij g_k + …).
     [[nodiscard]] Sym<D> hessian(const Vec<D>& p, double f1, double f2) const {
         const Vec<D> g = slope(p);
         Sym<D> h;
@@ -68,7 +68,7 @@ Vec<D> centroid(const QuadraticMesh<D>& mesh, std::size_t e) {
 }
 
 template <int D>
-void layer_across() {
+void check_layer() {
     constexpr double c = 0.4;
     const Layer<D> layer{c};
     const auto mesh = mapped(box_with_facets<D>(3, 5, 0.1), [](const Vec<D>& p) { return bent<D>(p, c); });
@@ -84,11 +84,11 @@ void layer_across() {
         thirds.push_back(layer.third(p, 6 * s, 6));
     }
     // u = s is linear on the reference elements, though its Hessian in space is not 0.
-    const auto linear = must(curved_hessian_models(mesh, Column<Vec<D>>(gradients), Column<Sym<D>>(of_s), {}, alone));
+    const auto linear = must(curved_hessian_models(mesh, Column<Vec<D>>(gradients), Column<Sym<D>>(of_s), {}, one_thread));
     // u = s³: on the reference elements a form of one direction, |6 s_v³|^{2/3}.
     const auto cubic =
-        must(curved_cubic_models(mesh, Column<Sym<D>>(hessians), Column<CubicForm<D>>(thirds), {}, alone));
-    const auto straight = must(cubic_models(Column<CubicForm<D>>(thirds), {}, alone));
+        must(curved_cubic_models(mesh, Column<Sym<D>>(hessians), Column<CubicForm<D>>(thirds), {}, one_thread));
+    const auto straight = must(cubic_models(Column<CubicForm<D>>(thirds), {}, one_thread));
     std::size_t better = 0;
     for (std::size_t e = 0; e < mesh.linear.elements.size(); ++e) {
         const auto& zero = linear.rows[e];
@@ -107,11 +107,11 @@ void layer_across() {
 }
 
 template <int D>
-void straight_elements() {
-    property("on straight elements they are the models of space",
+void check_straight_elements() {
+    property("curved models of straight elements equal the models in space",
              [](std::uint64_t seed) {
                  Dice dice(seed);
-                 auto mesh = must(elevate(box_with_facets<D>(1, seed + 1, 0.1), alone));
+                 auto mesh = must(elevate(box_with_facets<D>(1, seed + 1, 0.1), one_thread));
                  const std::size_t n = mesh.linear.elements.size();
                  const Buffer<Sym<D>> h(n, dice.symmetric<D>());
                  CubicForm<D> t;
@@ -119,13 +119,13 @@ void straight_elements() {
                  const Buffer<CubicForm<D>> thirds(n, t);
                  const ModelOptions options{.max_anisotropy = 1e9};
                  const auto curved = must(curved_hessian_models(
-                     mesh, Column<Vec<D>>(Buffer<Vec<D>>(n, dice.vector<D>())), Column<Sym<D>>(h), options, alone));
-                 const auto plain = must(hessian_models(Column<Sym<D>>(h), options, alone));
+                     mesh, Column<Vec<D>>(Buffer<Vec<D>>(n, dice.vector<D>())), Column<Sym<D>>(h), options, one_thread));
+                 const auto plain = must(hessian_models(Column<Sym<D>>(h), options, one_thread));
                  const auto curved_cubic =
-                     must(curved_cubic_models(mesh, Column<Sym<D>>(h), Column<CubicForm<D>>(thirds), options, alone));
-                 const auto plain_cubic = must(cubic_models(Column<CubicForm<D>>(thirds), options, alone));
+                     must(curved_cubic_models(mesh, Column<Sym<D>>(h), Column<CubicForm<D>>(thirds), options, one_thread));
+                 const auto plain_cubic = must(cubic_models(Column<CubicForm<D>>(thirds), options, one_thread));
                  for (std::size_t e = 0; e < n; ++e) {
-                     // |H| in other coordinates is not |H| of other coordinates, unless H is definite.
+                     // |H| is independent of coordinates only if H is definite.
                      const auto eigen = eigen_system(h[e]).values.c;
                      bool definite = true;
                      for (const double x : eigen) definite = definite && x * eigen[0] > 0;
@@ -138,22 +138,26 @@ void straight_elements() {
 
 }  // namespace
 
-TEST_CASE("a layer that elements follow is a layer of one direction") {
-    layer_across<2>();
-    layer_across<3>();
+TEST_CASE("a layer that follows the elements gets a model of one direction") {
+    check_layer<2>();
+    check_layer<3>();
 }
-TEST_CASE("straight elements") {
-    straight_elements<2>();
-    straight_elements<3>();
+TEST_CASE("models of straight curved elements equal those in space") {
+    check_straight_elements<2>();
+    check_straight_elements<3>();
 }
-TEST_CASE("means of rows at vertices; rows of another mesh are refused") {
+TEST_CASE("element_means returns the means of the vertex rows") {
     const auto mesh = box_with_facets<2>(2, 0, 0);
     Buffer<Vec<2>> rows(mesh.points.begin(), mesh.points.end());
-    const auto means = must(element_means<Vec<2>, 2>(mesh, Column<Vec<2>>(std::move(rows)), alone));
+    const auto means = must(element_means<Vec<2>, 2>(mesh, Column<Vec<2>>(std::move(rows)), one_thread));
     for (std::size_t e = 0; e < mesh.elements.size(); ++e) {
         const auto p = corners(mesh, e);
         CHECK(distance(means[e], (p[0] + p[1] + p[2]) / 3) < 1e-15);
     }
-    CHECK(!element_means<Vec<2>, 2>(mesh, {}, alone));
-    CHECK(!curved_cubic_models<2>(must(elevate(LinearMesh<2>(mesh), alone)), {}, {}, {}, alone));
+}
+
+TEST_CASE("element_means and curved_cubic_models reject rows of another mesh") {
+    const auto mesh = box_with_facets<2>(2, 0, 0);
+    CHECK(!element_means<Vec<2>, 2>(mesh, {}, one_thread));
+    CHECK(!curved_cubic_models<2>(must(elevate(LinearMesh<2>(mesh), one_thread)), {}, {}, {}, one_thread));
 }

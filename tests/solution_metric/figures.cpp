@@ -1,4 +1,4 @@
-// The figures of docs/algorithms/metric-from-solution.md; they take minutes and judge nothing:
+// The figures of docs/algorithms/metric-from-solution.md. They take minutes and check nothing:
 //     build/bin/test_solution_metric --no-skip -tc='figures*'
 #include <algorithm>
 #include <array>
@@ -45,7 +45,7 @@ void qualities(double anisotropy, int count) {
                 count, shares[0][half], shares[0][last], shares[1][half], shares[1][last]);
 }
 
-/// Seconds of processors; of several threads the sum.
+/// CPU seconds, summed over threads.
 double seconds_of(const auto& work) {
     const std::clock_t begin = std::clock();
     work();
@@ -62,7 +62,7 @@ void speeds(const char* name, const ModelOptions& options, bool of_fronts) {
     const Column<CubicForm<D>> column(std::move(forms));
     double least = 1e300;
     for (int i = 0; i < 5; ++i)
-        least = std::min(least, seconds_of([&] { (void)must(cubic_models<D>(column, options, alone)); }));
+        least = std::min(least, seconds_of([&] { (void)must(cubic_models<D>(column, options, one_thread)); }));
     std::printf("%dD, %s, %s: %.0f models a second\n", D, name, of_fronts ? "fronts" : "random forms",
                 static_cast<double>(column.size()) / least);
 }
@@ -94,12 +94,12 @@ struct Front {
     }
 };
 
-void told(const char* what, double seconds, const SolutionMetric<3>& metric) {
+void print_metric(const char* what, double seconds, const SolutionMetric<3>& metric) {
     std::printf("  %s: %.2f s, complexity %.1f of %.0f, %d evaluations, %d gradations\n", what, seconds, metric.reached,
                 metric.asked, metric.evaluations, metric.gradations);
 }
 
-/// The time of gaps: a plate of six cells, as many boundary vertices as there are.
+/// The time of gap metrics: a plate of six cells, where most vertices are on the boundary.
 void gaps() {
     const auto mesh = box_with_facets<3>({170, 170, 6}, 1, 0);
     auto points = take(Column<Vec<3>>(mesh.points));
@@ -108,20 +108,20 @@ void gaps() {
     plate.points = std::move(points);
     const auto patches = patches_of(mesh);
     MetricsAtVertices<3> metrics;
-    const double seconds = seconds_of([&] { metrics = must(gap_metrics<3>(plate, patches, {4}, 0.1, alone)); });
+    const double seconds = seconds_of([&] { metrics = must(gap_metrics<3>(plate, patches, {4}, 0.1, one_thread)); });
     std::printf("%zu tetrahedra, %zu facets: gaps at %zu vertices, %.2f s\n", mesh.elements.size(), mesh.facets.size(),
                 metrics.vertices.size(), seconds);
 }
 
 }  // namespace
 
-TEST_CASE("figures: how near the models are to the optimum" * doctest::skip()) {
+TEST_CASE("figures: the ratio of the models to the optimum is printed" * doctest::skip()) {
     for (const double a : {1.0, 1e2, 1e4, 1e6}) {
         qualities<2>(a, 20);
         qualities<3>(a, 20);
     }
 }
-TEST_CASE("figures: models a second of a thread" * doctest::skip()) {
+TEST_CASE("figures: the number of models per second is printed" * doctest::skip()) {
     for (const bool of_fronts : {false, true}) {
         speeds<2>("optimal", {}, of_fronts);
         speeds<3>("optimal", {}, of_fronts);
@@ -129,14 +129,14 @@ TEST_CASE("figures: models a second of a thread" * doctest::skip()) {
         speeds<3>("diagonal", {.bound = CubicBound::diagonal}, of_fronts);
     }
 }
-TEST_CASE("figures: composition, seconds of one thread" * doctest::skip()) {
+TEST_CASE("figures: the time of composition is printed" * doctest::skip()) {
     const auto mesh = box_with_facets<3>(46, 1, 0.2);
-    const auto edges = must(unique_edges(mesh, alone));
+    const auto edges = must(unique_edges(mesh, one_thread));
     const Front<3> front(mesh);
     const double n = 5e4;
     LocalModels<3> cubic, hessian;
-    const double cubic_seconds = seconds_of([&] { cubic = must(cubic_models<3>(front.thirds, {}, alone)); });
-    const double hessian_seconds = seconds_of([&] { hessian = must(hessian_models<3>(front.hessians, {}, alone)); });
+    const double cubic_seconds = seconds_of([&] { cubic = must(cubic_models<3>(front.thirds, {}, one_thread)); });
+    const double hessian_seconds = seconds_of([&] { hessian = must(hessian_models<3>(front.hessians, {}, one_thread)); });
     std::printf("%zu vertices, %zu tetrahedra: models %.2f s (third derivatives), %.3f s (Hessians)\n",
                 mesh.points.size(), mesh.elements.size(), cubic_seconds, hessian_seconds);
     const std::array fields{SolutionField<3>{cubic.rows}, SolutionField<3>{hessian.rows, {.degree = 1}, 0.5}};
@@ -148,23 +148,23 @@ TEST_CASE("figures: composition, seconds of one thread" * doctest::skip()) {
                              const SolutionMetricOptions& options) {
         SolutionMetric<3> metric;
         const double seconds = seconds_of([&] {
-            metric = must(make_solution_metric<3>(mesh, edges, std::span(fields).first(count), with, options, alone));
+            metric = must(make_solution_metric<3>(mesh, edges, std::span(fields).first(count), with, options, one_thread));
         });
-        told(what, seconds, metric);
+        print_metric(what, seconds, metric);
     };
     compose("one field", 1, {}, plain);
     compose("two fields, a fixed metric", 2, fixed, plain);
     compose("one field, gradation 1.5", 1, {}, graded);
     compose("two fields, a fixed metric, gradation 1.5", 2, fixed, graded);
-    const auto straight = must(elevate(LinearMesh<3>(mesh), alone));
-    const auto h = must(element_means<Sym<3>, 3>(mesh, front.hessians, alone));
-    const auto t = must(element_means<CubicForm<3>, 3>(mesh, front.thirds, alone));
-    const auto ball = must(balls(mesh, alone));
+    const auto straight = must(elevate(LinearMesh<3>(mesh), one_thread));
+    const auto h = must(element_means<Sym<3>, 3>(mesh, front.hessians, one_thread));
+    const auto t = must(element_means<CubicForm<3>, 3>(mesh, front.thirds, one_thread));
+    const auto ball = must(balls(mesh, one_thread));
     LocalModels<3> of_elements;
-    const double elements = seconds_of([&] { of_elements = must(curved_cubic_models<3>(straight, h, t, {}, alone)); });
+    const double elements = seconds_of([&] { of_elements = must(curved_cubic_models<3>(straight, h, t, {}, one_thread)); });
     const double means = seconds_of(
-        [&] { (void)must(models_at_vertices<3>(mesh, ball, of_elements.rows, {{}, n, diameter(mesh)}, alone)); });
+        [&] { (void)must(models_at_vertices<3>(mesh, ball, of_elements.rows, {{}, n, diameter(mesh)}, one_thread)); });
     std::printf("  models of elements %.2f s, brought to vertices %.2f s\n", elements, means);
 }
 
-TEST_CASE("figures: gaps" * doctest::skip()) { gaps(); }
+TEST_CASE("figures: the time of gap metrics is printed" * doctest::skip()) { gaps(); }

@@ -1,4 +1,4 @@
-// Sizes across gaps: of slabs, shells, wedges, and where materials meet.
+// Sizes across gaps: slabs, shells, wedges and interfaces.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -28,14 +28,14 @@ LinearMesh<D> placed(LinearMesh<D> mesh, const Place& place) {
     return mesh;
 }
 
-/// The metric along a direction: its size there.
+/// The size of a metric along a direction.
 template <int D>
 double size_along(const LogMetric<D>& log_metric, const Vec<D>& direction) {
     const Vec<D> u = normalised(direction);
     return 1 / std::sqrt(dot(u, exp(log_metric).m * u));
 }
 
-/// A box as thin as `thin` along its last axis, of a side of `side`, turned and put far away.
+/// A box of thickness `thin` along its last axis and width `side`, rotated and shifted by `far`.
 template <int D>
 struct Slab {
     double thin = 0.1, side = 1, far = 0;
@@ -55,7 +55,7 @@ void expect_slab(const Slab<D>& slab) {
         return x;
     });
     const double largest = 0.2 * slab.side, blur = 1e-10 + 1e-14 * slab.far / slab.thin;
-    const auto metrics = must(gap_metrics(mesh, patches_of(parameters), {elements}, largest, alone));
+    const auto metrics = must(gap_metrics(mesh, patches_of(parameters), {elements}, largest, one_thread));
     std::size_t of_walls = 0;
     for (const Vec<D>& p : parameters.points) of_walls += p[D - 1] == 0 || p[D - 1] == 1 ? 1 : 0;
     CHECK(metrics.vertices.size() == of_walls);
@@ -69,7 +69,7 @@ void expect_slab(const Slab<D>& slab) {
     }
 }
 template <int D>
-void slab_laws() {
+void check_slabs() {
     expect_slab<D>({});
     expect_slab<D>({.thin = 1e-5, .seed = 2});
     expect_slab<D>({.thin = 1e-3, .side = 1e-2, .far = 1e6, .seed = 3});
@@ -77,8 +77,8 @@ void slab_laws() {
 }
 
 template <int D>
-void scale_and_thread_laws() {
-    property("sizes are scaled as the mesh is, by any number of threads",
+void check_scaling() {
+    property("gap sizes scale with the mesh and do not depend on the number of threads",
              [](std::uint64_t seed) {
                  Dice dice(seed);
                  const auto parameters = box_with_facets<D>(D == 2 ? 12 : 6, seed + 1, 0.1);
@@ -90,7 +90,7 @@ void scale_and_thread_laws() {
                      return p;
                  });
                  const double scale = std::pow(10.0, dice.uniform(-20, 20));
-                 const auto one = must(gap_metrics(mesh, patches, {3}, 1, alone));
+                 const auto one = must(gap_metrics(mesh, patches, {3}, 1, one_thread));
                  RC_ASSERT(one.vertices.size() > 10U);
                  const auto scaled = placed(mesh, [&](const Vec<D>& p) { return scale * p; });
                  const auto other = must(gap_metrics(scaled, patches, {3}, scale, Execution{.threads = 3}));
@@ -106,23 +106,23 @@ void scale_and_thread_laws() {
              {.count = 10});
 }
 
-/// Part of a shell between two circles or spheres, whose vertices do not face each other.
-void of_shells() {
+/// A part of a shell between two circles or spheres, whose vertices do not face each other.
+void check_shells() {
     constexpr double thin = 0.1, elements = 5;
     const auto of = [&](const auto& parameters, const auto& mesh, auto dimension) {
         constexpr int D = decltype(dimension)::value;
-        const auto metrics = must(gap_metrics<D>(mesh, patches_of<D>(parameters), {elements}, 0.1, alone));
-        std::size_t seen = 0;
+        const auto metrics = must(gap_metrics<D>(mesh, patches_of<D>(parameters), {elements}, 0.1, one_thread));
+        std::size_t checked = 0;
         for (std::size_t i = 0; i < metrics.vertices.size(); ++i) {
             const Vec<D>& t = parameters.points[metrics.vertices[i]];
             bool is_inner = t[0] == 0 || t[0] == 1;
             for (int k = 1; k < D; ++k) is_inner = is_inner && t[k] > 0.15 && t[k] < 0.85;
             if (!is_inner) continue;
-            ++seen;
+            ++checked;
             const double size = size_along(metrics.log_metrics[i], mesh.points[metrics.vertices[i]]);
             CHECK(size == doctest::Approx(thin / elements).epsilon(0.03));
         }
-        CHECK(seen > 10);
+        CHECK(checked > 10);
     };
     const auto square = box_with_facets<2>(24, 0, 0);
     of(square,
@@ -142,8 +142,8 @@ void of_shells() {
        std::integral_constant<int, 3>{});
 }
 
-/// A triangle of angle α at the origin, between the axis and a wall above it, of n cells; the vertices of the axis are
-/// the first n + 1, the others follow. Patches: the axis, the wall above, the end. Another body is over the tip.
+/// A triangle of n cells with angle α at the origin, between the axis and an upper wall. The first n + 1 vertices are
+/// on the axis. Patches: axis, upper wall, end. Another body lies above the tip.
 struct Wedge {
     LinearMesh<2> mesh;
     Column<std::uint32_t> patches;
@@ -175,14 +175,14 @@ Wedge wedge(double degrees, std::size_t n) {
     return out;
 }
 
-void of_wedges() {
+void check_wedges() {
     constexpr std::size_t n = 8;
     constexpr double elements = 3, largest = 0.3;
     for (const double degrees : {10.0, 30.0, 60.0}) {
         const auto [mesh, patches] = wedge(degrees, n);
-        const auto metrics = must(gap_metrics(mesh, patches, {elements}, largest, alone));
+        const auto metrics = must(gap_metrics(mesh, patches, {elements}, largest, one_thread));
         const double slope = std::tan(degrees * std::numbers::pi / 180), cosine = 1 / std::hypot(1, slope);
-        // Across to the other wall, or, from the wall above, to the end; only 45 degrees and less face.
+        // The thickness to the other wall or, from the upper wall, to the end. Walls face each other up to 45 degrees.
         Buffer<double> thickness(2 * n, 0);
         for (std::size_t v = 1; v < 2 * n; ++v) {
             const double x = mesh.points[VertexId(v)][0];
@@ -191,24 +191,24 @@ void of_wedges() {
                 thickness[v] = is_to_end ? (1 - x) / (slope * cosine) : v < n ? slope * x : slope * x / cosine;
         }
         thickness[n] = 0;
-        std::size_t seen = 0;
+        std::size_t checked = 0;
         for (std::size_t i = 0; i < metrics.vertices.size(); ++i) {
             const std::size_t v = metrics.vertices[i].index();
-            // Neither the tip, from which rays leave the domain, nor corners, nor the body beyond.
+            // Rays from the tip leave the domain. Corners and the other body have no gap.
             CHECK(v > 0);
             if (v == n || v >= 2 * n) continue;
-            ++seen;
+            ++checked;
             const Vec<2> normal = v < n ? Vec<2>{{0, 1}} : Vec<2>{{-slope, 1}};
             CHECK(size_along(metrics.log_metrics[i], normal) == doctest::Approx(thickness[v] / elements));
         }
         const auto is_thin = [&](double t) { return t > 0 && t < elements * largest; };
-        CHECK(seen == static_cast<std::size_t>(std::ranges::count_if(thickness, is_thin)));
+        CHECK(checked == static_cast<std::size_t>(std::ranges::count_if(thickness, is_thin)));
     }
 }
 
-/// Two layers, of the same material or not, with a wall between.
+/// Two layers with a wall between them, of the same material or not.
 template <int D>
-void of_layers(Reference upper) {
+void check_layers(Reference upper) {
     constexpr double wall = 0.25, thin = 0.1, elements = 2;
     auto parameters = box_with_facets<D>(4, 0, 0);
     const auto outer = patches_of(parameters);
@@ -235,8 +235,8 @@ void of_layers(Reference upper) {
         p[D - 1] *= thin;
         return p;
     });
-    const auto metrics = must(gap_metrics<D>(mesh, std::move(patches), {elements}, 0.2, alone));
-    std::size_t seen = 0;
+    const auto metrics = must(gap_metrics<D>(mesh, std::move(patches), {elements}, 0.2, one_thread));
+    std::size_t checked = 0;
     Vec<D> up;
     up[D - 1] = 1;
     for (std::size_t i = 0; i < metrics.vertices.size(); ++i) {
@@ -244,13 +244,13 @@ void of_layers(Reference upper) {
         const double thickness = height == 1 ? (1 - wall) * thin : wall * thin;
         CHECK((height == 0 || height == wall || height == 1));
         CHECK(size_along(metrics.log_metrics[i], up) == doctest::Approx(thickness / elements));
-        ++seen;
+        ++checked;
     }
-    CHECK(seen == 3 * (D == 2 ? 5 : 25));
+    CHECK(checked == 3 * (D == 2 ? 5 : 25));  // the vertices of three walls
 }
 
-/// A plate within a box, cut open along the plate: each side has vertices of its own, at the same places.
-void of_a_crack() {
+/// A plate in a box, cut open along the plate: each side has its own vertices at the same positions.
+void check_crack() {
     constexpr double thin = 0.1, elements = 2;
     LatticeOptions<2> options;
     options.cells = {4, 2};
@@ -261,10 +261,10 @@ void of_a_crack() {
     const std::size_t before = points.size();
     Buffer<SimplexVertices<1>> facets;
     Buffer<std::uint32_t> patches;
-    std::vector<VertexId> twin(before);
+    std::vector<VertexId> copies(before);
     for (std::size_t v = 0; v < before; ++v) {
         if (!is_middle(VertexId(v))) continue;
-        twin[v] = VertexId(points.size());
+        copies[v] = VertexId(points.size());
         const Vec<2> p = points[v];
         points.push_back(p);
     }
@@ -274,7 +274,7 @@ void of_a_crack() {
             std::ranges::any_of(element, [&](VertexId v) { return points[v.index()][1] > 0.75 * thin; });
         if (is_above)
             for (VertexId& v : element)
-                if (is_middle(v)) v = twin[v.index()];
+                if (is_middle(v)) v = copies[v.index()];
         for (int k = 0; k < 3; ++k) {
             const VertexId a = element[k], b = element[(k + 1) % 3];
             if (points[a.index()][1] != points[b.index()][1]) continue;
@@ -288,51 +288,51 @@ void of_a_crack() {
     mesh.elements.vertices = std::move(elements_of);
     mesh.facets.references = Buffer<Reference>(facets.size(), 1);
     mesh.facets.vertices = std::move(facets);
-    const auto metrics = must(gap_metrics<2>(mesh, std::move(patches), {elements}, 0.2, alone));
-    CHECK(metrics.vertices.size() == 20);
+    const auto metrics = must(gap_metrics<2>(mesh, std::move(patches), {elements}, 0.2, one_thread));
+    CHECK(metrics.vertices.size() == 20);  // five vertices on each of four sides
     for (const auto& m : metrics.log_metrics)
         CHECK(size_along(m, Vec<2>{{0, 1}}) == doctest::Approx(thin / 2 / elements));
 }
 
 template <int D>
-void errors() {
+void check_errors() {
     const auto mesh = box_with_facets<D>(2, 0, 0);
     const auto patches = patches_of(mesh);
     for (const double elements : {0.0, -1.0, std::nan("")}) {
-        const auto bad = gap_metrics(mesh, patches, {elements}, 1, alone);
+        const auto bad = gap_metrics(mesh, patches, {elements}, 1, one_thread);
         REQUIRE(!bad);
         CHECK(bad.error().kind == ErrorKind::usage);
     }
-    CHECK(!gap_metrics(mesh, patches, {2}, 0, alone));
-    CHECK(!gap_metrics(mesh, patches, {2}, std::nan(""), alone));
-    CHECK(!gap_metrics<D>(mesh, {}, {2}, 1, alone));
-    CHECK(gap_metrics(mesh, patches, {2}, 1, alone).has_value());
-    // No facets, no gaps.
+    CHECK(!gap_metrics(mesh, patches, {2}, 0, one_thread));
+    CHECK(!gap_metrics(mesh, patches, {2}, std::nan(""), one_thread));
+    CHECK(!gap_metrics<D>(mesh, {}, {2}, 1, one_thread));
+    CHECK(gap_metrics(mesh, patches, {2}, 1, one_thread).has_value());
+    // Without facets there are no gaps.
     auto bare = mesh;
     bare.facets = {};
-    CHECK(must(gap_metrics<D>(bare, {}, {2}, 1, alone)).vertices.empty());
+    CHECK(must(gap_metrics<D>(bare, {}, {2}, 1, one_thread)).vertices.empty());
 }
 
 }  // namespace
 
-TEST_CASE("gaps of slabs") {
-    slab_laws<2>();
-    slab_laws<3>();
+TEST_CASE("gap sizes of slabs divide the thickness by the number of elements") {
+    check_slabs<2>();
+    check_slabs<3>();
 }
-TEST_CASE("gaps, scaled and with threads") {
-    scale_and_thread_laws<2>();
-    scale_and_thread_laws<3>();
+TEST_CASE("gap sizes scale with the mesh for any number of threads") {
+    check_scaling<2>();
+    check_scaling<3>();
 }
-TEST_CASE("gaps of shells") { of_shells(); }
-TEST_CASE("gaps of wedges") { of_wedges(); }
-TEST_CASE("gaps of layers, each side by itself") {
+TEST_CASE("gap sizes of shells divide the thickness by the number of elements") { check_shells(); }
+TEST_CASE("gap sizes of wedges follow the local thickness") { check_wedges(); }
+TEST_CASE("gap sizes at an interface are those of the thinner side") {
     for (const Reference upper : {1, 2}) {
-        of_layers<2>(upper);
-        of_layers<3>(upper);
+        check_layers<2>(upper);
+        check_layers<3>(upper);
     }
 }
-TEST_CASE("gaps beside a crack") { of_a_crack(); }
-TEST_CASE("gaps, what is no input") {
-    errors<2>();
-    errors<3>();
+TEST_CASE("gap sizes beside a crack are those of each side") { check_crack(); }
+TEST_CASE("gap_metrics rejects invalid options and accepts a mesh without facets") {
+    check_errors<2>();
+    check_errors<3>();
 }

@@ -17,7 +17,7 @@ import camber.solution_metric;
 
 namespace camber::testing {
 
-/// The unit box of so many cells, with facets all around of reference 1 + the axis that they lie across.
+/// The unit box with the given cells. Boundary facets have the reference 1 + the axis of their normal.
 template <int D>
 LinearMesh<D> box_with_facets(const std::array<int, D>& cells, std::uint64_t seed, double jitter) {
     LatticeOptions<D> options;
@@ -29,7 +29,7 @@ LinearMesh<D> box_with_facets(const std::array<int, D>& cells, std::uint64_t see
         return p;
     };
     auto mesh = lattice_mesh(options);
-    const auto around = must(neighbours(mesh, must(balls(mesh, alone)), alone));
+    const auto around = must(neighbours(mesh, must(balls(mesh, one_thread)), one_thread));
     Buffer<SimplexVertices<D - 1>> facets;
     Buffer<Reference> references;
     for (const ElementFace& face : boundary_faces<D>(around)) {
@@ -49,7 +49,7 @@ LinearMesh<D> box_with_facets(const std::array<int, D>& cells, std::uint64_t see
     return mesh;
 }
 
-/// Of n cells a side.
+/// The unit box with n cells a side.
 template <int D>
 LinearMesh<D> box_with_facets(int n, std::uint64_t seed, double jitter) {
     std::array<int, D> cells;
@@ -57,7 +57,7 @@ LinearMesh<D> box_with_facets(int n, std::uint64_t seed, double jitter) {
     return box_with_facets<D>(cells, seed, jitter);
 }
 
-/// Of the mapped box the patches: each of its sides is one.
+/// Patches of a mapped box, one for each side.
 template <int D>
 Column<std::uint32_t> patches_of(const LinearMesh<D>& parameters) {
     Buffer<std::uint32_t> out;
@@ -70,7 +70,7 @@ Column<std::uint32_t> patches_of(const LinearMesh<D>& parameters) {
     return out;
 }
 
-/// Of a metric, rising.
+/// Sizes of a metric in increasing order.
 template <int D>
 std::array<double, D> sorted_sizes(const LogMetric<D>& log_metric) {
     std::array<double, D> out{};
@@ -80,7 +80,7 @@ std::array<double, D> sorted_sizes(const LogMetric<D>& log_metric) {
     return out;
 }
 
-/// A model by its eigenvalues, with axes that may be turned.
+/// A model given by its eigenvalues and axes.
 template <int D>
 LocalModel<D> model_of(const Vec<D>& values, const Mat<D>& axes = Mat<D>::identity()) {
     LocalModel<D> out{{{}, axes}};

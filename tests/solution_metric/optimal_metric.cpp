@@ -1,5 +1,4 @@
-// Optimal metrics: the exponents, the complexity, the sizes of one dimension where only one counts, and what does not
-// matter: units, frames, threads.
+// Optimal metrics: exponents, complexity, the one-dimensional case, and invariance under units, frames and threads.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -27,16 +26,16 @@ NormOptions random_norm(Dice& dice) {
 }
 
 template <int D>
-void laws() {
-    property("without bounds M = c det(Q)^{−1/(P+n)} Q, of the complexity asked for; units of u do not matter",
+void check_optimal_metric() {
+    property("without bounds M = c det(Q)^{−1/(P+n)} Q has the requested complexity",
              [](std::uint64_t seed) {
                  Dice dice(seed);
                  const auto mesh = box_with_facets<D>(2, seed + 1, 0.2);
                  const auto models = models_on(mesh, [&](const Vec<D>&) { return random_model<D>(dice, 2); });
                  const NormOptions aim = random_norm(dice);
                  const double n = std::pow(10.0, dice.uniform(0, 6)), huge = 1e30;
-                 const auto out = must(optimal_metric(mesh, models, {aim, n, huge}, alone));
-                 RC_ASSERT(std::abs(must(complexity(mesh, out.log_metrics, alone)) / n - 1) < 2e-6);
+                 const auto out = must(optimal_metric(mesh, models, {aim, n, huge}, one_thread));
+                 RC_ASSERT(std::abs(must(complexity(mesh, out.log_metrics, one_thread)) / n - 1) < 2e-6);
                  RC_ASSERT(std::abs(out.complexity / n - 1) < 2e-6);
                  const double exponent =
                      aim.p == 0 ? 0 : 1 / (aim.p * (aim.degree + (aim.error_of == ErrorOf::values ? 1 : 0)) + D);
@@ -52,12 +51,12 @@ void laws() {
                  for (auto& m : scaled)
                      for (double& x : m.logs.values.c) x += factor;
                  const auto same =
-                     must(optimal_metric(mesh, Column<LocalModel<D>>(std::move(scaled)), {aim, n, huge}, alone));
+                     must(optimal_metric(mesh, Column<LocalModel<D>>(std::move(scaled)), {aim, n, huge}, one_thread));
                  for (std::size_t v = 0; v < models.size(); ++v)
                      RC_ASSERT(norm(out.log_metrics[v].l - same.log_metrics[v].l) < 1e-4);
              },
              {.count = 40});
-    property("no size is above the largest, and what is below it is as if all were raised to it",
+    property("sizes are at most the maximum, as if smaller eigenvalues were raised to it",
              [](std::uint64_t seed) {
                  Dice dice(seed);
                  const double power = std::array{1.0, 4.0, 12.0}[dice.below(3)], largest = 1;
@@ -78,10 +77,10 @@ void laws() {
              {.count = 200});
 }
 
-/// A function of x alone: the other sizes are the largest, and the error's P-th power is as much in each interval of
-/// unit length, as in one dimension: M_xx ∝ q^{P/(P+1)}.
+/// A function of x alone: the other sizes are the maximum size. Each unit interval has the same P-th power of the
+/// error, as in one dimension: M_xx ∝ q^{P/(P+1)}.
 template <int D>
-void one_dimension() {
+void check_one_dimension() {
     const auto mesh = box_with_facets<D>(12, 0, 0);
     const auto q_at = [](const Vec<D>& p) { return std::exp(-4 * p[0]) + 1e-3; };
     const auto models = models_on(mesh, [&](const Vec<D>& p) {
@@ -92,7 +91,7 @@ void one_dimension() {
     });
     const NormOptions aim{.degree = 2, .p = 2};
     const double largest = 0.5;
-    const auto out = must(optimal_metric(mesh, models, {aim, 400, largest}, alone));
+    const auto out = must(optimal_metric(mesh, models, {aim, 400, largest}, one_thread));
     const auto constant_at = [&](std::size_t v) {
         return out.log_metrics[v].l(0, 0) - 6.0 / 7 * std::log(q_at(mesh.points[v]));
     };
@@ -103,9 +102,9 @@ void one_dimension() {
 }
 
 template <int D>
-void other_frames() {
+void check_frames() {
     property(
-        "turned and magnified space has the metric turned and magnified",
+        "the metric rotates and scales with space",
         [](std::uint64_t seed) {
             Dice dice(seed);
             const auto mesh = box_with_facets<D>(2, seed + 1, 0.2);
@@ -118,9 +117,9 @@ void other_frames() {
             other.points = std::move(points);
             Buffer<LocalModel<D>> turned(models.begin(), models.end());
             for (auto& m : turned) m.logs.vectors = r * m.logs.vectors;
-            const auto a = must(optimal_metric(mesh, models, {{}, 200, 0.8}, alone));
+            const auto a = must(optimal_metric(mesh, models, {{}, 200, 0.8}, one_thread));
             const auto b =
-                must(optimal_metric(other, Column<LocalModel<D>>(std::move(turned)), {{}, 200, 0.8 * length}, alone));
+                must(optimal_metric(other, Column<LocalModel<D>>(std::move(turned)), {{}, 200, 0.8 * length}, one_thread));
             for (std::size_t v = 0; v < models.size(); ++v) {
                 const Sym<D> expected = congruence(r, a.log_metrics[v].l) - 2 * std::log(length) * Sym<D>::identity();
                 RC_ASSERT(norm(b.log_metrics[v].l - expected) < 1e-4);
@@ -129,17 +128,17 @@ void other_frames() {
         {.count = 20});
 }
 
-/// Elements whose axes turn around a circle, as different as 1000: what is at a vertex.
-void turning_layer() {
+/// Element models with an anisotropy of 1000 and axes that rotate around a circle: models at vertices.
+void check_rotating_models() {
     const auto mesh = box_with_facets<2>(10, 3, 0.2);
-    const auto ball = must(balls(mesh, alone));
+    const auto ball = must(balls(mesh, one_thread));
     Buffer<LocalModel<2>> rows;
     for (std::size_t e = 0; e < mesh.elements.size(); ++e) {
         const auto p = corners(mesh, e);
         const Vec<2> n = normalised((p[0] + p[1] + p[2]) / 3 + Vec<2>{{0.5, 0.5}});
         rows.push_back(model_of<2>({{1e6, 1}}, Mat<2>{{n, Vec<2>{{-n[1], n[0]}}}}));
     }
-    const auto out = must(models_at_vertices(mesh, ball, Column<LocalModel<2>>(rows), {{}, 1e4, 10}, alone));
+    const auto out = must(models_at_vertices(mesh, ball, Column<LocalModel<2>>(rows), {{}, 1e4, 10}, one_thread));
     for (std::size_t v = 0; v < out.size(); ++v) {
         const auto& x = out[v].logs.values;
         CHECK(std::abs(x[0] - x[1]) > 0.99 * std::log(1e6));
@@ -149,31 +148,32 @@ void turning_layer() {
 }
 
 template <int D>
-void balls_of_models() {
+void check_constant_models() {
     const auto mesh = box_with_facets<D>(3, 2, 0.2);
-    const auto ball = must(balls(mesh, alone));
+    const auto ball = must(balls(mesh, one_thread));
     Dice dice(4);
     const auto model = random_model<D>(dice, 1);
     Buffer<LocalModel<D>> rows(mesh.elements.size(), model);
-    const auto same = must(models_at_vertices(mesh, ball, Column<LocalModel<D>>(rows), {{}, 1e3, 1e9}, alone));
+    const auto same = must(models_at_vertices(mesh, ball, Column<LocalModel<D>>(rows), {{}, 1e3, 1e9}, one_thread));
     for (const auto& m : same) CHECK(norm(composed(m.logs) - composed(model.logs)) < 1e-9);
-    // Where nothing happens in most of the mesh, what happens in one element is still there, and finite.
+    // A single non-zero model in a mesh of zero models is preserved and finite.
     Buffer<LocalModel<D>> one(mesh.elements.size(), zero_model<D>());
     one[5] = model;
-    const auto out = must(models_at_vertices(mesh, ball, Column<LocalModel<D>>(one), {{}, 1e3, 1}, alone));
+    const auto out = must(models_at_vertices(mesh, ball, Column<LocalModel<D>>(one), {{}, 1e3, 1}, one_thread));
     for (const auto& m : out)
         for (const double x : m.logs.values.c) CHECK(std::isfinite(x));
-    CHECK(must(optimal_metric(mesh, out, {{}, 1e3, 1}, alone)).complexity == doctest::Approx(1e3));
+    CHECK(must(optimal_metric(mesh, out, {{}, 1e3, 1}, one_thread)).complexity == doctest::Approx(1e3));
 }
 
-/// Two materials whose models differ: at vertices of one material its own model, at the interface at least either one.
+/// Two materials with different models: vertices of one material have its model, and interface vertices have no larger
+/// size than either.
 template <int D>
-void models_of_two_materials() {
-    property("at the interface of two materials no size is larger than those of either",
+void check_interface_models() {
+    property("sizes at an interface are at most those of either material",
              [](std::uint64_t seed) {
                  Dice dice(seed);
                  auto mesh = box_with_facets<D>(4, seed + 1, 0.2);
-                 const auto ball = must(balls(mesh, alone));
+                 const auto ball = must(balls(mesh, one_thread));
                  const std::array<LocalModel<D>, 2> of{random_model<D>(dice, 3), random_model<D>(dice, 3)};
                  Buffer<LocalModel<D>> rows;
                  Buffer<Reference> references;
@@ -186,7 +186,7 @@ void models_of_two_materials() {
                  }
                  mesh.elements.references = Column<Reference>(Buffer<Reference>(references));
                  const auto out =
-                     must(models_at_vertices(mesh, ball, Column<LocalModel<D>>(rows), {{}, 1e3, 1e9}, alone));
+                     must(models_at_vertices(mesh, ball, Column<LocalModel<D>>(rows), {{}, 1e3, 1e9}, one_thread));
                  for (std::size_t v = 0; v < out.size(); ++v)
                      for (int m = 0; m < 2; ++m) {
                          const bool touches =
@@ -202,38 +202,49 @@ void models_of_two_materials() {
 
 }  // namespace
 
-TEST_CASE("models at the interface of two materials") {
-    models_of_two_materials<2>();
-    models_of_two_materials<3>();
+TEST_CASE("models at an interface have sizes no larger than those of either material") {
+    check_interface_models<2>();
+    check_interface_models<3>();
 }
-TEST_CASE("optimal metrics") {
-    laws<2>();
-    laws<3>();
+TEST_CASE("optimal metrics have the optimal exponents, complexity and size limit") {
+    check_optimal_metric<2>();
+    check_optimal_metric<3>();
 }
-TEST_CASE("a function of one variable") {
-    one_dimension<2>();
-    one_dimension<3>();
+TEST_CASE("the optimal metric of a function of one variable is that of one dimension") {
+    check_one_dimension<2>();
+    check_one_dimension<3>();
 }
-TEST_CASE("other frames") {
-    other_frames<2>();
-    other_frames<3>();
+TEST_CASE("optimal metrics rotate and scale with space") {
+    check_frames<2>();
+    check_frames<3>();
 }
-TEST_CASE("models of elements brought to vertices") {
-    turning_layer();
-    balls_of_models<2>();
-    balls_of_models<3>();
+TEST_CASE("models at vertices keep the anisotropy of element models with rotating axes") { check_rotating_models(); }
+
+TEST_CASE("models at vertices preserve constant and single element models") {
+    check_constant_models<2>();
+    check_constant_models<3>();
 }
-TEST_CASE("what cannot be is told") {
+TEST_CASE("optimal_metric rejects a constant field") {
     const auto mesh = box_with_facets<2>(2, 0, 0);
     const auto nothing = models_on(mesh, [](const Vec<2>&) { return zero_model<2>(); });
-    const auto constant = optimal_metric(mesh, nothing, {{}, 100, 1}, alone);
+    const auto constant = optimal_metric(mesh, nothing, {{}, 100, 1}, one_thread);
     REQUIRE(!constant);
     CHECK(constant.error().what.starts_with("the field is constant"));
+}
+
+TEST_CASE("optimal_metric accepts a field that is constant in a part of the mesh") {
+    const auto mesh = box_with_facets<2>(2, 0, 0);
     const auto some =
         models_on(mesh, [](const Vec<2>& p) { return p[0] > 0.6 ? model_of<2>({{1, 1}}) : zero_model<2>(); });
-    CHECK(must(optimal_metric(mesh, some, {{}, 100, 1}, alone)).complexity == doctest::Approx(100));
-    CHECK(!optimal_metric(mesh, some, {{}, 0.5, 1}, alone));
-    CHECK(!optimal_metric(mesh, some, {{.p = 0.5}, 100, 1}, alone));
-    CHECK(!optimal_metric(mesh, some, {{.degree = 3}, 100, 1}, alone));
-    CHECK(!optimal_metric<2>(mesh, {}, {{}, 100, 1}, alone));
+    CHECK(must(optimal_metric(mesh, some, {{}, 100, 1}, one_thread)).complexity == doctest::Approx(100));
+}
+
+TEST_CASE("optimal_metric rejects options out of range and models of another mesh") {
+    const auto mesh = box_with_facets<2>(2, 0, 0);
+    const auto some =
+        models_on(mesh, [](const Vec<2>& p) { return p[0] > 0.6 ? model_of<2>({{1, 1}}) : zero_model<2>(); });
+    CHECK(!optimal_metric(mesh, some, {{}, 0.5, 1}, one_thread));
+    CHECK(!optimal_metric(mesh, some, {{.p = 0.5}, 100, 1}, one_thread));
+    CHECK(!optimal_metric(mesh, some, {{.degree = 3}, 100, 1}, one_thread));
+    CHECK(!optimal_metric<2>(mesh, {}, {{}, 100, 1}, one_thread));
 }

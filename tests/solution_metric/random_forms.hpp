@@ -9,7 +9,7 @@ import camber.core;
 
 namespace camber::testing {
 
-/// A form of random entries in a frame whose axes are so much longer than one another.
+/// A form with random entries in a frame whose axes differ by up to the anisotropy.
 template <int D>
 CubicForm<D> random_form(Dice& dice, double anisotropy) {
     CubicForm<D> t;
@@ -20,7 +20,7 @@ CubicForm<D> random_form(Dice& dice, double anisotropy) {
     return pulled_back(t, to_frame);
 }
 
-/// (n·v)³ + 3c (n·v) |v across n|², what a front has.
+/// (n·v)³ + 3c (n·v) |v across n|², the form of a front.
 template <int D>
 CubicForm<D> front_form(const Vec<D>& n, double c) {
     CubicForm<D> t;
@@ -33,7 +33,7 @@ CubicForm<D> front_form(const Vec<D>& n, double c) {
     return t;
 }
 
-/// A frame by the form's diagonal entries.
+/// A frame from the diagonal entries of the form.
 template <int D>
 Mat<D> frame_by_entries(const CubicForm<D>& t) {
     Mat<D> f = Mat<D>::identity();

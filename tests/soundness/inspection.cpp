@@ -1,5 +1,5 @@
-// What is looked at beyond verdicts: elements with two faces on one wall (counted a second time through faces matched
-// by sorting), nodes at one place, open boundaries, and where det J is lowest.
+// Inspection beyond verdicts: elements with two faces on one wall (compared with faces matched by sorting), coincident
+// nodes, open boundaries, and minima of det J.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -28,11 +28,11 @@ using camber::testing::property;
 
 namespace {
 
-const Execution alone{.threads = 1};
+const Execution one_thread{.threads = 1};
 
-/// A lattice whose points are moved, those of the boundary too.
+/// A lattice with displaced points, including those of the boundary.
 template <int D>
-LinearMesh<D> crumpled(std::mt19937_64& random, int n, double amplitude) {
+LinearMesh<D> displaced_lattice(std::mt19937_64& random, int n, double amplitude) {
     LinearMesh<D> mesh = lattice_mesh<D>(n);
     auto points = take(std::move(mesh.points));
     for (auto& p : points)
@@ -61,9 +61,9 @@ Vec<3> outward(const std::array<Vec<3>, 4>& p, int i) {
     return normalised(n);
 }
 
-/// The same by definition: faces that one element has alone, two of an element that turn by less than the angle.
+/// The same by definition: elements with two boundary faces whose normals differ by less than the angle.
 template <int D>
-std::vector<std::size_t> walls_again(const LinearMesh<D>& mesh, double degrees) {
+std::vector<std::size_t> walls_by_definition(const LinearMesh<D>& mesh, double degrees) {
     std::map<std::array<VertexId, D>, int> owners;
     const auto face = [&](std::size_t e, int i) {
         std::array<VertexId, D> f;
@@ -90,35 +90,36 @@ std::vector<std::size_t> walls_again(const LinearMesh<D>& mesh, double degrees) 
 
 template <int D>
 void test_walls() {
-    property("elements with two faces on one wall, " + std::to_string(D) + "D",
+    property("examine lists exactly the elements with two faces on one wall, " + std::to_string(D) + "D",
              [] {
                  auto random = random_source();
-                 auto mesh = crumpled<D>(random, 2, 0.1);
+                 auto mesh = displaced_lattice<D>(random, 2, 0.1);
                  const double degrees = uniform(random, 60, 120);
-                 const auto found = *examine(as_mesh(mesh), ExamineOptions{degrees}, alone);
-                 const auto again = walls_again(mesh, degrees);
+                 const auto found = *examine(as_mesh(mesh), ExamineOptions{degrees}, one_thread);
+                 const auto again = walls_by_definition(mesh, degrees);
                  std::vector<std::size_t> listed;
                  listed.reserve(found.wall_elements.size());
                  for (const WallElement& wall : found.wall_elements) listed.push_back(wall.element.index());
                  RC_ASSERT(listed == again);
                  RC_ASSERT(found[Defect::wall_element].count == again.size());
-                 RC_ASSERT(found.sound() == examine(as_mesh(mesh), alone)->sound());  // harmless
-                 // With references of their own no two facets are one wall.
+                 RC_ASSERT(found.sound() == examine(as_mesh(mesh), one_thread)->sound());  // wall elements do not affect
+                                                                                      // soundness
+                 // With different references no two facets form one wall.
                  Buffer<Reference> references(mesh.facets.size());
                  for (std::size_t f = 0; f < references.size(); ++f) references[f] = static_cast<Reference>(f);
                  mesh.facets.references = std::move(references);
-                 RC_ASSERT(examine(as_mesh(mesh), ExamineOptions{degrees}, alone)->wall_elements.empty());
+                 RC_ASSERT(examine(as_mesh(mesh), ExamineOptions{degrees}, one_thread)->wall_elements.empty());
              },
              {.count = 20});
 }
 
 template <int D>
 void test_nodes() {
-    property("a node put at another's place is found there, " + std::to_string(D) + "D",
+    property("examine finds a node at the position of another one, " + std::to_string(D) + "D",
              [] {
                  auto random = random_source();
-                 auto mesh = *elevate(crumpled<D>(random, 2, 0.1), alone);
-                 RC_ASSERT((*examine(as_mesh(mesh), alone))[Defect::coincident_node] == Finding{});
+                 auto mesh = *elevate(displaced_lattice<D>(random, 2, 0.1), one_thread);
+                 RC_ASSERT((*examine(as_mesh(mesh), one_thread))[Defect::coincident_node] == Finding{});
                  const std::size_t vertices = mesh.linear.points.size();
                  const std::size_t edge = random() % mesh.edges.size();
                  std::size_t other = random() % (vertices + mesh.edges.size());
@@ -126,7 +127,7 @@ void test_nodes() {
                  auto nodes = take(std::move(mesh.mid_nodes));
                  nodes[edge].point = other < vertices ? mesh.linear.points[other] : nodes[other - vertices].point;
                  mesh.mid_nodes = std::move(nodes);
-                 const auto found = *examine(as_mesh(mesh), alone);
+                 const auto found = *examine(as_mesh(mesh), one_thread);
                  const std::size_t high = std::max(vertices + edge, other) + 1,
                                    low = std::min(vertices + edge, other) + 1;
                  RC_ASSERT((found[Defect::coincident_node] == Finding{1, high, low}));
@@ -137,7 +138,7 @@ void test_nodes() {
 
 template <int D>
 void test_lowest() {
-    property("det J is lowest where lowest_point says, " + std::to_string(D) + "D",
+    property("no sample of det J is below lowest_point, " + std::to_string(D) + "D",
              [] {
                  auto random = random_source();
                  const BoundedJacobian<D> jacobian = bounded_jacobian(element<D>(random, uniform(random, 0, 0.5)));
@@ -155,6 +156,7 @@ void test_lowest() {
                  }
                  RC_ASSERT(std::abs(sum - 1) < 1e-12);
                  RC_ASSERT(std::abs(at(lowest.at) - lowest.jacobian) < 1e-12);
+                 // lowest_point has a tolerance of 1e-3
                  const double slack = 1.001e-3 * std::max(std::abs(jacobian.straight), std::abs(lowest.jacobian));
                  for (int i = 0; i < 200; ++i) RC_ASSERT(at(point_inside<D>(random)) > lowest.jacobian - slack);
              },
@@ -163,14 +165,14 @@ void test_lowest() {
 
 }  // namespace
 
-TEST_CASE("elements with two faces on one wall") {
+TEST_CASE("examine lists elements with two faces on one wall") {
     test_walls<2>();
     test_walls<3>();
 }
 
 namespace {
 
-/// A tetrahedron with two faces that turn by little at the edge of its vertices 0 and 1.
+/// A tetrahedron with two nearly coplanar faces at the edge of its vertices 0 and 1.
 LinearMesh<3> shallow_tetrahedron() {
     LinearMesh<3> mesh;
     const auto v = [](std::size_t i) { return VertexId(i); };
@@ -187,23 +189,23 @@ LinearMesh<3> shallow_tetrahedron() {
 }  // namespace
 
 // Guards against smooth listed edges that end a wall.
-TEST_CASE("ridges and other references end a wall, smooth listed edges do not") {
+TEST_CASE("ridges and changes of reference end a wall, smooth listed edges do not") {
     const ExamineOptions options{.ridge_angle_degrees = 30};
     const std::vector<WallElement> whole{{ElementId(0), {VertexId(0), VertexId(1)}}};
     auto mesh = shallow_tetrahedron();
-    CHECK(examine(as_mesh(mesh), options, alone)->wall_elements == whole);
+    CHECK(examine(as_mesh(mesh), options, one_thread)->wall_elements == whole);
     mesh.edges.vertices = Buffer<SimplexVertices<1>>{{VertexId(0), VertexId(2)}, {VertexId(1), VertexId(0)}};
     mesh.edges.references = Buffer<Reference>{1, 1};
-    CHECK(examine(as_mesh(mesh), options, alone)->wall_elements == whole);  // listed, and no ridge
+    CHECK(examine(as_mesh(mesh), options, one_thread)->wall_elements == whole);  // listed, but no ridge
     mesh.corners = Buffer<VertexId>{VertexId(0), VertexId(1)};
-    CHECK(examine(as_mesh(mesh), options, alone)->wall_elements == whole);
+    CHECK(examine(as_mesh(mesh), options, one_thread)->wall_elements == whole);
     mesh.ridges = Buffer<std::uint32_t>{0};
-    CHECK(examine(as_mesh(mesh), options, alone)->wall_elements == whole);  // a ridge elsewhere
+    CHECK(examine(as_mesh(mesh), options, one_thread)->wall_elements == whole);  // another ridge
     mesh.ridges = Buffer<std::uint32_t>{1};
-    CHECK(examine(as_mesh(mesh), options, alone)->wall_elements.empty());
+    CHECK(examine(as_mesh(mesh), options, one_thread)->wall_elements.empty());
     mesh.ridges = {};
     mesh.facets.references = Buffer<Reference>{1, 2, 1, 1};
-    CHECK(examine(as_mesh(mesh), options, alone)->wall_elements.empty());
+    CHECK(examine(as_mesh(mesh), options, one_thread)->wall_elements.empty());
 }
 
 TEST_CASE("corners and the ends of ridges end a wall in 2D") {
@@ -215,56 +217,56 @@ TEST_CASE("corners and the ends of ridges end a wall in 2D") {
     flat.elements.references = Buffer<Reference>{1};
     flat.facets.vertices = Buffer<SimplexVertices<1>>{{v(0), v(1)}, {v(1), v(2)}, {v(2), v(0)}};
     flat.facets.references = Buffer<Reference>{1, 1, 1};
-    REQUIRE(examine(as_mesh(flat), alone)->wall_elements.size() == 1);
+    REQUIRE(examine(as_mesh(flat), one_thread)->wall_elements.size() == 1);
     auto other = flat;
     other.corners = Buffer<VertexId>{v(2)};
-    CHECK(examine(as_mesh(other), alone)->wall_elements.empty());
+    CHECK(examine(as_mesh(other), one_thread)->wall_elements.empty());
     other = flat;
     other.ridges = Buffer<std::uint32_t>{0};
-    CHECK(examine(as_mesh(other), alone)->wall_elements.size() == 1);
+    CHECK(examine(as_mesh(other), one_thread)->wall_elements.size() == 1);
     other.ridges = Buffer<std::uint32_t>{1};
-    CHECK(examine(as_mesh(other), alone)->wall_elements.empty());
+    CHECK(examine(as_mesh(other), one_thread)->wall_elements.empty());
 }
 
-TEST_CASE("nodes at one place") {
+TEST_CASE("examine finds coincident nodes") {
     test_nodes<2>();
     test_nodes<3>();
 }
 
-TEST_CASE("a crowd of nodes at one place takes no more than linear time") {
-    auto mesh = *elevate(lattice_mesh<3>(12), alone);
+TEST_CASE("examine counts all nodes and vertices at one position") {
+    auto mesh = *elevate(lattice_mesh<3>(12), one_thread);
     Buffer<LagrangeNode<3>> nodes(mesh.edges.size());
     std::fill(nodes.begin(), nodes.end(), LagrangeNode<3>{{{0.5, 0.25, 0.125}}});
     mesh.mid_nodes = std::move(nodes);
-    CHECK((*examine(as_mesh(mesh), alone))[Defect::coincident_node].count == mesh.edges.size() - 1);
+    CHECK((*examine(as_mesh(mesh), one_thread))[Defect::coincident_node].count == mesh.edges.size() - 1);
     Buffer<Vec<3>> points(mesh.linear.points.size());
     std::fill(points.begin(), points.end(), Vec<3>{});
     mesh.linear.points = std::move(points);
-    const auto found = *examine(as_mesh(mesh), alone);
+    const auto found = *examine(as_mesh(mesh), one_thread);
     CHECK(found[Defect::duplicate_vertex].count + found[Defect::slit_vertex].count == mesh.linear.points.size() - 1);
 }
 
-TEST_CASE("an open surface has open edges") {
+TEST_CASE("examine counts the open edges of a surface") {
     for (const int left_out : {0, 1, 2}) {
         LinearMesh<3> mesh = lattice_mesh<3>(2);
         mesh.elements = {};
         Buffer<SimplexVertices<2>> facets(mesh.facets.vertices.begin(), mesh.facets.vertices.end() - left_out);
         mesh.facets.references =
             Buffer<Reference>(mesh.facets.references.begin(), mesh.facets.references.end() - left_out);
-        // By definition: edges that one facet has.
+        // By definition: edges with one facet.
         std::map<std::array<VertexId, 2>, int> owners;
         for (const auto& f : facets)
             for (const auto& [a, b] : local_edges<2>) ++owners[sorted(std::array{f[a], f[b]})];
         const auto open = std::count_if(owners.begin(), owners.end(), [](const auto& e) { return e.second == 1; });
         CHECK((open > 0) == (left_out > 0));
         mesh.facets.vertices = std::move(facets);
-        const auto found = *examine(as_mesh(mesh), alone);
+        const auto found = *examine(as_mesh(mesh), one_thread);
         CHECK(found[Defect::open_edge].count == static_cast<std::size_t>(open));
         CHECK(found.sound());
     }
 }
 
-TEST_CASE("where det J is lowest") {
+TEST_CASE("lowest_point returns the minimum of the Jacobian") {
     test_lowest<2>();
     test_lowest<3>();
 }

@@ -1,4 +1,4 @@
-// Soundness: what was done to a sound mesh is found, counted and undone; faces counted a second time by sorting.
+// Soundness: defects added to a sound mesh are found, counted and removed. Faces are counted a second time by sorting.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -28,7 +28,7 @@ using camber::testing::property;
 
 namespace {
 
-const Execution alone{.threads = 1};
+const Execution one_thread{.threads = 1};
 
 template <class M>
 struct PreparedSimplices {
@@ -45,7 +45,7 @@ Outcome<PreparedSimplices<M>> prepare_simplices(const M& mesh, const Execution& 
         return PreparedSimplices<M>{*as_quadratic(prepared->mesh), prepared->notices};
 }
 
-/// A lattice of several references, its points a little off.
+/// A lattice of several references with slightly displaced points.
 template <int D>
 LinearMesh<D> sound_mesh(std::mt19937_64& random, int n = 3) {
     LinearMesh<D> mesh = lattice_mesh<D>(n);
@@ -73,7 +73,7 @@ std::multiset<std::array<VertexId, N>> as_sets(const Column<std::array<VertexId,
     return sets;
 }
 
-/// Some of n items, at least one and not all.
+/// Selects some of n items, at least one and not all.
 std::vector<bool> some(std::mt19937_64& random, std::size_t n, std::size_t one_in) {
     std::vector<bool> chosen(n, false);
     for (std::size_t i = 0; i + 1 < n; ++i) chosen[i] = random() % one_in == 0;
@@ -94,18 +94,18 @@ void turn(LinearMesh<D>& mesh, const std::vector<bool>& chosen, std::mt19937_64&
 
 template <int D>
 void drop_facets(LinearMesh<D>& mesh, const std::vector<bool>& chosen) {
-    Buffer<SimplexVertices<D - 1>> kept;
+    Buffer<SimplexVertices<D - 1>> remaining;
     Buffer<Reference> references;
     for (std::size_t f = 0; f < mesh.facets.size(); ++f)
         if (!chosen[f]) {
-            kept.push_back(mesh.facets.vertices[f]);
+            remaining.push_back(mesh.facets.vertices[f]);
             references.push_back(mesh.facets.references[f]);
         }
-    mesh.facets.vertices = std::move(kept);
+    mesh.facets.vertices = std::move(remaining);
     mesh.facets.references = std::move(references);
 }
 
-/// Lists the chosen ones again, in another order of their vertices.
+/// Lists the chosen items again, with their vertices in another order.
 template <int K>
 void repeat(Simplices<K>& simplices, const std::vector<bool>& chosen, std::mt19937_64& random) {
     auto vertices = take(std::move(simplices.vertices));
@@ -142,57 +142,57 @@ LinearMesh<D> broken(std::mt19937_64& random) {
 }
 
 template <int D>
-void test_laws() {
+void test_defects() {
     const std::string in = ", " + std::to_string(D) + "D";
-    property("a sound mesh is found sound and given back as it is" + in,
+    property("a sound mesh has no findings and is not changed" + in,
              [] {
                  auto random = random_source();
                  const auto mesh = sound_mesh<D>(random);
-                 const auto found = *examine(as_mesh(mesh), alone);
+                 const auto found = *examine(as_mesh(mesh), one_thread);
                  RC_ASSERT(found.sound());
                  for (const Finding& f : found.findings) RC_ASSERT(f == Finding{});
-                 const auto prepared = *prepare_simplices(mesh, alone);
+                 const auto prepared = *prepare_simplices(mesh, one_thread);
                  RC_ASSERT(prepared.mesh == mesh);
                  RC_ASSERT(prepared.notices.empty());
              },
              {.count = 10});
 
-    property("turned elements are counted, and turned back" + in,
+    property("reversed elements are counted and reoriented" + in,
              [] {
                  auto random = random_source();
                  auto mesh = sound_mesh<D>(random);
                  const auto whole = mesh;
-                 // More than half of them: then the others are fewer, but what is negative decides.
+                 // More than half may be chosen: then the others are fewer, but the sign of the volume decides.
                  const auto chosen = some(random, mesh.elements.size(), 1 + random() % 4);
                  turn(mesh, chosen, random);
-                 const auto found = *examine(as_mesh(mesh), alone);
+                 const auto found = *examine(as_mesh(mesh), one_thread);
                  RC_ASSERT(found[Defect::reversed_element] == (Finding{number(chosen), first(chosen), 0}));
                  RC_ASSERT(found[Defect::tangled_element].count == 0U);
                  RC_ASSERT(!found.sound());
-                 const auto prepared = *prepare_simplices(mesh, alone);
+                 const auto prepared = *prepare_simplices(mesh, one_thread);
                  RC_ASSERT(prepared.notices.size() == 1U);
                  RC_ASSERT(as_sets(prepared.mesh.elements.vertices) == as_sets(whole.elements.vertices));
-                 RC_ASSERT(validate(*elevate(prepared.mesh, alone), 0, alone)->all_valid());
+                 RC_ASSERT(validate(*elevate(prepared.mesh, one_thread), 0, one_thread)->all_valid());
              },
              {.count = 20});
 
-    property("facets that are left out come back, outwards and with a fresh reference" + in,
+    property("missing facets are added outwards with a new reference" + in,
              [] {
                  auto random = random_source();
                  auto mesh = sound_mesh<D>(random);
                  const auto whole = mesh;
                  drop_facets(mesh, some(random, mesh.facets.size(), 1 + random() % 5));
-                 RC_ASSERT(examine(as_mesh(mesh), alone)->sound() == false);
-                 const auto prepared = *prepare_simplices(mesh, alone);
+                 RC_ASSERT(examine(as_mesh(mesh), one_thread)->sound() == false);
+                 const auto prepared = *prepare_simplices(mesh, one_thread);
                  RC_ASSERT(as_sets(prepared.mesh.facets.vertices) == as_sets(whole.facets.vertices));
                  for (std::size_t f = 0; f < prepared.mesh.facets.size(); ++f)
                      RC_ASSERT((f >= mesh.facets.size()) == (prepared.mesh.facets.references[f] == 5));
-                 RC_ASSERT(examine(as_mesh(prepared.mesh), alone)->sound());
+                 RC_ASSERT(examine(as_mesh(prepared.mesh), one_thread)->sound());
              },
              {.count = 20});
 
     property(
-        "facets that come back have the reference of no name" + in,
+        "added facets have a reference without name" + in,
         [] {
             auto random = random_source();
             auto mesh = sound_mesh<D>(random);
@@ -201,7 +201,7 @@ void test_laws() {
                 groups.push_back({static_cast<int>(1 + random() % 3), static_cast<Reference>(random() % 9), "name"});
             mesh.groups = groups;
             drop_facets(mesh, some(random, mesh.facets.size(), 1 + random() % 5));
-            const auto prepared = *prepare_simplices(mesh, alone);
+            const auto prepared = *prepare_simplices(mesh, one_thread);
             for (std::size_t f = mesh.facets.size(); f < prepared.mesh.facets.size(); ++f)
                 for (const Group& group : groups)
                     RC_ASSERT((group.dimension != D - 1 || group.reference != prepared.mesh.facets.references[f]));
@@ -209,7 +209,7 @@ void test_laws() {
         },
         {.count = 20});
 
-    property("what is listed again is dropped" + in,
+    property("repeated elements and facets are counted and removed" + in,
              [] {
                  auto random = random_source();
                  auto mesh = sound_mesh<D>(random);
@@ -218,49 +218,49 @@ void test_laws() {
                             facets = some(random, mesh.facets.size(), 3);
                  repeat(mesh.elements, elements, random);
                  repeat(mesh.facets, facets, random);
-                 const auto found = *examine(as_mesh(mesh), alone);
+                 const auto found = *examine(as_mesh(mesh), one_thread);
                  RC_ASSERT(found[Defect::repeated_element] ==
                            (Finding{number(elements), whole.elements.size() + 1, first(elements)}));
                  RC_ASSERT(found[Defect::repeated_facet] ==
                            (Finding{number(facets), whole.facets.size() + 1, first(facets)}));
-                 RC_ASSERT(prepare_simplices(mesh, alone)->mesh == whole);
+                 RC_ASSERT(prepare_simplices(mesh, one_thread)->mesh == whole);
              },
              {.count = 20});
 
-    property("preparing and elevating commute; twice is once; threads do not matter" + in,
+    property("prepare commutes with elevation, is idempotent and independent of threads" + in,
              [] {
                  auto random = random_source();
                  const auto mesh = broken<D>(random);
-                 const auto prepared = *prepare_simplices(mesh, alone);
-                 RC_ASSERT(prepare_simplices(*elevate(mesh, alone), alone)->mesh == *elevate(prepared.mesh, alone));
-                 RC_ASSERT(prepare_simplices(prepared.mesh, alone)->mesh == prepared.mesh);
+                 const auto prepared = *prepare_simplices(mesh, one_thread);
+                 RC_ASSERT(prepare_simplices(*elevate(mesh, one_thread), one_thread)->mesh == *elevate(prepared.mesh, one_thread));
+                 RC_ASSERT(prepare_simplices(prepared.mesh, one_thread)->mesh == prepared.mesh);
                  for (const int threads : {2, 0}) {
-                     RC_ASSERT(*examine(as_mesh(mesh), {.threads = threads}) == *examine(as_mesh(mesh), alone));
+                     RC_ASSERT(*examine(as_mesh(mesh), {.threads = threads}) == *examine(as_mesh(mesh), one_thread));
                      RC_ASSERT(prepare_simplices(mesh, {.threads = threads})->mesh == prepared.mesh);
                  }
              },
              {.count = 15});
 
-    property("interfaces between references are listed once" + in,
+    property("faces between references are listed once" + in,
              [] {
                  auto random = random_source();
                  auto mesh = sound_mesh<D>(random);
                  auto references = take(std::move(mesh.elements.references));
                  for (auto& r : references) r = static_cast<Reference>(random() % 3);
                  mesh.elements.references = std::move(references);
-                 const auto next = *neighbours(mesh, *balls(mesh, alone), alone);
+                 const auto next = *neighbours(mesh, *balls(mesh, one_thread), one_thread);
                  std::size_t faces = 0;
                  for (std::size_t e = 0; e < next.size(); ++e)
                      for (const ElementId other : next[e])
                          faces += other.valid() && other.index() > e &&
                                   mesh.elements.references[e] != mesh.elements.references[other];
-                 const auto prepared = *prepare_simplices(mesh, alone);
+                 const auto prepared = *prepare_simplices(mesh, one_thread);
                  RC_ASSERT(prepared.mesh.facets.size() == mesh.facets.size() + faces);
-                 RC_ASSERT(examine(as_mesh(prepared.mesh), alone)->findings == Soundness{}.findings);
+                 RC_ASSERT(examine(as_mesh(prepared.mesh), one_thread)->findings == Soundness{}.findings);
              },
              {.count = 10});
 
-    property("an inner vertex far out: the inverted elements are the negative ones" + in,
+    property("a displaced inner vertex makes exactly the negative elements tangled" + in,
              [] {
                  auto random = random_source();
                  auto mesh = sound_mesh<D>(random);
@@ -272,19 +272,19 @@ void test_laws() {
                  while (!inner(points[v])) ++v;
                  points[v][0] += uniform(random, 1.5, 1.9);
                  mesh.points = std::move(points);
-                 const auto verdict = *validate(*elevate(mesh, alone), 0, alone);
-                 const auto found = *examine(as_mesh(mesh), alone);
+                 const auto verdict = *validate(*elevate(mesh, one_thread), 0, one_thread);
+                 const auto found = *examine(as_mesh(mesh), one_thread);
                  RC_ASSERT(found[Defect::tangled_element].count + found[Defect::flat_element].count == verdict.invalid);
                  RC_ASSERT(found[Defect::tangled_element].count > 0U);
                  RC_ASSERT(found[Defect::reversed_element].count == 0U);
-                 RC_ASSERT(prepare_simplices(mesh, alone)->mesh.elements == mesh.elements);
+                 RC_ASSERT(prepare_simplices(mesh, one_thread)->mesh.elements == mesh.elements);
              },
              {.count = 20});
 }
 
-/// Random simplices on few vertices: nothing holds of them.
+/// Random simplices on few vertices.
 template <int D>
-LinearMesh<D> chaos(std::mt19937_64& random) {
+LinearMesh<D> random_simplices(std::mt19937_64& random) {
     constexpr std::size_t vertices = 7;
     const auto simplex = [&]<int K>(SimplexVertices<K>& s) {
         std::array<std::size_t, vertices> all{0, 1, 2, 3, 4, 5, 6};
@@ -311,13 +311,13 @@ LinearMesh<D> chaos(std::mt19937_64& random) {
 }
 
 template <int D>
-void test_chaos() {
+void test_random_simplices() {
     property(
-        "faces counted by sorting, " + std::to_string(D) + "D",
+        "examine counts the defects that sorting of faces counts, " + std::to_string(D) + "D",
         [] {
             auto random = random_source();
-            const auto mesh = chaos<D>(random);
-            const auto found = *examine(as_mesh(mesh), alone);
+            const auto mesh = random_simplices<D>(random);
+            const auto found = *examine(as_mesh(mesh), one_thread);
             std::map<SimplexVertices<D>, std::vector<std::size_t>> elements;
             for (std::size_t e = 0; e < mesh.elements.size(); ++e)
                 elements[sorted(mesh.elements.vertices[e])].push_back(e);
@@ -355,18 +355,18 @@ void test_chaos() {
                 if (list.size() == 1 && !facets.contains(face)) open.insert(*list.begin());
             RC_ASSERT(found[mesh.facets.size() == 0 ? Defect::no_facets : Defect::missing_facet].count == open.size());
             RC_ASSERT(found.empty == (mesh.elements.size() + mesh.facets.size() == 0));
-            // Whatever it is: it is refused by name, or sound afterwards but for elements that no numbering helps.
-            const auto prepared = prepare_simplices(mesh, alone);
+            // The mesh is rejected by name, or sound afterwards except for elements that no numbering corrects.
+            const auto prepared = prepare_simplices(mesh, one_thread);
             if (!prepared) {
                 RC_ASSERT(prepared.error().kind == ErrorKind::input);
                 RC_ASSERT(found.empty || prepared.error().entity.has_value());
             } else {
-                const auto after = *examine(as_mesh(prepared->mesh), alone);
+                const auto after = *examine(as_mesh(prepared->mesh), one_thread);
                 for (const Defect d : {Defect::repeated_element, Defect::repeated_facet, Defect::reversed_element,
                                        Defect::missing_facet, Defect::no_facets, Defect::missing_interface})
                     RC_ASSERT(after[d].count == 0U);
                 RC_ASSERT(after[Defect::stray_facet].count == 0U);
-                // Which elements of a piece whose volumes cancel are the wrong ones, nobody can tell.
+                // In a piece whose volumes cancel the inverted elements are not determined.
                 if (stray == 0) RC_ASSERT(after[Defect::tangled_element].count == found[Defect::tangled_element].count);
             }
         },
@@ -375,14 +375,14 @@ void test_chaos() {
 
 }  // namespace
 
-TEST_CASE("what was done to a mesh is found and undone") {
-    test_laws<2>();
-    test_laws<3>();
+TEST_CASE("examine counts defects, and prepare removes them") {
+    test_defects<2>();
+    test_defects<3>();
 }
 
-TEST_CASE("second counting") {
-    test_chaos<2>();
-    test_chaos<3>();
+TEST_CASE("examine agrees with counts of faces by sorting") {
+    test_random_simplices<2>();
+    test_random_simplices<3>();
 }
 
 namespace {
@@ -399,23 +399,23 @@ LinearMesh<D> scaled(LinearMesh<D> mesh, int exponent) {
 template <int D>
 void test_scales() {
     property(
-        "what is found does not depend on the unit of length, " + std::to_string(D) + "D",
+        "the findings do not depend on the unit of length, " + std::to_string(D) + "D",
         [] {
             auto random = random_source();
             auto mesh = broken<D>(random);
-            const auto found = *examine(as_mesh(mesh), alone);
+            const auto found = *examine(as_mesh(mesh), one_thread);
             for (const int exponent : {-195, 195})  // 2e-59, 5e58
-                RC_ASSERT(*examine(as_mesh(scaled(mesh, exponent)), alone) == found);
-            // Sound ones whose faces are not listed: no vertex of theirs hangs, up to the limit of coordinates.
+                RC_ASSERT(*examine(as_mesh(scaled(mesh, exponent)), one_thread) == found);
+            // Sound meshes without listed faces have no hanging vertex, up to the limit of coordinates.
             auto sound = sound_mesh<D>(random);
             sound.facets = {};
             for (const int exponent : {-300, 230, 260, 300, 330})
-                RC_ASSERT((*examine(as_mesh(scaled(sound, exponent)), alone))[Defect::hanging_vertex] == Finding{});
+                RC_ASSERT((*examine(as_mesh(scaled(sound, exponent)), one_thread))[Defect::hanging_vertex] == Finding{});
         },
         {.count = 10});
 }
 
-/// Whether a simplex is below the range in every coordinate, as differences of pairs say.
+/// True if all coordinate differences of a simplex are below the range.
 template <int D, std::size_t N>
 bool is_tiny(const LinearMesh<D>& mesh, const std::array<VertexId, N>& simplex) {
     double extent = 0;
@@ -427,10 +427,10 @@ bool is_tiny(const LinearMesh<D>& mesh, const std::array<VertexId, N>& simplex) 
 
 template <int D>
 void test_range() {
-    property("what is beyond the range of lengths is counted and refused, " + std::to_string(D) + "D",
+    property("lengths out of range are counted and rejected, " + std::to_string(D) + "D",
              [] {
                  auto random = random_source();
-                 // A part of it is beyond the range.
+                 // A part of the mesh is out of range.
                  auto mesh = sound_mesh<D>(random);
                  auto points = take(std::move(mesh.points));
                  const bool far = random() % 2 == 0;
@@ -444,83 +444,83 @@ void test_range() {
                  for (const auto& e : mesh.elements.vertices) elements += is_tiny(mesh, e);
                  for (const auto& f : mesh.facets.vertices) facets += is_tiny(mesh, f);
                  RC_ASSERT((distant > 0) == far);
-                 const auto found = *examine(as_mesh(mesh), alone);
+                 const auto found = *examine(as_mesh(mesh), one_thread);
                  RC_ASSERT(found[Defect::distant_vertex].count == distant);
                  RC_ASSERT(found[Defect::tiny_element].count == elements);
                  RC_ASSERT(found[Defect::tiny_facet].count == facets);
-                 RC_ASSERT(prepare_simplices(mesh, alone).has_value() == (distant + elements + facets == 0));
+                 RC_ASSERT(prepare_simplices(mesh, one_thread).has_value() == (distant + elements + facets == 0));
              },
              {.count = 20});
 }
 
 }  // namespace
 
-TEST_CASE("scales") {
+TEST_CASE("examine does not depend on the unit of length") {
     test_scales<2>();
     test_scales<3>();
 }
 
-TEST_CASE("range of lengths") {
+TEST_CASE("lengths out of range are counted and rejected") {
     test_range<2>();
     test_range<3>();
 }
 
-TEST_CASE("meshes beyond the range are refused in one sentence, straight or quadratic") {
+TEST_CASE("prepare rejects meshes out of range with one message, linear or quadratic") {
     auto random = std::mt19937_64(3);
     const auto mesh = sound_mesh<3>(random, 2);
-    const auto said = [](const auto& m) {
-        const auto prepared = prepare_simplices(m, alone);
+    const auto message = [](const auto& m) {
+        const auto prepared = prepare_simplices(m, one_thread);
         return prepared ? std::string() : describe(prepared.error());
     };
     for (const int exponent : {-1000, -300, -203}) {
         const auto small = scaled(mesh, exponent);
-        CHECK(said(small) == "tetrahedron 1: is smaller than 1e-60, the first of 48 (take another unit of length)");
-        CHECK(said(*elevate(small, alone)) == said(small));
+        CHECK(message(small) == "tetrahedron 1: is smaller than 1e-60, the first of 48 (use another unit of length)");
+        CHECK(message(*elevate(small, one_thread)) == message(small));
     }
     for (const int exponent : {201, 300, 1000}) {
         const auto large = scaled(mesh, exponent);
-        CHECK(said(large).find("is more than 1e60 away from the origin") != std::string::npos);
-        CHECK(said(*elevate(large, alone)) == said(large));
+        CHECK(message(large).find("is more than 1e60 away from the origin") != std::string::npos);
+        CHECK(message(*elevate(large, one_thread)) == message(large));
     }
     auto surface = scaled(mesh, -300);
     surface.elements = {};
-    CHECK(said(surface) == "triangle 1: is smaller than 1e-60, the first of 48 (take another unit of length)");
+    CHECK(message(surface) == "triangle 1: is smaller than 1e-60, the first of 48 (use another unit of length)");
 }
 
-TEST_CASE("a mid node beyond the range is refused") {
+TEST_CASE("prepare rejects a mid node out of range") {
     auto random = std::mt19937_64(3);
-    auto mesh = *elevate(sound_mesh<2>(random, 2), alone);
+    auto mesh = *elevate(sound_mesh<2>(random, 2), one_thread);
     auto nodes = take(std::move(mesh.mid_nodes));
     nodes[1].point[0] = -1e61;
     mesh.mid_nodes = std::move(nodes);
     const std::size_t number = mesh.linear.points.size() + 2;
-    CHECK((*examine(as_mesh(mesh), alone))[Defect::distant_node] == Finding{1, number, 0});
-    CHECK(describe(prepare_simplices(mesh, alone).error()) ==
-          "node " + std::to_string(number) + ": is more than 1e60 away from the origin (take another unit of length)");
+    CHECK((*examine(as_mesh(mesh), one_thread))[Defect::distant_node] == Finding{1, number, 0});
+    CHECK(describe(prepare_simplices(mesh, one_thread).error()) ==
+          "node " + std::to_string(number) + ": is more than 1e60 away from the origin (use another unit of length)");
 }
 
-TEST_CASE("an element whose vertices are at one place has duplicate vertices, and is not called tiny") {
+TEST_CASE("an element with coincident vertices has duplicate vertices and is not tiny") {
     auto random = std::mt19937_64(3);
-    const auto found = *examine(as_mesh(scaled(sound_mesh<2>(random, 2), -2000)), alone);
+    const auto found = *examine(as_mesh(scaled(sound_mesh<2>(random, 2), -2000)), one_thread);
     CHECK(found[Defect::tiny_element] == Finding{});
     CHECK(found[Defect::tiny_facet] == Finding{});
     CHECK(found[Defect::duplicate_vertex].count > 0);
 }
 
-TEST_CASE("marks on items follow them") {
+TEST_CASE("required and ridge marks follow their items") {
     auto random = std::mt19937_64(3);
     auto mesh = sound_mesh<2>(random, 2);
     const std::size_t n = mesh.facets.size();
     repeat(mesh.facets, std::vector<bool>(n, true), random);
     mesh.facets.required = Buffer<std::uint32_t>{1, static_cast<std::uint32_t>(n + 1), static_cast<std::uint32_t>(n)};
     mesh.ridges = Buffer<std::uint32_t>{static_cast<std::uint32_t>(n + 2)};
-    const auto prepared = prepare_simplices(mesh, alone);
+    const auto prepared = prepare_simplices(mesh, one_thread);
     REQUIRE(prepared.has_value());
     CHECK(prepared->mesh.facets.required == Column<std::uint32_t>(Buffer<std::uint32_t>{0, 1}));
     CHECK(prepared->mesh.ridges == Column<std::uint32_t>(Buffer<std::uint32_t>{2}));
 }
 
-TEST_CASE("the highest reference in use leaves a free one below") {
+TEST_CASE("missing facets get a free reference where the highest one is in use") {
     auto random = std::mt19937_64(3);
     auto mesh = sound_mesh<2>(random, 2);
     auto references = take(std::move(mesh.facets.references));
@@ -529,19 +529,19 @@ TEST_CASE("the highest reference in use leaves a free one below") {
     std::vector<bool> last(mesh.facets.size(), false);
     last.back() = true;
     drop_facets(mesh, last);
-    const auto prepared = prepare_simplices(mesh, alone);
+    const auto prepared = prepare_simplices(mesh, one_thread);
     REQUIRE(prepared.has_value());
     CHECK(prepared->mesh.facets.references[prepared->mesh.facets.size() - 1] == 5);
 }
 
-TEST_CASE("other shapes and degrees are refused, and named") {
-    const Mesh<2> cubic = *elevate(as_mesh(lattice_mesh<2>(2)), 3, alone);
-    CHECK(examine(cubic, alone).error().kind == ErrorKind::unsupported);
-    CHECK(prepare(cubic, alone).error().what.find("degree 3") != std::string::npos);
+TEST_CASE("examine and prepare name unsupported shapes and degrees") {
+    const Mesh<2> cubic = *elevate(as_mesh(lattice_mesh<2>(2)), 3, one_thread);
+    CHECK(examine(cubic, one_thread).error().kind == ErrorKind::unsupported);
+    CHECK(prepare(cubic, one_thread).error().what.find("degree 3") != std::string::npos);
     Mesh<2> quadrilateral;
     quadrilateral.points = Buffer<Vec<2>>{{{0, 0}}, {{1, 0}}, {{1, 1}}, {{0, 1}}};
     quadrilateral.elements.of<Shape::quadrilateral>().vertices =
         Buffer<ShapeVertices<Shape::quadrilateral>>{{VertexId(0U), VertexId(1U), VertexId(2U), VertexId(3U)}};
     quadrilateral.elements.of<Shape::quadrilateral>().references = Buffer<Reference>{1};
-    CHECK(examine(quadrilateral, alone).error().what.find("1 quadrilateral") != std::string::npos);
+    CHECK(examine(quadrilateral, one_thread).error().what.find("1 quadrilateral") != std::string::npos);
 }

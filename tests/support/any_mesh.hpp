@@ -6,13 +6,13 @@ import camber.io;
 
 namespace camber::testing {
 
-/// Whether a file's mesh is an M, which is LinearMesh<D> or QuadraticMesh<D>.
+/// True if the mesh of a file is an M, which is `LinearMesh<D>` or `QuadraticMesh<D>`.
 template <class M>
 bool holds(const AnyMesh& mesh) {
     return mesh_as<M>(mesh).has_value();
 }
 
-/// A file's mesh as an M; a test whose file holds another mesh fails.
+/// Returns the mesh of a file as an M; the test fails if it is another mesh.
 template <class M>
 M mesh_in(const AnyMesh& mesh) {
     const auto same = mesh_as<M>(mesh);

@@ -1,4 +1,4 @@
-// Back meshes for the tests of the metric.
+// Background meshes for tests of the metric.
 #pragma once
 
 #include <array>
@@ -16,7 +16,7 @@ import camber.metric;
 
 namespace camber::testing {
 
-/// A back mesh of which a test knows the mesh and the field's values at its vertices.
+/// A background mesh with access to its mesh and to the field values at its vertices.
 template <int D>
 struct KnownBack : BackMesh<D> {
     LinearMesh<D> mesh;
@@ -28,16 +28,16 @@ KnownBack<D> back_of(const LinearMesh<D>& mesh, Field&& field) {
     Buffer<LogMetric<D>> logs(mesh.points.size());
     for (std::size_t v = 0; v < logs.size(); ++v) logs[v] = field(mesh.points[v]);
     const Column<LogMetric<D>> column(std::move(logs));
-    return {must(make_back_mesh(mesh, must(balls(mesh, alone)), column, alone)), mesh, column};
+    return {must(make_back_mesh(mesh, must(balls(mesh, one_thread)), column, one_thread)), mesh, column};
 }
 
-/// A random value at each vertex: a field with kinks on every face.
+/// A random value at each vertex: the field has kinks on every face.
 template <int D>
 KnownBack<D> rough_back(const LinearMesh<D>& mesh, Dice& dice, double size = 1) {
     return back_of(mesh, [&](const Vec<D>&) { return LogMetric<D>{dice.symmetric<D>(size)}; });
 }
 
-/// log M = constant + Σ x_i slope_i: linear elements hold it exactly, and it is smooth.
+/// log M = constant + Σ x_i slope_i. The field is smooth, and linear elements represent it exactly.
 template <int D>
 struct AffineField {
     Sym<D> constant;
@@ -56,7 +56,7 @@ struct AffineField {
     }
 };
 
-/// The polar metric around the origin: size h_radial along the radius, h_tangential across it.
+/// Polar metric around the origin: size `h_radial` along the radius, `h_tangential` across it.
 template <int D>
 LogMetric<D> polar(const Vec<D>& x, double h_radial, double h_tangential) {
     const Vec<D> r = normalised(x);
@@ -68,7 +68,7 @@ LogMetric<D> polar(const Vec<D>& x, double h_radial, double h_tangential) {
     return m;
 }
 
-/// A jittered lattice of n cells an axis over the unit box.
+/// A jittered lattice of n cells per axis over the unit box.
 template <int D>
 LinearMesh<D> unit_box(int n, std::uint64_t seed, double jitter = 0.2) {
     LatticeOptions<D> options;
@@ -99,7 +99,7 @@ LinearMesh<D> shell_block(const std::array<int, D>& cells, std::uint64_t seed, d
     return lattice_mesh(options);
 }
 
-/// The place that a location stands for.
+/// Returns the point that a location describes.
 template <int D>
 Vec<D> place_of(const KnownBack<D>& back, const Location<D>& location) {
     const auto p = corners(back.mesh, location.element.index());

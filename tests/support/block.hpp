@@ -1,4 +1,4 @@
-// A block of a shell, ready to be curved: its inner and outer sides belong on spheres (circles in 2D).
+// A block of a shell with all inputs of curving. Its geometry: spheres (circles in 2D) on the inner and outer side.
 #pragma once
 
 #include <array>
@@ -24,19 +24,19 @@ template <int D>
 struct Block {
     QuadraticMesh<D> mesh;
     Column<EdgeKind> kinds;
-    Column<LagrangeNode<D>> boundary_nodes;  ///< on the spheres where both ends are
+    Column<LagrangeNode<D>> boundary_nodes;  ///< on the sphere if both ends are on it
     Incidence<ElementId> shells;
     BackMesh<D> back;
 };
 
-/// Radii from 1 to 2 of the shares 0 to 1 of cells, thinner layers inside.
+/// Maps the share 0 to 1 of the cells to radii from 1 to 2, with thinner layers inside.
 inline double mildly_thinner(double s) { return 1 + 0.3 * s + 0.7 * s * s; }
 
-/// Edges of the boundary are of kind `surface`.
+/// Returns `surface` for edges of the boundary and `volume` for others.
 template <int D>
 Column<EdgeKind> boundary_kinds(const LinearMesh<D>& mesh, const EdgeSet<D>& edges) {
     Buffer<EdgeKind> kinds(edges.size(), EdgeKind::volume);
-    for (const ElementFace& face : boundary_faces<D>(must(neighbours(mesh, must(balls(mesh, alone)), alone)))) {
+    for (const ElementFace& face : boundary_faces<D>(must(neighbours(mesh, must(balls(mesh, one_thread)), one_thread)))) {
         const auto v = face_of(mesh, face);
         for (int i = 0; i < D; ++i)
             for (int j = 0; j < i; ++j) kinds[find_edge(edges, v[i], v[j]).index()] = EdgeKind::surface;
@@ -44,7 +44,7 @@ Column<EdgeKind> boundary_kinds(const LinearMesh<D>& mesh, const EdgeSet<D>& edg
     return kinds;
 }
 
-/// Cells in latitude and longitude, and along the radius; the metric is the mesh's own.
+/// Shell block with cells along latitude, longitude (3D) and radius; the metric is the natural one of the mesh.
 template <int D>
 Block<D> shell_block(const std::array<int, D>& cells, std::uint64_t seed,
                      const std::function<double(double)>& radius = mildly_thinner) {
@@ -60,13 +60,13 @@ Block<D> shell_block(const std::array<int, D>& cells, std::uint64_t seed,
             return r * normalised(Vec<3>{{std::tan(a), std::tan(1.2 * (p[1] / cells[1] - 0.5)), 1}});
     };
     auto linear = lattice_mesh(options);
-    const auto around = must(balls(linear, alone));
+    const auto around = must(balls(linear, one_thread));
     Block<D> block;
     block.back = must(
-        make_back_mesh(linear, around, Column<LogMetric<D>>(must(natural_log_metrics(linear, around, alone))), alone));
-    block.mesh = must(elevate(std::move(linear), alone));
+        make_back_mesh(linear, around, Column<LogMetric<D>>(must(natural_log_metrics(linear, around, one_thread))), one_thread));
+    block.mesh = must(elevate(std::move(linear), one_thread));
     const auto& edges = block.mesh.edges;
-    block.shells = must(shells(edges, alone));
+    block.shells = must(shells(edges, one_thread));
 
     Column<EdgeKind> kinds = boundary_kinds(block.mesh.linear, edges);
     Buffer<LagrangeNode<D>> nodes(edges.size());
@@ -82,7 +82,7 @@ Block<D> shell_block(const std::array<int, D>& cells, std::uint64_t seed,
     return block;
 }
 
-/// 1 for vertices on the boundary.
+/// Returns 1 for vertices on the boundary and 0 for others.
 template <int D>
 std::vector<int> boundary_marks(const Block<D>& b) {
     std::vector<int> marks(b.mesh.linear.points.size(), 0);

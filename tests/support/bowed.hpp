@@ -1,4 +1,4 @@
-// Meshes of degree 2 with bowed edges, stretched along the axes with their metric.
+// Quadratic meshes with bowed edges, stretched along the axes together with their metric.
 #pragma once
 
 #include <algorithm>
@@ -22,10 +22,10 @@ import camber.adapt;
 
 namespace camber::testing {
 
-/// What counts as bowed: a node this share of the chord beside it, before stretching.
+/// Minimum distance of the node of a bowed edge from its chord, as a share of the chord, before stretching.
 inline constexpr double min_bow = 0.05;
 
-/// Componentwise.
+/// Scales p componentwise.
 template <int D>
 Vec<D> stretched(Vec<D> p, const Vec<D>& stretch) {
     for (int i = 0; i < D; ++i) p[i] *= stretch[i];
@@ -44,8 +44,8 @@ double bow_of(const DynamicMesh<D>& mesh, EdgeId e, const Vec<D>& stretch) {
     return norm(offset - (dot(offset, chord) / norm_squared(chord)) * chord) / norm(chord);
 }
 
-/// Of each edge its elements, and the axes along which its node may go: those of the planes of its facets, of a line
-/// its own.
+/// The elements at each edge, and the axes along which its node may move: within the planes of its facets, and along
+/// its own line.
 template <int D>
 struct BowingPlaces {
     std::vector<std::vector<ElementId>> shells;
@@ -74,7 +74,7 @@ struct BowingPlaces {
     }
 
   private:
-    /// The axis that is normal to a facet: that of the least extent.
+    /// Returns the axis normal to a facet: the one of minimum extent.
     static int plane_of(const DynamicMesh<D>& mesh, const SimplexVertices<D - 1>& facet, const Vec<D>& stretch) {
         Vec<D> extent;
         for (const VertexId v : facet) {
@@ -88,7 +88,8 @@ struct BowingPlaces {
     }
 };
 
-/// Nodes of most edges anew, bowed where elements stay valid: on the boundary within its planes and lines.
+/// Replaces the nodes of most edges by bowed ones where elements stay valid; boundary nodes stay within their planes
+/// and lines.
 template <int D>
 void bow(Adaptation<D>& r, const Vec<D>& stretch, Dice& dice) {
     const BowingPlaces<D> places(r.mesh, stretch);
@@ -116,11 +117,11 @@ void bow(Adaptation<D>& r, const Vec<D>& stretch, Dice& dice) {
     }
     r.mesh.nodes = std::move(nodes);
     r.mesh.stamp = new_stamp();
-    must(measure_lengths(r, alone));
+    must(measure_lengths(r, one_thread));
 }
 
-/// A mesh that is stretched along the axes by up to 10^6, with the metric that it fits: sizes of about 1 before, larger
-/// along the first axis and as that goes.
+/// A mesh stretched along the axes by up to 10^6, and a metric that fits it. Before stretching, sizes are 1 and grow
+/// linearly along the first axis.
 template <int D>
 struct BowedDomain {
     Vec<D> stretch;
@@ -147,9 +148,9 @@ BowedDomain<D> bowed_domain(LinearMesh<D> mesh, Dice& dice) {
     mesh.points = std::move(points);
     BowedDomain<D> out{
         stretch,
-        {must(make_back_mesh(mesh, must(balls(mesh, alone)), Column<LogMetric<D>>(std::move(logs)), alone)), {}},
+        {must(make_back_mesh(mesh, must(balls(mesh, one_thread)), Column<LogMetric<D>>(std::move(logs)), one_thread)), {}},
         {}};
-    out.state = must(begin_adaptation(must(elevate(mesh, alone)), {}, out.goal, alone));
+    out.state = must(begin_adaptation(must(elevate(mesh, one_thread)), {}, out.goal, one_thread));
     bow(out.state, stretch, dice);
     return out;
 }

@@ -1,4 +1,4 @@
-// Operations of degree 2 at random places of a mesh, as requests.
+// Requests of quadratic operations at random places of a mesh.
 #pragma once
 
 #include <algorithm>
@@ -22,10 +22,10 @@ import camber.adapt;
 
 namespace camber::testing {
 
-/// Those of `kinds`, but for cavities of any shape; and splits, which are insertions on an edge that know its curve.
+/// The kinds of `kinds` without cavities of arbitrary shape, and splits: insertions on an edge that use its curve.
 struct CurvedKind {
     Kind kind;
-    std::size_t share = 1;  ///< of the tries: more where fewer are accepted
+    std::size_t share = 1;  ///< relative frequency: higher where fewer attempts are accepted
     bool splits = false;
 };
 template <int D>
@@ -65,7 +65,7 @@ constexpr auto curved_kinds() {
                                            {{move, line}}}};
 }
 
-/// A kind by the shares of all.
+/// Returns a random kind according to the shares.
 template <int D>
 std::size_t any_kind(Dice& dice) {
     constexpr auto all = curved_kinds<D>();
@@ -77,7 +77,7 @@ std::size_t any_kind(Dice& dice) {
     return k;
 }
 
-/// A split as it was meant: where on the curve of an edge the point comes.
+/// The curve of a split edge and the parameter of the new point on it.
 template <int D>
 struct MeantSplit {
     QuadraticEdge<D> curve;
@@ -90,13 +90,13 @@ struct CurvedTry {
     std::optional<MeantSplit<D>> split;
 };
 
-/// Chooses where an operation is tried, and what is candidate there.
+/// Chooses random places for operations and builds their requests.
 template <int D>
 class CurvedTrying {
   public:
     CurvedTrying(const BowedDomain<D>& domain, Dice& dice) : domain_(domain), r_(domain.state), dice_(dice) {}
 
-    /// Nothing where nothing of the kind is found.
+    /// Returns nothing if no place of the kind is found.
     [[nodiscard]] std::optional<CurvedTry<D>> any(const CurvedKind& kind) {
         if (kind.kind.operation == Operation::insert) {
             const bool is_anywhere = !kind.splits && kind.kind.place == VertexPlace::inside && dice_.below(2) == 0;
@@ -128,7 +128,7 @@ class CurvedTrying {
         request.gradient = sample.gradient;
     }
 
-    /// A point that knows of no curves: what holds it among the straight elements.
+    /// A point at a random place, independent of curves; its cavity is that of the straight elements that contain it.
     [[nodiscard]] std::optional<CurvedTry<D>> anywhere() {
         CurvedTry<D> out;
         const auto& vertices = r_.mesh.elements.vertices[any_element()];
@@ -141,7 +141,8 @@ class CurvedTrying {
         ask(out.request);
         return out;
     }
-    /// Within a curved simplex of up to D dimensions that lies there; to be split, an edge.
+    /// A point within a curved simplex of up to D dimensions that lies on the requested place; for splits within an
+    /// edge.
     [[nodiscard]] std::optional<CurvedTry<D>> on_simplex(const CurvedKind& kind) {
         for (int tries = 0; tries < 60; ++tries) {
             PointSite<D> site{any_element(), {}};
@@ -161,7 +162,7 @@ class CurvedTrying {
         }
         return {};
     }
-    /// Written from its first vertex, so that planes along the axes are met without rounding.
+    /// Computes the point relative to the first vertex, so that it lies on axis-parallel planes without rounding.
     void put_point(const PointSite<D>& site, CurvedTry<D>& out) {
         const auto& vertices = r_.mesh.elements.vertices[site.element];
         std::vector<int> spanned;

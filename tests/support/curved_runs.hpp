@@ -1,4 +1,4 @@
-// Many random operations of degree 2 on a random bowed domain, with its laws looked at along the way.
+// Runs many random quadratic operations on a random bowed domain and checks properties in between.
 #pragma once
 
 #include <algorithm>
@@ -10,10 +10,10 @@
 #include <vector>
 
 #include "bowed.hpp"
-#include "curved_laws.hpp"
+#include "curved_invariants.hpp"
 #include "curved_operations.hpp"
 #include "dice.hpp"
-#include "mesh_laws.hpp"
+#include "mesh_invariants.hpp"
 #include "operation_runs.hpp"
 
 import camber.core;
@@ -25,13 +25,14 @@ import camber.adapt;
 
 namespace camber::testing {
 
-/// What became of the tries, by kind.
+/// Number of attempts by kind and result.
 template <int D>
 struct CurvedTally {
     struct Row {
-        std::size_t accepted = 0, bowed = 0;  ///< bowed: accepted where an edge of the cavity was, by min_bow
+        std::size_t accepted = 0, bowed = 0;  ///< bowed: accepted with an edge of the cavity bowed by at least
+                                              ///< `min_bow`
         std::size_t straight_inverted = 0, drawn_back = 0, bent_around = 0;
-        std::size_t nowhere = 0;  ///< nothing of the kind was found
+        std::size_t nowhere = 0;  ///< no place of the kind was found
         std::array<std::size_t, rejection_reasons> rejected{};
     };
     std::array<Row, curved_kinds<D>().size()> rows{};
@@ -57,8 +58,8 @@ struct CurvedRunOptions {
     std::size_t steps = 200;
     std::size_t max_elements = 400;
     std::size_t steps_a_check = 16;
-    std::size_t steps_a_bow = 20;  ///< then nodes are bowed anew
-    std::size_t exactly = 2;       ///< new elements of each operation that exact arithmetic looks at
+    std::size_t steps_a_bow = 20;  ///< steps until nodes are bowed again
+    std::size_t exactly = 2;       ///< number of new elements per operation that exact arithmetic checks
 };
 
 template <int D>
@@ -69,29 +70,29 @@ class CurvedRun {
           options_(options),
           dice_(seed + 7),
           domain_(bowed_domain<D>(domain_with_required<D>(seed), dice_)),
-          kept_(kept_by(domain_.state.mesh)),
+          invariants_(invariants_of(domain_.state.mesh)),
           sizes_(curved_measures(domain_.state.mesh)) {}
 
-    /// Which law broke, and at which step; nothing where all hold.
+    /// Returns the violated property and its step, or an empty string.
     [[nodiscard]] std::string run(CurvedTally<D>& tally) {
         for (std::size_t step = 0; step < options_.steps; ++step) {
             if (step > 0 && step % options_.steps_a_bow == 0) bow(domain_.state, domain_.stretch, dice_);
             const std::size_t kind = next_kind();
-            std::string law = one(kind, tally.rows[kind]);
-            if (law.empty() && step % options_.steps_a_check == 0) law = unless_mesh_holds();
-            if (!law.empty()) return told(step, law + " (kind " + std::to_string(kind) + ")");
+            std::string violation = one(kind, tally.rows[kind]);
+            if (violation.empty() && step % options_.steps_a_check == 0) violation = mesh_violation();
+            if (!violation.empty()) return message_at(step, violation + " (kind " + std::to_string(kind) + ")");
         }
-        const std::string law = unless_all_holds_at_end();
-        return law.empty() ? "" : told(options_.steps, law);
+        const std::string violation = final_violation();
+        return violation.empty() ? "" : message_at(options_.steps, violation);
     }
 
   private:
     using Row = typename CurvedTally<D>::Row;
 
-    [[nodiscard]] std::string told(std::size_t step, const std::string& law) const {
-        return "seed " + std::to_string(seed_) + ", step " + std::to_string(step) + ": " + law;
+    [[nodiscard]] std::string message_at(std::size_t step, const std::string& violation) const {
+        return "seed " + std::to_string(seed_) + ", step " + std::to_string(step) + ": " + violation;
     }
-    /// Small meshes grow, large ones shrink.
+    /// Returns a random kind, for large meshes mostly a collapse.
     [[nodiscard]] std::size_t next_kind() {
         constexpr auto all = curved_kinds<D>();
         const bool is_large = mesh().element_count() > options_.max_elements;
@@ -127,19 +128,19 @@ class CurvedRun {
         const DynamicMesh<D> before = mesh();
         auto [after, changes] = must(commit<D>(std::move(domain_.state), {std::move(patch)}));
         domain_.state = std::move(after);
-        for (const std::string& law :
-             {unless_no_worse(changes.elements.created, replaced), unless_told(before, mesh(), changes),
-              unless_valid(mesh(), changes.elements.created, options_.exactly), unless_filled(before, mesh(), changes),
-              unless_nodes_stay(before, mesh(), changes),
-              tried->split ? unless_halved(mesh(), changes, *tried->split, domain_.stretch) : std::string(),
+        for (const std::string& violation :
+             {quality_violation(changes.elements.created, replaced), changes_violation(before, mesh(), changes),
+              validity_violation(mesh(), changes.elements.created, options_.exactly), filling_violation(before, mesh(), changes),
+              node_violation(before, mesh(), changes),
+              tried->split ? split_violation(mesh(), changes, *tried->split, domain_.stretch) : std::string(),
               curved_kinds<D>()[kind].kind.operation == Operation::reinsert
-                  ? unless_boundary_stays(before, mesh(), changes, domain_.stretch)
+                  ? boundary_curve_violation(before, mesh(), changes, domain_.stretch)
                   : std::string()})
-            if (!law.empty()) return law;
+            if (!violation.empty()) return violation;
         return "";
     }
-    /// Than what is replaced, or than what is bad.
-    [[nodiscard]] std::string unless_no_worse(const std::vector<ElementId>& created, double replaced) const {
+    /// New elements are no worse than the replaced ones or the threshold of bad elements.
+    [[nodiscard]] std::string quality_violation(const std::vector<ElementId>& created, double replaced) const {
         const double least = std::min(shape_of_quality(PatchLimits{}.bad_quality, D), replaced);
         return worst_shape_of(domain_.state, created) >= (1 - 1e-8) * least ? "" : "an element is worse";
     }
@@ -150,18 +151,19 @@ class CurvedRun {
         });
     }
 
-    [[nodiscard]] std::string unless_mesh_holds() const {
-        for (const std::string& law :
-             {unless_topology_holds(mesh(), kept_), unless_same_sizes(curved_measures(mesh()), sizes_)})
-            if (!law.empty()) return law;
+    [[nodiscard]] std::string mesh_violation() const {
+        for (const std::string& violation :
+             {topology_violation(mesh(), invariants_), curved_size_violation(curved_measures(mesh()), sizes_)})
+            if (!violation.empty()) return violation;
         return "";
     }
-    [[nodiscard]] std::string unless_all_holds_at_end() const {
+    [[nodiscard]] std::string final_violation() const {
         std::vector<ElementId> all;
         for (std::size_t e = 0; e < mesh().elements.size(); ++e) all.emplace_back(e);
-        for (const std::string& law : {unless_mesh_holds(), unless_parts_stay(mesh(), kept_),
-                                       unless_as_made_anew(mesh()), unless_valid(mesh(), all, 8 * options_.exactly)})
-            if (!law.empty()) return law;
+        for (const std::string& violation :
+             {mesh_violation(), characteristics_violation(mesh(), invariants_), rebuild_violation(mesh()),
+              validity_violation(mesh(), all, 8 * options_.exactly)})
+            if (!violation.empty()) return violation;
         return "";
     }
 
@@ -169,7 +171,7 @@ class CurvedRun {
     const CurvedRunOptions& options_;
     Dice dice_;
     BowedDomain<D> domain_;
-    Kept<D> kept_;
+    Invariants<D> invariants_;
     Sizes sizes_;
     OperationWorkspace<D> workspace_;
 };

@@ -1,6 +1,6 @@
-// Random numbers, vectors and matrices for property tests: a property takes a seed, and throws these.
+// Random numbers, vectors and matrices for property tests: a property receives a seed and draws from a `Dice`.
 //
-//     property("det(AB) = det A det B", [](std::uint64_t seed) { Dice dice(seed); const auto a = dice.matrix<3>(); …
+//     property("the determinant of a product is the product of the determinants", [](std::uint64_t seed) { Dice dice(seed); const auto a = dice.matrix<3>(); …
 //     });
 #pragma once
 
@@ -22,7 +22,7 @@ class Dice {
     [[nodiscard]] double uniform(double low, double high) {
         return low + (high - low) * static_cast<double>(engine_() >> 11U) * 0x1p-53;
     }
-    /// 0 … n − 1.
+    /// Uniform in 0 … n − 1.
     [[nodiscard]] std::size_t below(std::size_t n) { return engine_() % n; }
 
     template <int D>

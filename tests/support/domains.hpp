@@ -1,5 +1,5 @@
-// Meshes to be changed: boxes of cells with holes, two materials and a baffle, all flat, so that whatever keeps to its
-// surfaces and lines keeps the domain.
+// Meshes for remeshing: boxes with holes, two materials and a baffle. All surfaces are flat, so that a mesh that keeps
+// to its surfaces and lines preserves the domain.
 #pragma once
 
 #include <algorithm>
@@ -25,16 +25,16 @@ Vec<D> middle_of(const LinearMesh<D>& mesh, const SimplexVertices<D>& simplex) {
     return sum / (D + 1.0);
 }
 
-/// What lies on both sides of a face.
+/// Position of a face in the domain.
 enum class FaceKind : std::uint8_t { boundary, interface, inside };
 
-/// Materials by the places of elements' vertices; a facet on each face that has a reference, by the places of its
-/// vertices, a vertex's place on its inner side, and its kind. 0: no facet.
+/// Sets the material of each element from its corners, and adds a facet to each face with a reference other than 0.
+/// `reference_of` gets the corners of the face, a point on its inner side, and its kind.
 template <int D, class MaterialOf, class ReferenceOf>
 LinearMesh<D> with_facets(LinearMesh<D> mesh, MaterialOf&& material_of, ReferenceOf&& reference_of) {
     Buffer<Reference> materials(mesh.elements.size());
     for (std::size_t e = 0; e < materials.size(); ++e) materials[e] = material_of(corners(mesh, e));
-    const auto across = must(neighbours(mesh, must(balls(mesh, alone)), alone));
+    const auto across = must(neighbours(mesh, must(balls(mesh, one_thread)), one_thread));
     Buffer<SimplexVertices<D - 1>> facets;
     Buffer<Reference> references;
     for (std::size_t e = 0; e < mesh.elements.size(); ++e)
@@ -57,7 +57,7 @@ LinearMesh<D> with_facets(LinearMesh<D> mesh, MaterialOf&& material_of, Referenc
     return mesh;
 }
 
-/// A face of an upright box: two references an axis, the even ones on the far side.
+/// Reference of a face of an axis-parallel box: two references per axis, the even one on the far side.
 template <int D>
 Reference side_of_box(const std::array<Vec<D>, D>& face, const Vec<D>& within) {
     Reference reference = 0;
@@ -67,7 +67,8 @@ Reference side_of_box(const std::array<Vec<D>, D>& face, const Vec<D>& within) {
     return reference;
 }
 
-/// Two materials, and a baffle at half height in the second where there is one; each kind has its reference.
+/// Adds two materials and, with `with_baffle`, a baffle at half height in the second; sides, interface and baffle have
+/// their own references.
 template <int D>
 LinearMesh<D> with_references(LinearMesh<D> mesh, const std::array<int, D>& cells, bool with_baffle) {
     const double split = (cells[0] + 1) / 2;
@@ -97,7 +98,7 @@ LinearMesh<D> random_domain(std::uint64_t seed) {
 
 template <int D>
 DynamicMesh<D> dynamic_of(const LinearMesh<D>& mesh) {
-    return must(make_dynamic(mesh, must(unique_edges(mesh, alone)), {}, alone));
+    return must(make_dynamic(mesh, must(unique_edges(mesh, one_thread)), {}, one_thread));
 }
 
 }  // namespace camber::testing

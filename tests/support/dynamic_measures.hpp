@@ -1,4 +1,4 @@
-// What a domain's mesh measures, and what it is made of, however it is numbered.
+// Measures and simplices of a mesh, independent of its numbering.
 #pragma once
 
 #include <algorithm>
@@ -22,10 +22,10 @@ double volume_of(const DynamicMesh<D>& mesh, const SimplexVertices<D>& v) {
     return orientation(p);
 }
 
-/// Sums over simplices of one dimension, by reference.
+/// Sums over simplices of a dimension, by reference.
 using Sizes = std::map<std::pair<int, Reference>, double>;
 
-/// Area of facets by reference, length of lines by reference, volume by material: what a flat domain keeps.
+/// Area of facets and length of lines by reference, volume by material: invariants of a flat domain.
 template <int D>
 Sizes measures(const DynamicMesh<D>& mesh) {
     Sizes sums;
@@ -49,7 +49,7 @@ Sizes measures(const DynamicMesh<D>& mesh) {
     return sums;
 }
 
-/// The simplices by the coordinates of their vertices: the same however they are numbered.
+/// The simplices as coordinates of their vertices, independent of the numbering.
 template <int D>
 auto by_places(const DynamicMesh<D>& mesh) {
     std::vector<std::vector<std::array<double, D>>> all;

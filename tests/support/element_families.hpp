@@ -1,5 +1,5 @@
-// Elements of the kinds that certificates are hard for, in doubles and on integer lattices. The includer imports
-// camber.core, camber.bezier and camber.validity first.
+// Families of elements that are hard to certify, in doubles and on integer lattices. The includer imports camber.core,
+// camber.bezier and camber.validity first.
 #pragma once
 
 #include <algorithm>
@@ -24,7 +24,7 @@ inline constexpr int count = 6;
 inline constexpr std::array<const char*, count> names{"plain",       "needle", "sliver",
                                                       "anisotropic", "far",    "tuned to 1 ulp"};
 
-/// Around the unit simplex; edges' nodes off their middles by up to `amplitude`.
+/// A random simplex around the unit simplex; edge nodes are up to `amplitude` off the middles per coordinate.
 template <int D>
 NodalSimplex<D> plain(Random& random, double amplitude) {
     NodalSimplex<D> s;
@@ -37,7 +37,7 @@ NodalSimplex<D> plain(Random& random, double amplitude) {
     return s;
 }
 
-/// A rotation by random angles in all planes of axes.
+/// Rotates by random angles in all coordinate planes.
 template <int D>
 void rotate(Random& random, NodalSimplex<D>& s) {
     for (int a = 0; a < D; ++a)
@@ -52,14 +52,14 @@ void rotate(Random& random, NodalSimplex<D>& s) {
         }
 }
 
-/// Coordinates c ≥ first times `factor`.
+/// Multiplies the coordinates c ≥ first by `factor`.
 template <int D>
 void squeeze(NodalSimplex<D>& s, int first, double factor) {
     for (auto& p : s.nodes)
         for (int c = first; c < D; ++c) p[c] *= factor;
 }
 
-/// Of one of the families but the last.
+/// Returns a random element of a family. `tuned` needs the function below and gives a plain one here.
 template <int D>
 NodalSimplex<D> element(Random& random, Family family) {
     NodalSimplex<D> s = plain<D>(random, uniform(random, 0, D == 2 ? 0.3 : 0.2));
@@ -71,11 +71,12 @@ NodalSimplex<D> element(Random& random, Family family) {
             rotate(random, s);
             break;
         case Family::sliver: {
-            // Two opposite edges crossed in one plane, a little apart (a vertex above the middle of an edge in 2D).
+            // Two opposite edges cross in one plane at a small distance (2D: a vertex close above the middle of an
+            // edge).
             const double apart = std::pow(10, uniform(random, -8, 0));
             for (auto& p : s.nodes) {
-                // The vertices 0, x and y, z of the unit simplex to (−1, 0), (1, 0) and (0, 1), (0, −1), the latter
-                // lifted.
+                // Maps the vertices 0, x and y, z of the unit simplex to (−1, 0), (1, 0) and (0, 1), (0, −1), and lifts
+                // the latter two.
                 if constexpr (D == 3)
                     p = {{2 * p[0] + p[1] + p[2] - 1, p[1] - p[2], apart * (p[1] + p[2])}};
                 else
@@ -99,8 +100,8 @@ NodalSimplex<D> element(Random& random, Family family) {
     return s;
 }
 
-/// One coordinate of one node is moved to where validity ends, by bisection down to neighbouring doubles: the last
-/// valid one, the first invalid one, or one further on either side. As it was, if no such end is found.
+/// Moves one coordinate of one node to the limit of validity by bisection down to adjacent doubles: the last valid
+/// value, the first invalid one, or the next double on either side. Returns s unchanged if no limit is found.
 template <int D, class IsValid>
 NodalSimplex<D> tuned(Random& random, NodalSimplex<D> s, IsValid&& is_valid) {
     const auto i = static_cast<std::size_t>(random() % quadratic_nodes<D>);
@@ -130,8 +131,8 @@ NodalSimplex<D> tuned(Random& random, NodalSimplex<D> s, IsValid&& is_valid) {
     return s;
 }
 
-/// Whole coordinates from 0 to 8: the simplex of size 4 at (2, …, 2), one in `sparsity` of the coordinates of all nodes
-/// then shifted by up to `most`, which is at most 2.
+/// Integer coordinates from 0 to 8: the simplex of size 4 at (2, …, 2), with one in `sparsity` of all coordinates
+/// shifted by up to `most`, which is at most 2.
 template <int D>
 std::array<std::array<std::int64_t, D>, quadratic_nodes<D>> lattice_element(Random& random, int most,
                                                                             std::uint64_t sparsity) {

@@ -67,8 +67,8 @@ std::vector<Integer> sixfold_coefficients(const IntegerNodes<D>& n) {
     return sums;
 }
 
-/// Is det J > 0 everywhere? By exact bisections of the integers, each edge in its turn; undecided after `most` in a
-/// row. Every bisection multiplies by 2^D, so small nodes are wanted.
+/// Decides whether det J > 0 everywhere, by exact bisection of the integers at alternating edges; undecided after
+/// `most` levels. Each bisection multiplies the coefficients by 2^D, so node coordinates must be small.
 template <int D>
 Verdict exact_verdict(const std::vector<Integer>& c, int most, int depth = 0) {
     bool all = true;
@@ -87,7 +87,7 @@ Verdict exact_verdict(const std::vector<Integer>& c, int most, int depth = 0) {
         const int to = ends[1 - side];
         std::vector<Integer> part(c.size(), 0);
         for (std::size_t p = 0; p < c.size(); ++p) {
-            // The blossom: each of the α_from arguments `from` becomes (from + to)/2; times 2^D all in all.
+            // Blossom: each of the α_from arguments `from` becomes (from + to)/2; the factor is 2^D in total.
             auto alpha = multi_indices<D, D>[p];
             const int m = alpha[from];
             for (int k = 0; k <= m; ++k) {

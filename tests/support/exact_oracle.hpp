@@ -1,7 +1,6 @@
-// Is a P2 element valid? A second answer in whole numbers that shares nothing with the library: det J from the shape
-// functions of the Lagrange nodes at whole weights, its Bernstein coefficients by interpolation of such values, then
-// bisection edge after edge; triangles by the minimum of a polynomial in x and y. Slow and plain.
-// The includer imports camber.core, camber.bezier and camber.validity first.
+// Validity of P2 elements in integer arithmetic that shares no code with the library: det J from the shape functions at
+// integer weights, its Bernstein coefficients by interpolation, then bisection along edges; triangles by the minimum of
+// a polynomial in x and y. Slow and simple. The includer imports camber.core, camber.bezier and camber.validity first.
 #pragma once
 
 #include <algorithm>
@@ -25,7 +24,7 @@ using Nodes = std::array<std::array<Integer, D>, (D + 1) * (D + 2) / 2>;
 template <int D, class Integer>
 using Whole = std::array<Integer, D + 1>;
 
-/// Node of the edge i–j in the order (0,1), (0,2), … of the mesh's local edges, or the vertex.
+/// Index of the node of edge i–j in the order (0,1), (0,2), … of the local edges; of the vertex if i = j.
 template <int D>
 int node(int i, int j) {
     if (i == j) return i;
@@ -73,19 +72,19 @@ Integer straight(const Nodes<D, Integer>& n) {
     return determinant(m);
 }
 
-/// A share of |det straight| that is asked for: numerator/denominator ≥ 0.
+/// Required share of |det straight|: numerator/denominator ≥ 0.
 template <class Integer>
 struct Share {
     Integer numerator = 0, denominator = 1;
 };
 
-/// det J is to be positive, and at least this, both times the same positive number.
+/// True if det J is positive and at least `least`, both multiplied by the same positive number.
 template <class Integer>
 bool enough(const Integer& value, const Integer& least) {
     return value > 0 && value >= least;
 }
 
-/// Does the condition hold at w/Σw?
+/// True if the condition holds at w/Σw.
 template <int D, class Integer>
 bool holds_at(const Nodes<D, Integer>& n, const Whole<D, Integer>& w, const Share<Integer>& share) {
     Integer q = 0;
@@ -96,11 +95,12 @@ bool holds_at(const Nodes<D, Integer>& n, const Whole<D, Integer>& w, const Shar
     return enough<Integer>(determinant_at<D>(n, w) * share.denominator, least);
 }
 
-/// Bernstein coefficients of det J times `scale`, as a table by the multi-index.
+/// Scaled Bernstein coefficients of det J by multi-index, and the required minimum.
 template <int D, class Integer>
 struct Coefficients {
-    std::vector<Integer> of;  ///< in the order of camber::jacobian_indices<D>, 4 times in 2D · 2, 27 times in 3D · 12
-    Integer least;            ///< in the same unit
+    /// In the order of camber::jacobian_indices<D>, times the factor 4 · 2 (2D) or 27 · 12 (3D).
+    std::vector<Integer> of;
+    Integer least;  ///< with the same factor
 };
 
 template <int D>
@@ -157,7 +157,7 @@ Coefficients<D, Integer> coefficients(const Nodes<D, Integer>& n, const Share<In
     return c;
 }
 
-/// The edge with the largest c_(γ+2i) − 2 c_(γ+i+j) + c_(γ+2j), by amount.
+/// Returns the edge with the maximum of |c_(γ+2i) − 2 c_(γ+i+j) + c_(γ+2j)|.
 template <int D, class Integer>
 int max_bent(const Coefficients<D, Integer>& c) {
     int found = 0;
@@ -178,7 +178,8 @@ int max_bent(const Coefficients<D, Integer>& c) {
     return found;
 }
 
-/// Bisections along the edge that bends most. The least grows with the coefficients, by 2^D each time.
+/// Bisects along the edge of maximum second difference. `least` is multiplied by 2^D at each level, like the
+/// coefficients.
 template <int D, class Integer>
 Answer bisected(const Coefficients<D, Integer>& c, int max_depth, int& parts, int depth = 0) {
     bool all = true;
@@ -197,7 +198,7 @@ Answer bisected(const Coefficients<D, Integer>& c, int max_depth, int& parts, in
         const int to = ends[1 - side];
         Coefficients<D, Integer> part{std::vector<Integer>(c.of.size(), Integer(0)), c.least * (1 << D)};
         for (int p = 0; p < camber::jacobian_coefficients<D>; ++p) {
-            // The blossom: each of the m arguments `from` becomes (from + to)/2.
+            // Blossom: each of the m arguments `from` becomes (from + to)/2.
             auto alpha = camber::jacobian_indices<D>[p];
             const int m = alpha[from];
             for (int k = 0, choose = 1; k <= m; choose = choose * (m - k) / (k + 1), ++k) {
@@ -212,8 +213,9 @@ Answer bisected(const Coefficients<D, Integer>& c, int max_depth, int& parts, in
     return unknown ? Answer::unknown : Answer::valid;
 }
 
-/// Triangles: g = det J − least is a polynomial A x² + B xy + C y² + E x + F y + G of x = ξ_1, y = ξ_2, made from
-/// values at vertices and middles. Fails where g < 0, and where g = 0 if no more than det J > 0 is asked for.
+/// Triangles: g = det J − least is a polynomial A x² + B xy + C y² + E x + F y + G of x = ξ_1, y = ξ_2, computed from
+/// values at vertices and edge middles. The element is invalid if g < 0, and also if g = 0 when only det J > 0 is
+/// required.
 template <class Integer>
 Answer triangle(const Nodes<2, Integer>& n, const Share<Integer>& share) {
     Integer least = 4 * straight<2>(n) * share.numerator;
@@ -226,7 +228,7 @@ Answer triangle(const Nodes<2, Integer>& n, const Share<Integer>& share) {
     const Integer v0 = value(2, 0, 0), v1 = value(0, 2, 0), v2 = value(0, 0, 2);
     const Integer m01 = value(1, 1, 0), m02 = value(1, 0, 1), m12 = value(0, 1, 1);
     if (fails(v0) || fails(v1) || fails(v2)) return Answer::invalid;
-    // a t² + b t + c through p, m, q at 0, 1/2, 1: the smallest value is c − b²/4a where 0 < −b < 2a.
+    // a t² + b t + c through p, m, q at 0, 1/2, 1. Its minimum is c − b²/4a where 0 < −b < 2a.
     const auto edge_fails = [&](const Integer& p, const Integer& m, const Integer& q) {
         const Integer a = 2 * p - 4 * m + 2 * q;
         const Integer b = 4 * m - 3 * p - q;
@@ -249,8 +251,8 @@ struct Limits {
     int depth, parts, denominator;
 };
 
-/// Is det J > 0 and ≥ share · |det straight| everywhere? `Integer` holds values, `Longer` bisected coefficients. What
-/// bisection leaves open is tried at all points of denominators up to the limit.
+/// Decides whether det J > 0 and det J ≥ share · |det straight| everywhere. `Integer` stores values, `Longer` bisected
+/// coefficients. If bisection leaves the answer open, all points with denominators up to the limit are tested.
 template <int D, class Longer, class Integer>
 Answer answer(const Nodes<D, Integer>& n, const Share<Integer>& share, const Limits& limits) {
     if constexpr (D == 2) {
@@ -277,7 +279,7 @@ Answer answer(const Nodes<D, Integer>& n, const Share<Integer>& share, const Lim
     }
 }
 
-/// Exponent of the last bit of a double that is not 0.
+/// Exponent of the last nonzero bit of a double that is not 0.
 inline int last_bit(double x) {
     int exponent = 0;
     std::frexp(x, &exponent);
@@ -297,7 +299,7 @@ int lowest_bit(const Doubles& values) {
     return lowest;
 }
 
-/// The nodes of several elements times one power of two.
+/// Returns the nodes of several elements times a common power of two, as integers.
 template <int D, std::size_t N>
 std::array<Nodes<D, Big>, N> big_nodes(const std::array<camber::NodalSimplex<D>, N>& elements) {
     std::vector<double> all;
@@ -330,7 +332,7 @@ inline Share<Big> share_of(double bound) {
     return {scaled(bound, std::min(lowest, 0)), Big(1) << std::max(0, -lowest)};
 }
 
-/// Of an element by the numbers stored in it.
+/// The answer for an element with the stored doubles.
 template <int D>
 Answer answer(const camber::NodalSimplex<D>& s, double bound, const Limits& limits = {400, 20000, 8}) {
     return answer<D, Big, Big>(big_nodes<D>(s), share_of(bound), limits);

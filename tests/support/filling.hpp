@@ -1,4 +1,4 @@
-// Whether a patch fills its cavity.
+// Tests if a patch fills its cavity.
 #pragma once
 
 #include <algorithm>
@@ -16,12 +16,12 @@ import camber.cavity;
 
 namespace camber::testing {
 
-/// The size of a simplex for a given dimension, up to a factor.
+/// Volume, area or length of a simplex, up to a factor that depends on the dimension.
 inline double size_of(const std::array<Vec<2>, 2>& p) { return distance(p[0], p[1]); }
 inline double size_of(const std::array<Vec<3>, 3>& p) { return norm(cross(p[1] - p[0], p[2] - p[0])); }
 inline double size_of(const std::array<Vec<3>, 2>& p) { return distance(p[0], p[1]); }
 
-/// The elements of a star are not inverted, and it fills what was taken out, reference by reference.
+/// True if no element of the star is inverted and the star fills the cavity, reference by reference.
 template <int D>
 bool fills(const DynamicMesh<D>& mesh, const Patch<D>& patch) {
     const VertexId p = patch.point.vertex;

@@ -26,7 +26,7 @@ inline std::int64_t integer(std::mt19937_64& random, std::int64_t most) {
     return static_cast<std::int64_t>(random() % static_cast<std::uint64_t>(2 * most + 1)) - most;
 }
 
-/// The unit simplex times 2 size, edge nodes at the middles, every node then shifted by up to `most`.
+/// The unit simplex times 2 `size` with edge nodes at the middles; then every node is shifted by up to `most`.
 template <int D>
 elements::IntegerNodes<D> integer_element(std::mt19937_64& random, std::int64_t size, std::int64_t most) {
     elements::IntegerNodes<D> n{};
@@ -38,7 +38,7 @@ elements::IntegerNodes<D> integer_element(std::mt19937_64& random, std::int64_t 
     return n;
 }
 
-/// A random element around the unit simplex; `amplitude` of its edges' nodes.
+/// A random element around the unit simplex; `amplitude` bounds the offsets of edge nodes.
 template <int D>
 QuadraticSimplex<D, D> element(std::mt19937_64& random, double amplitude) {
     NodalSimplex<D> s;
@@ -139,7 +139,7 @@ struct Planned {
     Proposal<D> proposal;
 };
 
-/// Nodes off their middles by up to `volume`, or `surface` for edges of the boundary, times the edge's length.
+/// Moves nodes off the middles by up to `volume`, or `surface` for boundary edges, times the edge length.
 template <int D>
 Planned<D> planned(std::mt19937_64& random, int n, double volume, double surface) {
     Planned<D> p;

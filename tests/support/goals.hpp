@@ -1,4 +1,4 @@
-// Domains with a metric to be brought to.
+// Domains with a target metric.
 #pragma once
 
 #include <cmath>
@@ -36,15 +36,15 @@ Column<LogMetric<D>> metrics_over(const LinearMesh<D>& mesh, double size, Dice& 
 
 template <int D>
 AdaptationGoal<D> goal_over(const LinearMesh<D>& mesh, double size, Dice& dice) {
-    return {must(make_back_mesh(mesh, must(balls(mesh, alone)), metrics_over(mesh, size, dice), alone)), {}};
+    return {must(make_back_mesh(mesh, must(balls(mesh, one_thread)), metrics_over(mesh, size, dice), one_thread)), {}};
 }
 
 template <int D>
-Adaptation<D> begun(const LinearMesh<D>& mesh, const AdaptationGoal<D>& goal) {
-    return must(begin_adaptation(mesh, must(unique_edges(mesh, alone)), {}, goal, alone));
+Adaptation<D> start_adaptation(const LinearMesh<D>& mesh, const AdaptationGoal<D>& goal) {
+    return must(begin_adaptation(mesh, must(unique_edges(mesh, one_thread)), {}, goal, one_thread));
 }
 
-/// A random domain that is to be brought to a metric over it.
+/// A random domain and a target metric on it.
 template <int D>
 struct StraightDomain {
     Adaptation<D> state;
@@ -55,7 +55,7 @@ StraightDomain<D> straight_domain(std::uint64_t seed) {
     Dice dice(seed);
     const LinearMesh<D> mesh = random_domain<D>(seed);
     AdaptationGoal<D> goal = goal_over(mesh, dice.uniform(0.5, 1.5), dice);
-    return {begun(mesh, goal), std::move(goal)};
+    return {start_adaptation(mesh, goal), std::move(goal)};
 }
 
 }  // namespace camber::testing

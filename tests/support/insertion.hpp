@@ -1,4 +1,4 @@
-// The cavity of a point that is inserted into a mesh.
+// Cavity of a point inserted into a mesh.
 #pragma once
 
 #include <algorithm>
@@ -54,7 +54,7 @@ std::optional<PointSite<D>> locate(const DynamicMesh<D>& mesh, const Vec<D>& poi
     return best;
 }
 
-/// The elements on both sides of a face, and the facet on it.
+/// Collects the elements on both sides of a face, and the facet on it.
 template <int D>
 void cavity_of_face(const DynamicMesh<D>& mesh, ElementId e, int face, Cavity<D>& out) {
     out.clear();
@@ -63,13 +63,13 @@ void cavity_of_face(const DynamicMesh<D>& mesh, ElementId e, int face, Cavity<D>
     if (const FacetId facet = facet_at(mesh, e, face); facet.valid()) out.facets.push_back(facet);
 }
 
-/// A point and the cavity of its insertion: the element that holds it, both sides of its face with the facet there, or
-/// the shell of its edge with facets and line.
+/// A point and the cavity of its insertion: the element that contains it; both sides of its face with the facet; or the
+/// shell of its edge with facets and line.
 template <int D>
 struct Insertion {
     Cavity<D> cavity;
     PointSite<D> site;
-    VertexPlace place = VertexPlace::inside;  ///< of the new vertex
+    VertexPlace place = VertexPlace::inside;  ///< place of the new vertex
     VertexId vertex;  ///< the vertex at the point, if there is one: the cavity is then the vertex's
 
     [[nodiscard]] bool is_at_vertex() const { return vertex.valid(); }
@@ -98,7 +98,7 @@ Insertion<D> insertion_at(const DynamicMesh<D>& mesh, const PointSite<D>& site) 
     return out;
 }
 
-/// The same at a point; nothing if it lies in no element.
+/// Returns the insertion at a point, or nothing if the point lies in no element.
 template <int D>
 std::optional<Insertion<D>> insertion(const DynamicMesh<D>& mesh, const Vec<D>& point) {
     const auto site = locate(mesh, point);

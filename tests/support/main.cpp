@@ -1,4 +1,4 @@
-// The main of every test executable: doctest's, except that an executable in which no case ran has failed.
+// Main function of every test executable: that of doctest, except that an executable that runs no case fails.
 #define DOCTEST_CONFIG_IMPLEMENT
 #include <doctest/doctest.h>
 
@@ -32,7 +32,7 @@ REGISTER_LISTENER("count_cases", 1, CountCases);
 int main(int argc, char** argv) {
     doctest::Context context(argc, argv);
     const int status = context.run();
-    if (context.shouldExit()) return status;  // a question, such as --list-test-cases
+    if (context.shouldExit()) return status;  // a query, such as --list-test-cases
     if (cases_run == 0) {
         std::fputs("no test case ran\n", stderr);
         return 1;

@@ -1,5 +1,5 @@
-// A domain brought to metrics that are coarser and finer in turn, by all passes, round after round, with what it keeps.
-// Guards against passes that lower the worst quality again and again.
+// Remeshes a domain with all passes to alternately coarser and finer metrics and checks its invariants. Guards against
+// passes that lower the worst quality repeatedly.
 #pragma once
 
 #include <algorithm>
@@ -15,7 +15,7 @@
 
 #include "dice.hpp"
 #include "goals.hpp"
-#include "mesh_laws.hpp"
+#include "mesh_invariants.hpp"
 #include "meshes.hpp"
 #include "named_domains.hpp"
 
@@ -28,18 +28,18 @@ import camber.adapt;
 
 namespace camber::testing {
 
-/// What a round did and left.
+/// Results of a round.
 struct Round {
-    double size = 0;  ///< that the metric asks for, by that of the first mesh
+    double size = 0;  ///< size requested by the metric, relative to that of the first mesh
     std::size_t vertices = 0, elements = 0;
     std::array<PassStatistics, 4> passes;  ///< collapse, split, swap, smooth
-    double flat = 0, curved = 0;           ///< the largest relative deviation of what is flat, and of what is not
-    std::size_t off = 0;                   ///< vertices beside their surface
+    double flat = 0, curved = 0;           ///< maximum relative deviation of flat and of curved measures
+    std::size_t off = 0;                   ///< vertices off their surface
     double unit_share = 0, worst_quality = 0;
 };
 
-/// How far sizes may be from their formulas, relative, by the square of the first mesh's cells: facets that are up to
-/// 1.6 times as large, and larger where the metric's size grows, cut so much off a surface of radius 1.
+/// Maximum relative deviation of curved measures from their formulas, relative to the square of the cell size of the
+/// first mesh. Facets are up to 1.6 times as large as cells, and larger where the requested size grows.
 inline constexpr double max_curved_deviation = 0.6;
 
 template <int D>
@@ -49,13 +49,13 @@ class ManyRounds {
         : domain_(with_required(std::move(domain), seed)),
           dice_(seed),
           execution_(execution),
-          mesh_(begun_mesh()),
-          kept_(kept_by(mesh_)) {
-        for (const auto& [key, value] : domain_.curved) kept_.sizes.erase(key);
+          mesh_(initial_mesh()),
+          invariants_(invariants_of(mesh_)) {
+        for (const auto& [key, value] : domain_.curved) invariants_.sizes.erase(key);
     }
     [[nodiscard]] const DynamicMesh<D>& mesh() const { return mesh_; }
 
-    /// Says which law broke; nothing where all hold.
+    /// Returns the violated property, or an empty string.
     [[nodiscard]] std::string run(double size, Round& round) {
         round.size = size;
         goal_ = goal_over(domain_.mesh, size * domain_.cell, dice_);
@@ -73,11 +73,11 @@ class ManyRounds {
         mesh_ = std::move(r.mesh);
         round.vertices = mesh_.vertex_count();
         round.elements = mesh_.element_count();
-        return unless_kept(round);
+        return round_violation(round);
     }
 
   private:
-    /// Some of each kind of entity.
+    /// Marks some entities of each kind as required.
     [[nodiscard]] static NamedDomain<D> with_required(NamedDomain<D> domain, std::uint64_t seed) {
         Dice dice(seed + 1);
         LinearMesh<D>& mesh = domain.mesh;
@@ -88,7 +88,7 @@ class ManyRounds {
         mesh.elements.required = Buffer<std::uint32_t>{one_of(mesh.elements.size())};
         return domain;
     }
-    [[nodiscard]] DynamicMesh<D> begun_mesh() const {
+    [[nodiscard]] DynamicMesh<D> initial_mesh() const {
         const auto edges = must(unique_edges(domain_.mesh, execution_));
         FeatureOptions<D> options;
         options.ridge_angle_degrees = domain_.ridge_angle_degrees;
@@ -109,29 +109,30 @@ class ManyRounds {
         }
         return {std::move(mesh_), {std::move(metrics)}};
     }
-    [[nodiscard]] Adaptation<D> pass(Outcome<Adapted<D>> done, double bad_quality, PassStatistics& told) {
+    [[nodiscard]] Adaptation<D> pass(Outcome<Adapted<D>> done, double bad_quality, PassStatistics& statistics) {
         Adapted<D> remeshed = must(std::move(done));
-        told = remeshed.statistics;
-        shortened_ += told.shortened;
+        statistics = remeshed.statistics;
+        shortened_ += statistics.shortened;
         const double worst = must(unit_mesh_statistics(remeshed.state, execution_)).worst_quality;
         made_worse_ |= worst < (1 - 1e-8) * std::min(bad_quality, worst_);
         worst_ = worst;
         return std::move(remeshed.state);
     }
 
-    [[nodiscard]] std::string unless_kept(Round& round) {
-        if (const std::string law = unless_topology_holds(mesh_, kept_); !law.empty()) return law;
+    [[nodiscard]] std::string round_violation(Round& round) {
+        if (const std::string violation = topology_violation(mesh_, invariants_); !violation.empty())
+            return violation;
         if (made_worse_) return "a pass made a bad element worse";
-        if (const std::string law = unless_elements_are_positive(mesh_); !law.empty()) return law;
+        if (const std::string violation = orientation_violation(mesh_); !violation.empty()) return violation;
         const Sizes now = measures(mesh_);
-        if (now.size() != kept_.sizes.size() + domain_.curved.size()) return "a reference came or went";
+        if (now.size() != invariants_.sizes.size() + domain_.curved.size()) return "a reference came or went";
         const auto deviate = [&](const Sizes& expected, double& most) {
             for (const auto& [key, value] : expected) {
                 const auto at = now.find(key);
                 most = std::max(most, at == now.end() ? 1 : std::abs(at->second / value - 1));
             }
         };
-        deviate(kept_.sizes, round.flat);
+        deviate(invariants_.sizes, round.flat);
         deviate(domain_.curved, round.curved);
         if (!(round.flat < 1e-10)) return "what is flat has another size: " + largest_change(now);
         if (!(round.curved < max_curved_deviation * domain_.cell * domain_.cell || domain_.curved.empty()))
@@ -141,7 +142,7 @@ class ManyRounds {
     }
     [[nodiscard]] std::string largest_change(const Sizes& now) const {
         std::string text;
-        for (const auto& [key, value] : kept_.sizes)
+        for (const auto& [key, value] : invariants_.sizes)
             if (const auto at = now.find(key); at == now.end() || std::abs(at->second / value - 1) > 1e-10)
                 text += "dimension " + std::to_string(key.first) + ", reference " + std::to_string(key.second) + ": " +
                         std::to_string(at == now.end() ? 0 : at->second) + " for " + std::to_string(value) + "; ";
@@ -164,14 +165,14 @@ class ManyRounds {
     Dice dice_;
     Execution execution_;
     DynamicMesh<D> mesh_;
-    Kept<D> kept_;
+    Invariants<D> invariants_;
     AdaptationGoal<D> goal_;
     std::size_t shortened_ = 0;
     double worst_ = 1;  ///< quality after the last pass
     bool made_worse_ = false;
 };
 
-/// By how much sizes differ from those of the first mesh, round after round.
+/// Size of a round relative to the size of the first mesh.
 inline double size_of_round(int round) {
     constexpr std::array sizes{1.6, 0.7, 1.2, 0.8};
     return sizes[static_cast<std::size_t>(round) % sizes.size()];

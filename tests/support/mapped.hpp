@@ -1,4 +1,4 @@
-// A mesh of degree 2 with all of its places put elsewhere.
+// A quadratic mesh with mapped vertices and nodes.
 #pragma once
 
 #include <functional>

@@ -1,5 +1,5 @@
-// Small meshes for tests: lattices of cells cut to simplices, with any cells left out, vertices moved and numbered at
-// random.
+// Small test meshes: lattices of cells cut into simplices, with optional omission of cells and random displacement and
+// numbering of vertices.
 #pragma once
 
 #include <algorithm>
@@ -24,9 +24,10 @@ template <int D>
 struct LatticeOptions {
     std::array<int, D> cells{};
     std::function<bool(const Cell<D>&)> keep = [](const Cell<D>&) { return true; };
-    std::function<Vec<D>(const Vec<D>&)> place = [](const Vec<D>& p) { return p; };  ///< of lattice coordinates
-    double jitter = 0;       ///< of inner and boundary vertices alike, in cells
-    std::uint64_t seed = 0;  ///< of jitter and numbering; 0: numbered in the order of the lattice
+    std::function<Vec<D>(const Vec<D>&)> place = [](const Vec<D>& p) { return p; };  ///< maps lattice coordinates to
+                                                                                     ///< points
+    double jitter = 0;       ///< displacement of inner and boundary vertices, in cells
+    std::uint64_t seed = 0;  ///< seed of displacement and numbering; 0: numbering in lattice order
 };
 
 inline double orientation(const std::array<Vec<2>, 3>& p) { return det(p[1] - p[0], p[2] - p[0]); }
@@ -39,7 +40,7 @@ std::array<Vec<D>, D + 1> corners(const LinearMesh<D>& mesh, std::size_t e) {
     return p;
 }
 
-/// The mesh of simplices and points, without references; elements turned to positive orientation.
+/// Builds a mesh of simplices and points without references; elements are oriented positively.
 template <int D>
 LinearMesh<D> mesh_of(Buffer<Vec<D>> points, Buffer<SimplexVertices<D>> elements) {
     LinearMesh<D> mesh;
@@ -63,7 +64,7 @@ SimplexVertices<D - 1> face_of(const LinearMesh<D>& mesh, ElementFace face) {
     return v;
 }
 
-/// Of a lattice all cells but about one in so many, and never without its first.
+/// Keeps all cells of a lattice except about one in `many`; the first cell is always kept.
 template <int D>
 auto all_but_one_in(std::uint64_t many, std::uint64_t seed) {
     return [many, seed](const Cell<D>& c) {
@@ -73,7 +74,7 @@ auto all_but_one_in(std::uint64_t many, std::uint64_t seed) {
     };
 }
 
-/// Kuhn's cut: a cell is the union of the D! simplices along the monotone paths between two opposite corners.
+/// Kuhn subdivision: a cell is the union of the D! simplices along the monotone paths between two opposite corners.
 template <int D>
 LinearMesh<D> lattice_mesh(const LatticeOptions<D>& o) {
     std::mt19937_64 engine(o.seed);
@@ -127,13 +128,13 @@ LinearMesh<D> lattice_mesh(const LatticeOptions<D>& o) {
     return mesh_of<D>(std::move(points), std::move(elements));
 }
 
-/// The value of an outcome that must be there; without it the test, or the program, fails.
+/// Returns the value of an outcome; throws if it is an error, which fails the test or program.
 template <class T>
 T must(Outcome<T> outcome) {
     if (!outcome.has_value()) throw std::runtime_error(describe(outcome.error()));
     return std::move(*outcome);
 }
 
-inline const Execution alone{.threads = 1};
+inline const Execution one_thread{.threads = 1};
 
 }  // namespace camber::testing

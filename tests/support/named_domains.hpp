@@ -1,5 +1,5 @@
-// Domains with curved surfaces, ridges, materials, and surfaces that end inside, with what geometry says of their
-// sizes.
+// Domains with curved surfaces, ridges, materials and surfaces that end inside, with the measures known from their
+// geometry.
 #pragma once
 
 #include <algorithm>
@@ -27,8 +27,8 @@ template <int D>
 struct NamedDomain {
     std::string name;
     LinearMesh<D> mesh;
-    AnalyticGeometry<D> surfaces;  ///< those that are curved, or end at one that is
-    Sizes curved;  ///< what is known by formula, in the units of `measures`: the rest is flat, and stays as it is
+    AnalyticGeometry<D> surfaces;  ///< curved surfaces, and surfaces that end at a curved one
+    Sizes curved;  ///< measures known by formula, in the units of `measures`; all others are flat and constant
     double cell = 1;
     double ridge_angle_degrees = 40;
 };
@@ -51,8 +51,8 @@ double largest(const Vec<D>& p) {
 
 }  // namespace named
 
-/// The ball of radius 1 in the box from −2 to 2, each a material: cubes around the middle bent to spheres. The number
-/// of cells along an axis is a multiple of 4.
+/// The ball of radius 1 in the box from −2 to 2, each a material: cubes around the centre are mapped to spheres. The
+/// number of cells per axis is a multiple of 4.
 template <int D>
 NamedDomain<D> ball_in_box(int cells) {
     const double cell = 4.0 / cells;
@@ -77,10 +77,10 @@ NamedDomain<D> ball_in_box(int cells) {
             {{{20, Sphere<D>{{}, 1}}}},
             {{{D, 1}, ball}, {{D, 2}, (D == 2 ? 32 : 384) - ball}, {{D - 1, 20}, D == 2 ? 2 * pi : 8 * pi}},
             cell,
-            75};  // the facets of a coarse ball turn by less, those of the box by more
+            75};  // larger than the angles between facets of a coarse ball, smaller than those of the box
 }
 
-/// A quarter of the shell between the radii 1 and 2 (3D: of a pipe), all of whose surfaces meet in ridges.
+/// A quarter of the shell (3D: pipe) between the radii 1 and 2; all its surfaces meet in ridges.
 template <int D>
 NamedDomain<D> quarter_shell(int cells) {
     const auto place = [cells](const Vec<D>& at) {
@@ -129,7 +129,8 @@ NamedDomain<D> quarter_shell(int cells) {
     return domain;
 }
 
-/// A square (2D: a line) inside of a box, whose rim is inside as well. Cells are of length 1, and a multiple of 4.
+/// A square (2D: a line) inside a box, with its rim inside as well. Cells have length 1; their number is a multiple of
+/// 4.
 template <int D>
 NamedDomain<D> baffle_in_box(int cells) {
     const auto reference_of = [cells](const std::array<Vec<D>, D>& face, const Vec<D>& within,

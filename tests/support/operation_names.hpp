@@ -1,4 +1,4 @@
-// What tables call operations.
+// Names of operations in tables.
 #pragma once
 
 #include <array>

@@ -1,4 +1,4 @@
-// Many random operations on a random domain, with its laws looked at along the way.
+// Runs many random operations on a random domain and checks invariants in between.
 #pragma once
 
 #include <algorithm>
@@ -10,7 +10,7 @@
 
 #include "dice.hpp"
 #include "domains.hpp"
-#include "mesh_laws.hpp"
+#include "mesh_invariants.hpp"
 #include "random_operations.hpp"
 
 import camber.core;
@@ -18,7 +18,7 @@ import camber.cavity;
 
 namespace camber::testing {
 
-/// What became of the tries, by kind.
+/// Number of attempts by kind and result.
 template <int D>
 struct Tally {
     struct Row {
@@ -38,14 +38,14 @@ struct Tally {
     }
 };
 
-/// How operations are run: how large the mesh may grow, and how often it is looked at.
+/// Number of steps, maximum mesh size and interval of the checks.
 struct RunOptions {
     std::size_t steps = 400;
     std::size_t max_elements = 600;
     std::size_t steps_a_check = 16;
 };
 
-/// A random domain some of whose entities must stay.
+/// A random domain, in half of the cases with required entities.
 template <int D>
 LinearMesh<D> domain_with_required(std::uint64_t seed) {
     LinearMesh<D> mesh = random_domain<D>(seed);
@@ -57,7 +57,7 @@ LinearMesh<D> domain_with_required(std::uint64_t seed) {
     return mesh;
 }
 
-/// Small meshes grow, large ones shrink.
+/// Returns a random kind; a collapse if the mesh is too large.
 template <int D>
 std::size_t next_kind(const DynamicMesh<D>& mesh, std::size_t max_elements, Dice& dice) {
     constexpr auto all = kinds<D>();
@@ -67,15 +67,15 @@ std::size_t next_kind(const DynamicMesh<D>& mesh, std::size_t max_elements, Dice
     }
 }
 
-/// Operations whose geometry fits as well. Says which law broke, and at which step; nothing where all hold.
+/// Runs operations that keep elements positive. Returns the violated invariant and its step, or an empty string.
 template <int D>
 std::string run_operations(std::uint64_t seed, const RunOptions& options, Tally<D>& tally) {
     Dice dice(seed);
     DynamicMesh<D> mesh = dynamic_of(domain_with_required<D>(seed));
-    const Kept<D> kept = kept_by(mesh);
+    const Invariants<D> invariants = invariants_of(mesh);
     StarWorkspace<D> workspace;
-    const auto broken_at = [&](std::size_t step, const std::string& law) {
-        return "seed " + std::to_string(seed) + ", step " + std::to_string(step) + ": " + law;
+    const auto broken_at = [&](std::size_t step, const std::string& violation) {
+        return "seed " + std::to_string(seed) + ", step " + std::to_string(step) + ": " + violation;
     };
     for (std::size_t step = 0; step < options.steps; ++step) {
         const std::size_t kind = next_kind(mesh, options.max_elements, dice);
@@ -85,21 +85,23 @@ std::string run_operations(std::uint64_t seed, const RunOptions& options, Tally<
         const DynamicMesh<D> before = mesh;
         auto [after, changes] = must(replace_cavities<D>(std::move(mesh), {&*patch, 1}));
         mesh = std::move(after);
-        if (const std::string law = step % 8 == 0 ? unless_told(before, mesh, changes) : ""; !law.empty())
-            return broken_at(step, law);
+        if (const std::string violation = step % 8 == 0 ? changes_violation(before, mesh, changes) : "";
+            !violation.empty())
+            return broken_at(step, violation);
         if (step % options.steps_a_check != 0) continue;
-        if (const std::string law = unless_topology_holds(mesh, kept); !law.empty()) return broken_at(step, law);
+        if (const std::string violation = topology_violation(mesh, invariants); !violation.empty())
+            return broken_at(step, violation);
     }
-    const std::string law = unless_all_holds(mesh, kept);
-    return law.empty() ? "" : broken_at(options.steps, law);
+    const std::string violation = invariant_violation(mesh, invariants);
+    return violation.empty() ? "" : broken_at(options.steps, violation);
 }
 
-/// The same by topology alone: elements may be inverted here.
+/// Runs operations by topology only: elements may be inverted.
 template <int D>
 std::string run_topology(std::uint64_t seed, const RunOptions& options, Tally<D>& tally) {
     Dice dice(seed);
     DynamicMesh<D> mesh = dynamic_of(domain_with_required<D>(seed));
-    const Kept<D> kept = kept_by(mesh);
+    const Invariants<D> invariants = invariants_of(mesh);
     StarWorkspace<D> workspace;
     for (std::size_t step = 0; step < options.steps; ++step) {
         const std::size_t kind = next_kind(mesh, options.max_elements, dice);
@@ -108,10 +110,10 @@ std::string run_topology(std::uint64_t seed, const RunOptions& options, Tally<D>
         if (!patch) continue;
         mesh = must(replace_cavities<D>(std::move(mesh), {&*patch, 1})).mesh;
         if (step % options.steps_a_check != 0) continue;
-        if (const std::string law = unless_topology_holds(mesh, kept); !law.empty())
-            return "seed " + std::to_string(seed) + ", step " + std::to_string(step) + ": " + law;
+        if (const std::string violation = topology_violation(mesh, invariants); !violation.empty())
+            return "seed " + std::to_string(seed) + ", step " + std::to_string(step) + ": " + violation;
     }
-    for (const std::string& broken : {unless_parts_stay(mesh, kept), unless_as_made_anew(mesh)})
+    for (const std::string& broken : {characteristics_violation(mesh, invariants), rebuild_violation(mesh)})
         if (!broken.empty()) return "seed " + std::to_string(seed) + ": " + broken;
     return "";
 }

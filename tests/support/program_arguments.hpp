@@ -1,4 +1,4 @@
-// Arguments of programs that are numbers by name: --seed 3.
+// Named numeric arguments of programs, for example --seed 3.
 #pragma once
 
 #include <cstddef>
@@ -11,19 +11,19 @@
 namespace camber::testing {
 
 struct NumberArgument {
-    std::string_view name;  ///< with its dashes
+    std::string_view name;  ///< including the dashes
     double* value;
     double least = 0;
 };
 
-/// False, and what there is on the standard error, where a word is none of them or a number too small.
+/// Returns false and prints the known arguments to standard error if an argument is unknown or a number too small.
 inline bool read_numbers(int argc, char** argv, std::initializer_list<NumberArgument> numbers) {
-    const std::span<char*> given(argv, static_cast<std::size_t>(argc));
-    for (std::size_t i = 1; i < given.size(); i += 2) {
+    const std::span<char*> words(argv, static_cast<std::size_t>(argc));
+    for (std::size_t i = 1; i < words.size(); i += 2) {
         bool known = false;
         for (const auto& [name, value, least] : numbers) {
-            if (name != given[i]) continue;
-            *value = i + 1 < given.size() ? std::strtod(given[i + 1], nullptr) : 0;
+            if (name != words[i]) continue;
+            *value = i + 1 < words.size() ? std::strtod(words[i + 1], nullptr) : 0;
             known = *value >= least;
         }
         if (known) continue;

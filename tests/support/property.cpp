@@ -36,7 +36,11 @@ void check(const std::string& name, const Testable& testable, const Trials& tria
 
 }  // namespace
 
-void check_law(const std::string& name, const Law& law, const Trials& trials) { check(name, law, trials); }
-void check_law(const std::string& name, const SeededLaw& law, const Trials& trials) { check(name, law, trials); }
+void check_property(const std::string& name, const Property& checked_property, const Trials& trials) {
+    check(name, checked_property, trials);
+}
+void check_property(const std::string& name, const SeededProperty& checked_property, const Trials& trials) {
+    check(name, checked_property, trials);
+}
 
 }  // namespace camber::testing

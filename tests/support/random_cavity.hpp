@@ -1,4 +1,4 @@
-// A cavity of any kind, that an operation may or may not fit.
+// Random cavities, for which an operation may or may not be possible.
 #pragma once
 
 #include <algorithm>
@@ -17,7 +17,7 @@ class RandomCavity {
   public:
     RandomCavity(const DynamicMesh<D>& mesh, Dice& dice) : mesh_(mesh), dice_(dice) {}
 
-    /// Elements, each across a face of one before: few or many, or a ball and what is beside it.
+    /// Adds elements across faces of previous ones: few, many, or a ball and some neighbours.
     void grow(ElementId first, Cavity<D>& out) {
         out.elements = {first};
         const std::size_t how = dice_.below(3);
@@ -38,7 +38,7 @@ class RandomCavity {
     }
 
   private:
-    /// Some of the facets and lines of the elements.
+    /// Adds some facets and lines of the elements.
     void take_any(Cavity<D>& out) {
         for (const ElementId e : out.elements) {
             for (int i = 0; i <= D; ++i)
@@ -47,8 +47,7 @@ class RandomCavity {
                 if (const LineId l = mesh_.line_at(edge); l.valid() && dice_.below(3) == 0) out.lines.push_back(l);
         }
     }
-    /// The facets on the inside of the cavity, of some references those on the boundary too, and the lines between
-    /// them.
+    /// Adds the facets inside the cavity, those on its boundary for some references, and the lines between them.
     void take_surfaces(Cavity<D>& out) {
         const auto is_taken = [&](ElementId e) { return std::ranges::find(out.elements, e) != out.elements.end(); };
         const std::uint64_t references = dice_.below(1U << 16U);

@@ -1,4 +1,4 @@
-// Operations at random places of a mesh: as patches, or why there is none.
+// Operations at random places of a mesh, as patches or with the reason of their rejection.
 #pragma once
 
 #include <algorithm>
@@ -23,7 +23,7 @@ namespace camber::testing {
 
 enum class Operation : std::uint8_t { insert, collapse, swap_edge, swap_face, reinsert, move, any_cavity };
 
-/// An operation by what it is done to: where its point, the vertex that goes, or the edge lies.
+/// An operation and the place of its point, removed vertex or edge.
 struct Kind {
     Operation operation;
     VertexPlace place;
@@ -65,7 +65,7 @@ constexpr auto kinds() {
                                      {any_cavity, surface}}};
 }
 
-/// What came of a try: the failures of `star` by their numbers, then these.
+/// Result of an attempt: the failures of `star` in the same order, then those of the tests.
 enum class Refusal : std::uint8_t {
     none,
     empty,
@@ -74,25 +74,25 @@ enum class Refusal : std::uint8_t {
     line,
     ball,
     exists,
-    place,   ///< nothing of the kind was found there, or it may not go where it was to
-    volume,  ///< an element would be inverted, or not all of the cavity filled
+    place,   ///< no place of the kind was found
+    volume,  ///< an element would be inverted or the cavity not filled
 };
 inline constexpr std::size_t refusals = 9;
 
 template <int D>
 struct Attempt {
-    std::optional<Patch<D>> patch;  ///< where nothing is refused
+    std::optional<Patch<D>> patch;  ///< empty if the attempt was rejected
     Refusal refused = Refusal::none;
 };
 
-/// Chooses where an operation is tried, and what its cavity and point are.
+/// Chooses random places, cavities and points of operations.
 template <int D>
 class Trying {
   public:
     Trying(const DynamicMesh<D>& mesh, Dice& dice, StarWorkspace<D>& workspace)
         : mesh_(mesh), dice_(dice), w_(workspace) {}
 
-    /// By topology alone, whatever the places of the vertices.
+    /// Builds the star by topology only, independent of vertex positions.
     [[nodiscard]] Attempt<D> starred(Kind kind) {
         Patch<D> patch{mesh_.stamp, {}, {}, {}};
         if (!choose(kind, patch)) return {{}, Refusal::place};
@@ -100,14 +100,15 @@ class Trying {
         if (failure != StarFailure::none) return {{}, static_cast<Refusal>(failure)};
         return {std::move(patch), Refusal::none};
     }
-    /// The same, and the mesh stays one of its domain. A point that is put in is found where it was meant.
+    /// Builds a star that fills its cavity with positive elements. An inserted point is located in the simplex it was
+    /// put into.
     [[nodiscard]] Attempt<D> planned(Kind kind) {
         Attempt<D> attempt = starred(kind);
         if (kind.operation == Operation::insert) expect_found();
         if (attempt.patch && !fills(mesh_, *attempt.patch)) return {{}, Refusal::volume};
         return attempt;
     }
-    /// What is taken out, and the point; false where nothing of the kind is found.
+    /// Chooses the cavity and the point; returns false if no place of the kind is found.
     [[nodiscard]] bool choose(Kind kind, Patch<D>& patch) {
         switch (kind.operation) {
             case Operation::insert: return choose_insertion(kind.place, patch);
@@ -143,7 +144,7 @@ class Trying {
         return sum / all;
     }
 
-    /// A simplex of up to D dimensions that lies there; in the inside of it the point comes.
+    /// Chooses a simplex of up to D dimensions on the requested place, and a point in its interior.
     [[nodiscard]] bool choose_insertion(VertexPlace place, Patch<D>& patch) {
         for (int tries = 0; tries < 40; ++tries) {
             PointSite<D> site{any_element(), {}};
@@ -168,7 +169,7 @@ class Trying {
     }
     void expect_found() {
         if (spanned_.empty()) return;
-        // Elements are no flatter than `fills` lets them be, and the point is in the middle of what it was put in.
+        // `fills` excludes flatter elements, and the point is near the middle of its simplex, so 1e-6 decides.
         const PointSite<D> site = locate(mesh_, inserted_, 1e-6).value();
         std::vector<VertexId> found;
         for (int i = 0; i <= D; ++i)
@@ -202,7 +203,7 @@ class Trying {
         patch.point.vertex = ends[dice_.below(ends.size())];
         return true;
     }
-    /// Along what the vertex lies on, which is flat.
+    /// Moves along the surface or line of the vertex, which is flat.
     [[nodiscard]] bool choose_move(VertexPlace place, Patch<D>& patch) {
         const auto& [elements, facets, lines] = patch.removed;
         const Vec<D> from = mesh_.points[patch.point.vertex];
@@ -252,7 +253,7 @@ class Trying {
     const DynamicMesh<D>& mesh_;
     Dice& dice_;
     StarWorkspace<D>& w_;
-    std::vector<VertexId> spanned_;  ///< of the last insertion: the simplex that the point is in
+    std::vector<VertexId> spanned_;  ///< vertices of the simplex that contains the last inserted point
     Vec<D> inserted_;
 };
 

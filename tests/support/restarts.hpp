@@ -1,4 +1,4 @@
-// Metric fields that go from one curved mesh to another, again and again: for tests and for bench/restarts.cpp.
+// Repeated transfer of metric fields between curved meshes, for tests and bench/restarts.cpp.
 #pragma once
 
 #include <algorithm>
@@ -18,10 +18,10 @@ import camber.metric;
 
 namespace camber::testing {
 
-/// The mesh of degree 2 whose vertices and nodes are where the map has those of a straight one.
+/// Elevates a straight mesh and maps its vertices and nodes.
 template <int D, class Map>
 QuadraticMesh<D> mapped(const LinearMesh<D>& mesh, Map&& map) {
-    auto out = must(elevate(LinearMesh<D>(mesh), alone));
+    auto out = must(elevate(LinearMesh<D>(mesh), one_thread));
     auto points = take(std::move(out.linear.points));
     auto nodes = take(std::move(out.mid_nodes));
     for (Vec<D>& p : points) p = map(p);
@@ -31,7 +31,7 @@ QuadraticMesh<D> mapped(const LinearMesh<D>& mesh, Map&& map) {
     return out;
 }
 
-/// x_i + A sin 2π x_{i+1}: edges of a lattice of four cells a side bow by 6 % of their chords, some of ten.
+/// x_i + A sin 2π x_{i+1}. Edges of a lattice of four cells per side are bowed by 6 % of their chords, some by 10 %.
 template <int D>
 Vec<D> wave(const Vec<D>& p, double height = 0.05) {
     Vec<D> x = p;
@@ -39,10 +39,10 @@ Vec<D> wave(const Vec<D>& p, double height = 0.05) {
     return x;
 }
 
-/// A wavy box whose cells are thin in its middle, and the metric for which a lattice of n cells in it is unit.
+/// A wavy box whose cells are thin in the middle, and the metric for which a lattice of n cells in it is unit.
 template <int D>
 struct GrowingBox {
-    double growth = 5;  ///< cosh of it is how much thinner the middle is than the ends
+    double growth = 5;  ///< cosh(growth) is the ratio of cell heights at the ends and in the middle
     double cells = 8;
 
     [[nodiscard]] Vec<D> operator()(Vec<D> t) const {
@@ -50,7 +50,7 @@ struct GrowingBox {
         return wave<D>(t);
     }
     [[nodiscard]] LogMetric<D> metric(const Vec<D>& t) const {
-        // The columns of the map's Jacobian, a cell long; M = J⁻ᵀ J⁻¹.
+        // The columns of the map's Jacobian times the cell length; M = J⁻ᵀ J⁻¹.
         Mat<D> cell;
         constexpr double step = 1e-6;
         for (int i = 0; i < D; ++i) {
@@ -65,7 +65,7 @@ struct GrowingBox {
     }
 };
 
-/// A lattice of n cells a side, its inner vertices shifted, in a box: the mesh, and where its nodes are in the box.
+/// A lattice of n cells per side with shifted inner vertices: the parameters of its nodes, and its image in the box.
 template <int D>
 struct Cells {
     QuadraticMesh<D> parameters, mesh;
@@ -86,7 +86,7 @@ Cells<D> cells_of(const GrowingBox<D>& box, int n, double shift) {
     return {mapped(lattice, shifted), mapped(lattice, [&](const Vec<D>& t) { return box(shifted(t)); })};
 }
 
-/// A field by where a point is in the box.
+/// A field as a function of box parameters.
 template <int D>
 using FieldInBox = std::function<LogMetric<D>(const Vec<D>&)>;
 
@@ -105,7 +105,7 @@ enum class Form { quadratic, linear };
 template <int D>
 inline NodalLogs<D> handed_on(const QuadraticMesh<D>& from, const NodalLogs<D>& logs, const QuadraticMesh<D>& to,
                               Form form) {
-    const auto back = must(make_nodal_back_mesh(from, must(balls(from.linear, alone)), logs, alone));
+    const auto back = must(make_nodal_back_mesh(from, must(balls(from.linear, one_thread)), logs, one_thread));
     ElementId hint;
     const auto sampled = [&](const Vec<D>& p) {
         const auto sample = sample_value(back, p, hint);
@@ -117,7 +117,7 @@ inline NodalLogs<D> handed_on(const QuadraticMesh<D>& from, const NodalLogs<D>& 
     vertices.reserve(to.linear.points.size());
     nodes.reserve(to.edges.size());
     for (const Vec<D>& p : to.linear.points) vertices.push_back(sampled(p));
-    if (form == Form::linear) return must(nodal_logs(to.edges, Column(std::move(vertices)), alone));
+    if (form == Form::linear) return must(nodal_logs(to.edges, Column(std::move(vertices)), one_thread));
     for (const LagrangeNode<D>& node : to.mid_nodes) nodes.push_back(sampled(node.point));
     return {Column(std::move(vertices)), Column(std::move(nodes))};
 }
@@ -127,16 +127,16 @@ struct Figures {
 };
 template <int D>
 Figures figures_of(const QuadraticMesh<D>& mesh, const NodalLogs<D>& logs) {
-    return {must(complexity(mesh, logs, alone)),
-            std::max(must(largest_anisotropy(logs.vertices, alone)), must(largest_anisotropy(logs.mid_nodes, alone)))};
+    return {must(complexity(mesh, logs, one_thread)),
+            std::max(must(largest_anisotropy(logs.vertices, one_thread)), must(largest_anisotropy(logs.mid_nodes, one_thread)))};
 }
 
-/// By how much both figures differ after so many restarts, each from the output of the one before.
+/// Relative changes of both figures after `restarts` transfers, each from the output of the previous one.
 template <int D>
 Figures drift(const GrowingBox<D>& box, const FieldInBox<D>& field, int n, int restarts, Form form) {
     const auto a = cells_of(box, n, 0.2), b = cells_of(box, n + 1, -0.3);
     auto logs = metrics_of(field, a);
-    if (form == Form::linear) logs = must(nodal_logs(a.mesh.edges, logs.vertices, alone));
+    if (form == Form::linear) logs = must(nodal_logs(a.mesh.edges, logs.vertices, one_thread));
     const Figures before = figures_of(a.mesh, logs);
     for (int k = 0; k < restarts; k += 2) logs = handed_on(b.mesh, handed_on(a.mesh, logs, b.mesh, form), a.mesh, form);
     const Figures after = figures_of(a.mesh, logs);

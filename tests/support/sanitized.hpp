@@ -1,5 +1,5 @@
-// What tests do less of under the sanitizers, which make all ten times as long: what they look for shows in few of many
-// inputs that are alike. The release build does all.
+// Reduction of tests under the sanitizers, which are ten times slower. Their findings appear in few of many similar
+// inputs; the release build runs all.
 #pragma once
 
 namespace camber::testing {
@@ -10,7 +10,7 @@ inline constexpr bool is_sanitized = true;
 inline constexpr bool is_sanitized = false;
 #endif
 
-/// `all`, or `less` under the sanitizers.
+/// Returns `all`, or `less` under the sanitizers.
 template <class T>
 [[nodiscard]] constexpr T less_if_sanitized(T all, T less) {
     return is_sanitized ? less : all;

@@ -1,4 +1,4 @@
-// Ranks that are threads of one process, for laws of what ranks do together.
+// Ranks as threads of one process, for tests of distributed algorithms.
 #pragma once
 
 #include <condition_variable>
@@ -16,29 +16,30 @@ import camber.distributed;
 
 namespace camber::testing {
 
-/// What goes between the ranks: each lays its own down, and takes the others' when all have.
+/// All-to-all exchange between the ranks: each rank stores its messages and takes those of the others when all have
+/// stored theirs.
 class ThreadPost {
   public:
-    explicit ThreadPost(std::size_t ranks) : laid_(ranks) {}
+    explicit ThreadPost(std::size_t ranks) : messages_(ranks) {}
 
     Outcome<std::vector<Bytes>> exchange(std::size_t rank, Outcome<std::vector<Bytes>> to) {
         std::unique_lock lock(mutex_);
-        laid_[rank] = std::move(to);
+        messages_[rank] = std::move(to);
         wait(lock);
         Outcome<std::vector<Bytes>> from{std::vector<Bytes>{}};
-        for (const auto& of : laid_) {
-            if (!of && from) from = fail(of.error());
-            if (from) from->push_back((*of)[rank]);
+        for (const auto& sent : messages_) {
+            if (!sent && from) from = fail(sent.error());
+            if (from) from->push_back((*sent)[rank]);
         }
         wait(lock);
         return from;
     }
-    [[nodiscard]] std::size_t size() const { return laid_.size(); }
+    [[nodiscard]] std::size_t size() const { return messages_.size(); }
 
   private:
     void wait(std::unique_lock<std::mutex>& lock) {
         const std::size_t turn = turn_;
-        if (++arrived_ == laid_.size()) {
+        if (++arrived_ == messages_.size()) {
             arrived_ = 0;
             ++turn_;
             met_.notify_all();
@@ -48,7 +49,7 @@ class ThreadPost {
 
     std::mutex mutex_;
     std::condition_variable met_;
-    std::vector<Outcome<std::vector<Bytes>>> laid_;
+    std::vector<Outcome<std::vector<Bytes>>> messages_;
     std::size_t arrived_ = 0, turn_ = 0;
 };
 
@@ -73,21 +74,21 @@ class ThreadRank final : public Ranks {
     Traffic traffic_;
 };
 
-/// work(ranks) on so many ranks; what each made.
+/// Runs work(ranks) on `count` ranks and returns their results.
 template <class Work>
 auto on_ranks(std::size_t count, const Work& work) {
-    using Made = decltype(work(std::declval<Ranks&>()));
+    using Result = decltype(work(std::declval<Ranks&>()));
     ThreadPost post(count);
-    std::vector<std::optional<Made>> made(count);
+    std::vector<std::optional<Result>> results(count);
     std::vector<std::jthread> threads;
     for (std::size_t r = 0; r < count; ++r)
         threads.emplace_back([&, r] {
             ThreadRank rank(post, r);
-            made[r].emplace(work(rank));
+            results[r].emplace(work(rank));
         });
     threads.clear();
-    std::vector<Made> out;
-    for (auto& m : made) out.push_back(std::move(*m));
+    std::vector<Result> out;
+    for (auto& m : results) out.push_back(std::move(*m));
     return out;
 }
 

@@ -1,4 +1,4 @@
-// Known surfaces behind the same interface.
+// Analytic surfaces as geometry.
 #include <doctest/doctest.h>
 
 #include <cmath>
@@ -24,11 +24,11 @@ const Execution one_thread{.threads = 1};
 
 }  // namespace
 
-TEST_CASE("closest points") {
+TEST_CASE("closest points on analytic surfaces are idempotent and minimal") {
     const std::vector<AnalyticSurface<3>> surfaces{
         Plane<3>{{{0.1, 0.2, 0.3}}, {{1, 2, -1}}}, Sphere<3>{{{0.1, 0, 0}}, 1.3},
         Cylinder{{{0, 0.2, 0}}, {{1, 1, 3}}, 0.8}, Torus{{{0, 0, 0.1}}, {{0.2, 0.1, 1}}, 1.2, 0.3}};
-    camber::testing::property("a foot is its own foot, and the normal leads to it",
+    camber::testing::property("projection of a foot returns it, and the normal points along the distance",
                               [&] {
                                   const auto& surface = *rc::gen::elementOf(surfaces);
                                   const Vec<3> p = point_in(-3, 3);
@@ -39,7 +39,7 @@ TEST_CASE("closest points") {
                               },
                               {.count = 400});
     camber::testing::property(
-        "no point of the surface is nearer",
+        "no foot of another point is nearer",
         [&] {
             const auto& surface = *rc::gen::elementOf(surfaces);
             const Vec<3> p = point_in(-3, 3);
@@ -49,7 +49,7 @@ TEST_CASE("closest points") {
         {.count = 400});
 }
 
-TEST_CASE("planes along an axis are exact; centres and axes have some foot") {
+TEST_CASE("closest points are exact on axis-aligned planes and defined at centres and axes") {
     const auto foot = closest_point<3>(Plane<3>{{{0, 0, 0.1}}, {{0, 0, -2}}}, Vec<3>{{0.3, 0.7, 12.34}});
     CHECK(foot.point == Vec<3>{{0.3, 0.7, 0.1}});
     for (const AnalyticSurface<3>& surface :
@@ -57,9 +57,9 @@ TEST_CASE("planes along an axis are exact; centres and axes have some foot") {
         CHECK(distance(closest_point<3>(surface, Vec<3>{}).point, Vec<3>{}) == doctest::Approx(2));
 }
 
-TEST_CASE("a surface that is not the mesh's is refused, with the farthest vertex") {
+TEST_CASE("a surface that does not fit the mesh is rejected with the farthest vertex") {
     camber::testing::property(
-        "a sphere of another radius, or beside",
+        "a sphere with a wrong radius or centre is rejected with its farthest vertex",
         [] {
             const auto mesh = sphere(3, 5, static_cast<unsigned>(*rc::gen::inRange(1, 100))).mesh();
             const double wrong = *rc::gen::element(-1, 1) * coordinate(0.6, 4.5);
@@ -67,14 +67,14 @@ TEST_CASE("a surface that is not the mesh's is refused, with the farthest vertex
                 return check_fit<3>(mesh, {{{1, Sphere<3>{centre, radius}}}}, one_thread);
             };
             RC_ASSERT(fits({}, 5).has_value());
-            RC_ASSERT(fits({{0, 0.02, 0}}, 5.02).has_value());  // edges are of about 2.5
+            RC_ASSERT(fits({{0, 0.02, 0}}, 5.02).has_value());  // edges are about 2.5 long
             for (const auto& found : {fits({}, 5 + wrong), fits({{0, wrong, 0}}, 5)}) {
                 RC_ASSERT(!found.has_value());
                 RC_ASSERT(found.error().kind == ErrorKind::input);
                 RC_ASSERT(found.error().entity.has_value());
                 RC_ASSERT(found.error().entity->kind == "vertex");
             }
-            // The farthest one from a sphere beside is the one that lies most along the way to its centre, or away.
+            // The reported vertex has the largest distance from the shifted sphere.
             const auto beside = fits({{0, wrong, 0}}, 5);
             const auto off = [&](const Vec<3>& p) { return std::fabs(norm(p - Vec<3>{{0, wrong, 0}}) - 5); };
             const double named = off(mesh.points[beside.error().entity->number - 1]);
@@ -87,7 +87,7 @@ TEST_CASE("a surface that is not the mesh's is refused, with the farthest vertex
     CHECK(found.error().what.find(" vertices of the mesh on the sphere of reference 1 are off by more than 5 %") < 200);
 }
 
-TEST_CASE("a vertex that remeshing left short of its surface makes it no other surface") {
+TEST_CASE("check_fit accepts a few vertices that are slightly off the surface") {
     const auto fits = [&](double share, std::size_t vertices) {
         auto mesh = sphere(5, 5).mesh();
         Buffer<Vec<3>> points(mesh.points.begin(), mesh.points.end());
@@ -105,7 +105,7 @@ TEST_CASE("a vertex that remeshing left short of its surface makes it no other s
 
 namespace {
 
-/// Checks the edges of facets against the surface of this radius about the origin, on which the mesh may not lie.
+/// Checks the edges of facets against the sphere of this radius about the origin; vertices may be off it.
 template <int D>
 void check_no_cusps(const LinearMesh<D>& linear, double radius) {
     const auto b = build(linear);
@@ -117,8 +117,8 @@ void check_no_cusps(const LinearMesh<D>& linear, double radius) {
             const Vec<D>&p = linear.points[low], &q = linear.points[high], &node = nodes[e.index()].point;
             const Vec<D> leaves = 4 * node - 3 * p - q, arrives = 3 * q + p - 4 * node;
             const double length = distance(p, q);
-            CHECK(dot(leaves, arrives) >= -1e-12 * length * length);  // turns by 90 degrees at most
-            // The edge is nearly straight, or nearly parallel to the surface, or turns by as much as it may.
+            CHECK(dot(leaves, arrives) >= -1e-12 * length * length);  // the tangent turns by at most 90 degrees
+            // The edge is nearly straight, nearly parallel to the surface, or has the maximum bow.
             const double ends = 0.5 * (norm(p) + norm(q)), middle = norm(midpoint(p, q)), limit = off_limit * length;
             const double bow = norm(node) - middle, parallel = radius + (ends - radius) / ends * middle - middle;
             CHECK((std::fabs(bow) <= 1.001 * limit || std::fabs(bow - parallel) <= 1.001 * limit ||
@@ -129,8 +129,8 @@ void check_no_cusps(const LinearMesh<D>& linear, double radius) {
 
 }  // namespace
 
-TEST_CASE("edges have no cusps at vertices that are off the surface") {
-    for (const double share : {-0.6, -0.3, -0.1, -0.04, 0.0, 0.04, 0.1, 0.3, 0.6}) {  // of the edges' length
+TEST_CASE("edges at vertices off the surface have no cusps") {
+    for (const double share : {-0.6, -0.3, -0.1, -0.04, 0.0, 0.04, 0.1, 0.3, 0.6}) {  // of the edge length
         CAPTURE(share);
         for (const int n : {5, 8, 30}) {
             Soup<2> rim;
@@ -148,29 +148,29 @@ TEST_CASE("edges have no cusps at vertices that are off the surface") {
     }
 }
 
-TEST_CASE("surfaces that no mesh could have are refused") {
+TEST_CASE("invalid analytic surfaces are rejected") {
     const auto mesh = sphere(2, 5).mesh();
-    const auto said = [&](const AnalyticGeometry<3>& geometry) {
+    const auto message = [&](const AnalyticGeometry<3>& geometry) {
         const auto found = check_fit<3>(mesh, geometry, one_thread);
         return found ? std::string() : describe(found.error());
     };
     const Sphere<3> right{{}, 5};
-    CHECK(said({{{1, right}}}).empty());
-    CHECK(said({}).empty());
-    CHECK(said({{{1, right}, {7, right}}}) == "no boundary triangle of the mesh has reference 7 (it has 1)");
-    CHECK(said({{{1, right}, {1, Plane<3>{{}, {{0, 0, 1}}}}}}) ==
-          "reference 1 is given to two surfaces (name each reference once)");
+    CHECK(message({{{1, right}}}).empty());
+    CHECK(message({}).empty());
+    CHECK(message({{{1, right}, {7, right}}}) == "no boundary triangle of the mesh has reference 7 (it has 1)");
+    CHECK(message({{{1, right}, {1, Plane<3>{{}, {{0, 0, 1}}}}}}) ==
+          "reference 1 is assigned to two surfaces (list each reference once)");
     for (const double radius : {1e300, 1e12, -1.0, std::nan(""), HUGE_VAL})
-        CHECK(
-            said({{{1, Sphere<3>{{{-radius, 0, 0}}, radius}}}}).starts_with("reference 1: the radius of its sphere, "));
-    CHECK(said({{{1, Cylinder{{}, {{0, 0, 1}}, 1e300}}}}).find("no radius for a boundary of size 1") < 80);
-    CHECK(said({{{1, Plane<3>{{{1e300, 0, 0}}, {{1, 1, 0}}}}}}).find("away from the plane of reference 1") < 60);
+        CHECK(message({{{1, Sphere<3>{{{-radius, 0, 0}}, radius}}}})
+                  .starts_with("reference 1: the radius of its sphere, "));
+    CHECK(message({{{1, Cylinder{{}, {{0, 0, 1}}, 1e300}}}}).find("out of range for a boundary of size 1") < 80);
+    CHECK(message({{{1, Plane<3>{{{1e300, 0, 0}}, {{1, 1, 0}}}}}}).find("away from the plane of reference 1") < 60);
     const auto square = polygon({{{1, 0}}, {{0, 1}}, {{-1, 0}}, {{0, -1}}}).mesh();
     CHECK(check_fit<2>(square, {{{1, Sphere<2>{{}, 1}}}}, one_thread).has_value());
     CHECK_FALSE(check_fit<2>(square, {{{1, Sphere<2>{{}, 1.2}}}}, one_thread).has_value());
 }
 
-TEST_CASE("boundary nodes of a half cylinder with a reference a face") {
+TEST_CASE("boundary nodes of a half cylinder lie on its cylinder and its planes") {
     auto mesh = half_cylinder(12, 5).mesh();
     auto linear = build(mesh);
     Buffer<Reference> references(mesh.facets.size());
@@ -184,7 +184,7 @@ TEST_CASE("boundary nodes of a half cylinder with a reference a face") {
     for (std::size_t f = 0; f < mesh.facets.size(); ++f)
         if (!flat[b.features.patches[f]])
             geometry.surfaces = {{mesh.facets.references[f], Cylinder{{}, {{0, 0, 1}}, 1}}};
-    // The planes are not given: beside the cylinder they count as the planes that they are.
+    // The planes are not prescribed; beside the cylinder they are taken from the mesh.
     const auto nodes = boundary_nodes(b.mesh, b.features, Geometry<3>(geometry), one_thread).value();
     for (std::size_t f = 0; f < mesh.facets.size(); ++f)
         for (const EdgeId e : b.mesh.edges.of_facets[f]) {
@@ -205,7 +205,7 @@ TEST_CASE("boundary nodes of a half cylinder with a reference a face") {
     CHECK(straight.largest > 5e-3);
 }
 
-TEST_CASE("straight geometry keeps the chords") {
+TEST_CASE("straight geometry keeps nodes at the chord midpoints") {
     const auto b = build(torus(10, 1, 0.4).mesh());
     const auto nodes = boundary_nodes(b.mesh, b.features, Geometry<3>(StraightGeometry<3>{}), one_thread).value();
     for (std::size_t e = 0; e < nodes.size(); ++e) CHECK(nodes[e] == b.mesh.mid_nodes[e]);

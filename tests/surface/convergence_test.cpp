@@ -1,5 +1,5 @@
-// The surrogate's error falls at its theoretical order on surfaces that are known, on irregular meshes, with normals
-// from the mesh alone.
+// The error of the surrogate converges at its theoretical order on known surfaces and irregular meshes, with normals
+// from the mesh only.
 #include <doctest/doctest.h>
 
 #include <cmath>
@@ -12,7 +12,7 @@ using namespace surface_tests;
 
 namespace {
 
-// The worst of two meshes each; under the sanitizers of one.
+// Orders of the larger error of two meshes; one mesh under the sanitizers.
 struct Orders {
     double edges, surrogate, quadratic;
     Errors coarse, fine;
@@ -47,7 +47,7 @@ Orders orders(Make&& make, const AnalyticSurface<3>& surface, std::size_t coarse
 
 }  // namespace
 
-TEST_CASE("torus: order 4 of the mid nodes and of the whole cubic surface, 3 of the P2 surface") {
+TEST_CASE("on a torus nodes and P3 surface converge with order 4, the P2 surface with order 3") {
     const auto o = orders([](std::size_t n, unsigned seed) { return torus(n, 1, 0.4, seed); },
                           Torus{{}, {{0, 0, 1}}, 1, 0.4}, 24, 60);
     CHECK(o.edges > 3.5);
@@ -56,7 +56,7 @@ TEST_CASE("torus: order 4 of the mid nodes and of the whole cubic surface, 3 of 
     CHECK(o.fine.straight > 60 * o.fine.quadratic);
 }
 
-TEST_CASE("sphere") {
+TEST_CASE("on a sphere nodes and P3 surface converge with order 4, the P2 surface with order 3") {
     const auto o = orders([](std::size_t n, unsigned seed) { return sphere(n, 1, seed); }, Sphere<3>{{}, 1}, 8, 16);
     CHECK(o.edges > 3.7);
     CHECK(o.surrogate > 3.7);
@@ -64,7 +64,7 @@ TEST_CASE("sphere") {
     CHECK(o.fine.straight > 300 * o.fine.quadratic);
 }
 
-TEST_CASE("cylinder with open rims") {
+TEST_CASE("on a cylinder with open rims nodes and P3 surface converge with order 4") {
     const auto o = orders([](std::size_t n, unsigned seed) { return tube(2 * n, n, 1, seed); },
                           Cylinder{{}, {{0, 0, 1}}, 1}, 20, 44);
     CHECK(o.edges > 3.5);
@@ -72,15 +72,15 @@ TEST_CASE("cylinder with open rims") {
     CHECK(o.fine.straight > 100 * o.fine.quadratic);
 }
 
-TEST_CASE("triangles 100 times longer than wide on a cylinder, along the axis and around it") {
-    SUBCASE("along") {
+TEST_CASE("triangles of aspect ratio 100 on a cylinder are curved accurately") {
+    SUBCASE("long edges along the axis") {
         const auto b = build(tube(240, 4, 1).mesh());
         const auto e = errors(b, off_surface(Cylinder{{}, {{0, 0, 1}}, 1}));
         CHECK(e.straight > 100 * e.quadratic);
         CHECK(e.straight > 100 * e.surrogate);
     }
-    SUBCASE("around") {
-        // Sagitta h²/8 well below the width, else the flat triangles themselves do not follow the surface.
+    SUBCASE("long edges around the axis") {
+        // The sagitta h²/8 is well below the width, otherwise the flat triangles do not follow the surface.
         auto soup = grid_mesh({.n = 30, .m = 60, .grading = 0}, [](double u, double v) {
             const double a = 0.3 * u;
             return Vec<3>{{std::cos(a), std::sin(a), 0.006 * v}};
@@ -93,7 +93,7 @@ TEST_CASE("triangles 100 times longer than wide on a cylinder, along the axis an
     }
 }
 
-TEST_CASE("the curved triangles are as near to the surrogate as to the surface") {
+TEST_CASE("curved triangles are as near to the surrogate as to the surface") {
     const auto b = build(sphere(12, 1).mesh());
     const auto e = errors(b, off_surface(Sphere<3>{{}, 1}));
     const auto d = distance_of(b);

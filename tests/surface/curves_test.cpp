@@ -1,4 +1,4 @@
-// Two dimensions: smooth boundary curves, corners, lines.
+// Smooth boundary curves, corners and lines in 2D.
 #include <doctest/doctest.h>
 
 #include <cmath>
@@ -12,7 +12,7 @@ using namespace surface_tests;
 
 namespace {
 
-// Angles around the circle, unevenly spaced.
+// Unevenly spaced angles.
 std::vector<double> uneven_angles(std::size_t n, double from, double to, unsigned seed) {
     Random random(seed);
     std::vector<double> angles;
@@ -24,7 +24,7 @@ std::vector<double> uneven_angles(std::size_t n, double from, double to, unsigne
     return angles;
 }
 
-// Half an ellipse of half axes 1 and b, closed by its diameter: two corners.
+// Half an ellipse of half axes 1 and b, closed by its diameter, with two corners.
 Soup<2> half_ellipse(std::size_t n, double b, unsigned seed = 1) {
     std::vector<Vec<2>> points;
     for (const double a : uneven_angles(n, 0, pi, seed)) points.push_back({{std::cos(a), b * std::sin(a)}});
@@ -33,7 +33,7 @@ Soup<2> half_ellipse(std::size_t n, double b, unsigned seed = 1) {
     return polygon(points);
 }
 
-// |f|/|∇f| of the ellipse: the distance to first order.
+// |f|/|∇f| of the ellipse, which is the distance to first order.
 double off_ellipse(const Vec<2>& p, double b) {
     const double f = p[0] * p[0] + p[1] * p[1] / (b * b) - 1;
     return std::fabs(f) / (2 * std::hypot(p[0], p[1] / (b * b)));
@@ -61,7 +61,7 @@ double curve_error(const Built<2>& built, double b) {
 
 }  // namespace
 
-TEST_CASE("a circle is reproduced to its sixth order, with or without corners") {
+TEST_CASE("nodes of a circle are exact to rounding with or without corners") {
     std::vector<Vec<2>> points;
     for (const double a : uneven_angles(20, 0, 2 * pi, 3)) points.push_back({{std::cos(a), std::sin(a)}});
     points.pop_back();
@@ -74,7 +74,7 @@ TEST_CASE("a circle is reproduced to its sixth order, with or without corners") 
     CHECK(node_error(half, 1) < 1e-13);
 }
 
-TEST_CASE("an ellipse with corners: order 4") {
+TEST_CASE("nodes and curves of an ellipse with corners converge with order 4") {
     const double b = 0.5;
     double nodes[2] = {0, 0}, curves[2] = {0, 0};
     for (const unsigned seed : {1U, 2U, 3U})
@@ -90,7 +90,7 @@ TEST_CASE("an ellipse with corners: order 4") {
     CHECK(std::log2(curves[0] / curves[1]) / 2 > 3.6);
 }
 
-TEST_CASE("lines stay lines, and the sides of a corner do not feel each other") {
+TEST_CASE("straight sides stay straight beside curved ones") {
     const auto built = build(half_ellipse(12, 1).mesh());
     for (std::size_t e = 0; e < built.nodes.size(); ++e) {
         const auto& [low, high] = built.mesh.edges.vertices[e];
@@ -102,7 +102,7 @@ TEST_CASE("lines stay lines, and the sides of a corner do not feel each other") 
     CHECK(d.largest > 0);
 }
 
-TEST_CASE("closest points along a curve walk past its vertices and stop at its corners") {
+TEST_CASE("projection onto a curve passes its vertices and stops at its corners") {
     const auto built = build(half_ellipse(16, 1).mesh());
     const Geometry<2> geometry = built.surrogate;
     const auto top = project<2>(geometry, {.facet = FacetId(std::size_t{2})}, Vec<2>{{0, 1.5}});
@@ -114,7 +114,7 @@ TEST_CASE("closest points along a curve walk past its vertices and stop at its c
     CHECK(distance(line.point, Vec<2>{{0.1, 0}}) < 1e-12);
 }
 
-TEST_CASE("analytic circle and line") {
+TEST_CASE("boundary nodes lie on an analytic circle and line") {
     auto soup = half_ellipse(10, 1);
     soup.references.assign(soup.facets.size(), 2);
     for (std::size_t f = 0; f < 10; ++f) soup.references[f] = 1;

@@ -1,4 +1,4 @@
-// Distances both ways, by entity: nearest points against dense brute force, and surfaces that are known.
+// Distances in both directions and by entity, compared with brute force and known surfaces.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -29,7 +29,7 @@ GeometryDistances<3> measured(const Built<3>& b, const Geometry<3>& geometry, co
     return distances_both_ways<3>(b.mesh, b.nodes, b.features, geometry, samples, execution).value();
 }
 
-/// The least of p to a lattice of n-ths on all facets.
+/// Minimum distance from p to a lattice of 24 intervals on each facet.
 double brute_force(const Built<3>& b, const Vec<3>& p) {
     double least = std::numeric_limits<double>::infinity();
     for (std::size_t f = 0; f < b.mesh.linear.facets.size(); ++f) {
@@ -43,9 +43,9 @@ double brute_force(const Built<3>& b, const Vec<3>& p) {
 
 }  // namespace
 
-TEST_CASE("the nearest point of a curved boundary") {
+TEST_CASE("the nearest point of a curved boundary is found from any start facet") {
     camber::testing::property(
-        "is on its facet, no farther than any sample, and the same from whichever facet the search begins",
+        "the nearest point is on its facet, minimal, and the same from any start facet",
         [] {
             const auto seed = static_cast<unsigned>(*rc::gen::inRange(1, 1000));
             Built<3> b = build<3>(sphere(2, 1, seed).mesh());
@@ -62,7 +62,7 @@ TEST_CASE("the nearest point of a curved boundary") {
             RC_ASSERT(std::fabs(distance(foot.point, p) - std::sqrt(foot.distance_squared)) < 1e-13);
             const double least = std::sqrt(foot.distance_squared), sampled = brute_force(b, p);
             RC_ASSERT(least <= sampled * (1 + 1e-12));
-            RC_ASSERT(sampled - least < 0.02);  // the lattice's own spacing
+            RC_ASSERT(sampled - least < 0.02);  // the spacing of the lattice
             const FacetId other(
                 static_cast<std::size_t>(*rc::gen::inRange(0, static_cast<int>(b.features.patches.size()))));
             RC_ASSERT(closest_on(boundary, p, other).distance_squared == foot.distance_squared);
@@ -70,7 +70,7 @@ TEST_CASE("the nearest point of a curved boundary") {
         {.count = 60});
 }
 
-TEST_CASE("a sphere and its mesh, both ways") {
+TEST_CASE("distances between a sphere and its mesh are consistent in both directions") {
     for (const std::size_t n : {2, 4}) {
         const double radius = 2;
         const Built<3> b = build<3>(sphere(n, radius).mesh());
@@ -82,21 +82,21 @@ TEST_CASE("a sphere and its mesh, both ways") {
         CHECK(all.references == std::vector<Reference>{1});
         CHECK(!all.is_flat);
         CHECK(all.measure <= 4 * pi * radius * radius);
-        // As boundary_distance has it.
+        // The value of boundary_distance.
         const auto one_way = boundary_distance<3>(b.mesh, b.nodes, b.features, geometry, one_thread).value();
         CHECK(found.to_geometry.largest == one_way.largest);
         CHECK(found.to_geometry.mean == doctest::Approx(one_way.mean).epsilon(1e-12));
         CHECK(found.to_geometry.facet == one_way.worst);
         CHECK(all.to_geometry.largest == one_way.largest);
-        for (const auto& way : {found.to_geometry, found.to_boundary}) {
-            CHECK(std::fabs(distance(way.from, way.to) - way.largest) < 1e-13);
-            CHECK(way.mean <= way.largest);
+        for (const auto& direction : {found.to_geometry, found.to_boundary}) {
+            CHECK(std::fabs(distance(direction.from, direction.to) - direction.largest) < 1e-13);
+            CHECK(direction.mean <= direction.largest);
         }
         CHECK(std::fabs(norm(found.to_boundary.from) - radius) < 1e-13);
-        // Of the sphere's points the distance is that of the boundary along about the same normal.
+        // The normals of both surfaces nearly agree, so both distances do.
         CHECK(found.to_boundary.largest < 1.02 * found.to_geometry.largest);
         CHECK(found.to_boundary.largest > 0.5 * found.to_geometry.largest);
-        // Dense points of the sphere, by brute force over the boundary.
+        // Sampled points of the sphere, by brute force over the boundary.
         Random random(7);
         for (int i = 0; i < camber::testing::less_if_sanitized(60, 10); ++i) {
             const Vec<3> p = radius * normalised(Vec<3>{{random(-1, 1), random(-1, 1), random(-1, 1)}});
@@ -107,7 +107,7 @@ TEST_CASE("a sphere and its mesh, both ways") {
     }
 }
 
-TEST_CASE("fields of facets hold what the sums do") {
+TEST_CASE("distance fields of facets agree with the maxima for any number of threads") {
     const Built<3> b = build<3>(sphere(3, 1).mesh());
     const auto found = measured(b, spheres(1));
     REQUIRE(found.of_facets.size() == b.mesh.linear.facets.size());
@@ -127,9 +127,9 @@ TEST_CASE("fields of facets hold what the sums do") {
     CHECK(again.to_boundary.mean == found.to_boundary.mean);
 }
 
-TEST_CASE("a part of the geometry that the boundary leaves out shows in the way from the geometry alone") {
+TEST_CASE("geometry that the boundary lacks appears only in the distance from the geometry") {
     const Built<3> b = build<3>(sphere(4, 1).mesh());
-    // A bead on the sphere, as a feature of a model would be that is finer than the mesh.
+    // A point off the sphere stands for a model feature that is finer than the mesh.
     GeometrySamples<3> samples;
     samples.begin(GeometryEntity::surface(0));
     samples.add({{0, 0, 1.25}}, 1);
@@ -146,7 +146,7 @@ TEST_CASE("a part of the geometry that the boundary leaves out shows in the way 
     CHECK(found.entities[1].to_boundary.largest == doctest::Approx(0.5).epsilon(0.05));
 }
 
-TEST_CASE("surfaces and curves of a surrogate, each with what is its own") {
+TEST_CASE("distances are measured for each surface and curve of a surrogate") {
     const Built<3> b = build<3>(half_cylinder(16, 6).mesh());
     const Geometry<3> geometry(b.surrogate);
     const auto found = measured(b, geometry);
@@ -161,7 +161,7 @@ TEST_CASE("surfaces and curves of a surrogate, each with what is its own") {
         CHECK(entity.to_boundary.largest < 0.02);
         if (!entity.is_flat) continue;
         CHECK(entity.to_geometry.largest < 1e-12);
-        CHECK(entity.to_boundary.largest < 1e-3);  // at rims of degree 3 beside those of degree 2
+        CHECK(entity.to_boundary.largest < 1e-3);  // rims of degree 3 beside edges of degree 2
     }
     CHECK(surfaces == b.features.patch_count);
     CHECK(curves == b.features.curve_count);
@@ -169,7 +169,7 @@ TEST_CASE("surfaces and curves of a surrogate, each with what is its own") {
     CHECK(edges == b.features.ridge_edges);
 }
 
-TEST_CASE("in 2D a circle, and what has no surface") {
+TEST_CASE("2D distances are measured to a circle and to straight geometry") {
     std::vector<Vec<2>> points;
     points.reserve(12);
     for (int i = 0; i < 12; ++i) points.push_back({{std::cos(2 * pi * i / 12), std::sin(2 * pi * i / 12)}});
@@ -184,23 +184,27 @@ TEST_CASE("in 2D a circle, and what has no surface") {
     const Geometry<2> straight{StraightGeometry<2>{}};
     const auto none = samples_over(b.mesh, b.features, straight, one_thread).value();
     CHECK(none.points.empty());
-    const auto bows = distances_both_ways<2>(b.mesh, nodes, b.features, straight, none, one_thread).value();
-    REQUIRE(bows.entities.size() == 1);
-    CHECK(bows.entities[0].entity.kind == GeometryKind::none);
-    CHECK(bows.to_geometry.largest == doctest::Approx(1 - std::cos(pi / 12)).epsilon(1e-9));
-    CHECK(bows.to_boundary.samples == 0);
+    const auto from_straight = distances_both_ways<2>(b.mesh, nodes, b.features, straight, none, one_thread).value();
+    REQUIRE(from_straight.entities.size() == 1);
+    CHECK(from_straight.entities[0].entity.kind == GeometryKind::none);
+    CHECK(from_straight.to_geometry.largest == doctest::Approx(1 - std::cos(pi / 12)).epsilon(1e-9));
+    CHECK(from_straight.to_boundary.samples == 0);
 }
 
-TEST_CASE("features and nodes of another mesh are refused, and no boundary is none") {
+TEST_CASE("distances reject features and nodes of another mesh") {
     const Built<3> a = build<3>(sphere(2, 1).mesh()), b = build<3>(sphere(3, 1).mesh());
     const Geometry<3> geometry = spheres(1);
     CHECK(!samples_over(a.mesh, b.features, geometry, one_thread));
     CHECK(!distances_both_ways<3>(a.mesh, b.nodes, a.features, geometry, {}, one_thread));
     CHECK(!distances_both_ways<3>(a.mesh, a.nodes, b.features, geometry, {}, one_thread));
+}
+
+TEST_CASE("distances of an empty boundary are empty") {
+    const Geometry<3> geometry = spheres(1);
     QuadraticMesh<3> empty;
-    const auto nothing = distances_both_ways<3>(empty, {}, {}, geometry, {}, one_thread);
-    REQUIRE(nothing);
-    CHECK(nothing->entities.empty());
+    const auto result = distances_both_ways<3>(empty, {}, {}, geometry, {}, one_thread);
+    REQUIRE(result);
+    CHECK(result->entities.empty());
 }
 
 namespace {
@@ -241,7 +245,7 @@ LinearMesh<2> round_mesh(int n, unsigned seed, std::integral_constant<int, 2>) {
 template <int D>
 void check_deviations() {
     camber::testing::property(
-        "nodes and vertices are counted as off by exactly the distances by which they were moved",
+        "deviations count exactly the moved nodes, by the distances of the moves",
         [] {
             const auto seed = static_cast<unsigned>(*rc::gen::inRange(1, 1000));
             Exact<D> exact(round_mesh(*rc::gen::inRange(2, 5), seed, std::integral_constant<int, D>{}));
@@ -253,7 +257,7 @@ void check_deviations() {
             std::size_t off = 0;
             double share = 0;
             auto nodes = take(exact.mesh.mid_nodes);
-            const auto given = nodes;
+            const auto original = nodes;
             for (std::size_t e = 0; e < nodes.size(); ++e) {
                 const double by = std::pow(10, random(-7, -2));  // on both sides of the default tolerance
                 if (random(0, 1) < 0.7) continue;
@@ -266,10 +270,10 @@ void check_deviations() {
             RC_ASSERT(found.nodes.off == off);
             RC_ASSERT(std::fabs(found.nodes.share - share) < 1e-9);
             RC_ASSERT(found.vertices.off == 0);
-            // Prescribed surfaces count even where the input had nodes; others are the input's own.
-            RC_ASSERT(exact.deviation(given).nodes.off == off);
+            // Nodes on prescribed surfaces count even if the input had nodes; other nodes are those of the input.
+            RC_ASSERT(exact.deviation(original).nodes.off == off);
             exact.geometry = Geometry<D>(StraightGeometry<D>{});
-            RC_ASSERT(exact.deviation(given).nodes.off == off);
+            RC_ASSERT(exact.deviation(original).nodes.off == off);
         },
         {.count = 40});
 }
@@ -278,7 +282,7 @@ void check_deviations() {
 
 namespace {
 
-/// Two copies of a mesh, apart from each other, with the facets in another order where `is_reversed`.
+/// Two disjoint copies of a mesh, with the facets in reverse order if `is_reversed`.
 template <int D>
 LinearMesh<D> two_of(LinearMesh<D> one, bool is_reversed) {
     const std::size_t n = one.points.size();
@@ -312,23 +316,23 @@ void check_facets_of_another_mesh() {
 
 }  // namespace
 
-TEST_CASE("vertices of another mesh are on the surrogate, whatever numbers its facets have") {
+TEST_CASE("boundary deviation of another mesh does not depend on its facet numbers") {
     check_facets_of_another_mesh<2>();
     check_facets_of_another_mesh<3>();
 }
 
-TEST_CASE("boundary nodes off the geometry are counted") {
+TEST_CASE("boundary deviation counts nodes off the geometry") {
     check_deviations<2>();
     check_deviations<3>();
 }
 
-TEST_CASE("boundary vertices off the geometry are counted, and fixed nodes are not measured") {
+TEST_CASE("boundary deviation counts vertices off the geometry and skips fixed nodes") {
     Exact<3> exact(round_mesh(3, 7, std::integral_constant<int, 3>{}));
     Buffer<EdgeKind> kinds(exact.features.edge_kinds.begin(), exact.features.edge_kinds.end());
     kinds[0] = EdgeKind::fixed;
     exact.features.edge_kinds = std::move(kinds);
     auto points = take(exact.mesh.linear.points);
-    points[4] = 1.2 * points[4];    // by more than 5 % of the edges around
+    points[4] = 1.2 * points[4];    // by more than 5 % of the adjacent edges
     points[5] = 1.001 * points[5];  // by less
     exact.mesh.linear.points = std::move(points);
     const BoundaryDeviation found = exact.deviation();

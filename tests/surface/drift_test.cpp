@@ -1,5 +1,5 @@
-// A mesh of degree 2 that is made anew again and again, each on the smooth surface through the one before: the boundary
-// stays where it was.
+// A degree-2 mesh is remeshed repeatedly, each time on the smooth surface through the previous one. The boundary does
+// not drift.
 #include <doctest/doctest.h>
 
 #include <cmath>
@@ -18,23 +18,23 @@ namespace {
 template <int D>
 using Distance = std::function<double(const Vec<D>&)>;
 
-/// A boundary of degree 2 and the surface through it.
+/// A degree-2 boundary and the surface through it.
 template <int D>
-struct Laid {
+struct Remeshing {
     QuadraticMesh<D> mesh;
     CurvedSurrogate<D> curved;
 };
 
-/// Vertices and nodes on the geometry, or, without one, vertices as they are and nodes on their own surrogate.
+/// Projects vertices and nodes onto the geometry. Without one, vertices stay and nodes lie on their own surrogate.
 template <int D>
-Laid<D> laid(LinearMesh<D> layout, const Geometry<D>* geometry) {
+Remeshing<D> remeshed(LinearMesh<D> layout, const Geometry<D>* geometry) {
     if (geometry != nullptr) {
         Buffer<Vec<D>> points(layout.points.begin(), layout.points.end());
         for (Vec<D>& p : points) p = project(*geometry, {}, p).point;
         layout.points = std::move(points);
     }
     const Built<D> built = build(layout);
-    Laid<D> out{built.mesh, {}};
+    Remeshing<D> out{built.mesh, {}};
     Buffer<LagrangeNode<D>> nodes(built.nodes.begin(), built.nodes.end());
     if (geometry != nullptr)
         for (std::size_t e = 0; e < nodes.size(); ++e)
@@ -47,7 +47,7 @@ Laid<D> laid(LinearMesh<D> layout, const Geometry<D>* geometry) {
     return out;
 }
 
-/// The root mean square over vertices and nodes.
+/// The root mean square distance of vertices and nodes.
 template <int D>
 double error_of(const QuadraticMesh<D>& mesh, const Distance<D>& off) {
     double squares = 0;
@@ -57,17 +57,17 @@ double error_of(const QuadraticMesh<D>& mesh, const Distance<D>& off) {
 }
 
 struct Drift {
-    double first = 0, last = 0;  ///< errors after the first round and after the last
-    std::size_t smooth = 0;      ///< patches in the last
+    double first = 0, last = 0;  ///< errors after the first and the last remeshing
+    std::size_t smooth = 0;      ///< smooth patches of the last mesh
 };
 
 template <int D>
 Drift drift(std::size_t rounds, const std::function<LinearMesh<D>(std::size_t)>& layout, const Distance<D>& off) {
-    Laid<D> at = laid<D>(layout(0), nullptr);
+    Remeshing<D> at = remeshed<D>(layout(0), nullptr);
     Drift out;
     for (std::size_t round = 1; round <= rounds; ++round) {
         const Geometry<D> geometry(at.curved.surrogate);
-        at = laid<D>(layout(round), &geometry);
+        at = remeshed<D>(layout(round), &geometry);
         (round == 1 ? out.first : out.last) = error_of<D>(at.mesh, off);
     }
     out.smooth = at.curved.patches.smooth;
@@ -75,7 +75,7 @@ Drift drift(std::size_t rounds, const std::function<LinearMesh<D>(std::size_t)>&
     return out;
 }
 
-/// Of the facets of degree 2 of a mesh of the unit sphere, and the volume within them.
+/// The distance of the degree-2 facets from the unit sphere and the enclosed volume.
 struct Ball {
     double off = 0, volume = 0;
 };
@@ -106,7 +106,7 @@ Ball ball_of(const QuadraticMesh<3>& mesh) {
     return out;
 }
 
-/// The same mesh with its nodes on the sphere.
+/// The mesh with its nodes on the unit sphere.
 QuadraticMesh<3> exact(const LinearMesh<3>& layout) {
     QuadraticMesh<3> mesh = build(layout).mesh;
     auto nodes = take(std::move(mesh.mid_nodes));
@@ -115,7 +115,7 @@ QuadraticMesh<3> exact(const LinearMesh<3>& layout) {
     return mesh;
 }
 
-/// On an ellipse of half axes 2 and 1, at uneven places.
+/// A polygon on an ellipse of half axes 2 and 1, at uneven angles.
 LinearMesh<2> ellipse(std::size_t n, unsigned seed) {
     Random random(seed);
     std::vector<Vec<2>> points;
@@ -132,7 +132,7 @@ double off_ellipse(const Vec<2>& p) {
 
 }  // namespace
 
-TEST_CASE("a boundary that is made anew on the one before does not drift, in 3D") {
+TEST_CASE("a boundary remeshed repeatedly does not drift in 3D") {
     const auto off = off_surface(Torus{{}, {{0, 0, 1}}, 3, 1});
     const auto layout = [](std::size_t round) {
         return torus(round % 2 == 0 ? 16 : 12, 3, 1, static_cast<unsigned>(round + 1)).mesh();
@@ -144,16 +144,16 @@ TEST_CASE("a boundary that is made anew on the one before does not drift, in 3D"
 }
 
 // Guards against a remeshed boundary that drifts.
-TEST_CASE("a sphere that is made anew on the one before is hardly farther off than one on the sphere itself") {
+TEST_CASE("a sphere remeshed repeatedly stays as accurate as a mesh of the exact sphere") {
     constexpr std::size_t rounds = camber::testing::less_if_sanitized<std::size_t>(20, 4);
     const auto layout = [](std::size_t round) {
         return sphere(round % 2 == 0 ? 5 : 7, 1, static_cast<unsigned>(round + 1)).mesh();
     };
-    Laid<3> at = laid<3>(layout(0), nullptr);
+    Remeshing<3> at = remeshed<3>(layout(0), nullptr);
     Ball middle;
     for (std::size_t round = 1; round <= rounds; ++round) {
         const Geometry<3> geometry(at.curved.surrogate);
-        at = laid<3>(layout(round), &geometry);
+        at = remeshed<3>(layout(round), &geometry);
         if (round == rounds / 2) middle = ball_of(at.mesh);
     }
     const Ball last = ball_of(at.mesh), best = ball_of(exact(layout(rounds))),
@@ -162,11 +162,11 @@ TEST_CASE("a sphere that is made anew on the one before is hardly farther off th
             half.volume - middle.volume);
     CHECK(last.off < 1.5 * best.off);
     CHECK(best.volume - last.volume < 2e-4);
-    if (!camber::testing::is_sanitized)  // after few rounds it still settles
+    if (!camber::testing::is_sanitized)  // the error is not yet constant after few remeshings
         CHECK(std::fabs((best.volume - last.volume) - (half.volume - middle.volume)) < 2e-5);
 }
 
-TEST_CASE("a boundary that is made anew on the one before does not drift, in 2D") {
+TEST_CASE("a boundary remeshed repeatedly does not drift in 2D") {
     const auto layout = [](std::size_t round) {
         return ellipse(round % 2 == 0 ? 24 : 18, static_cast<unsigned>(round + 1));
     };

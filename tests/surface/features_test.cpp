@@ -1,4 +1,4 @@
-// What is found to be a ridge, a corner, a patch and a curve.
+// Detection of ridges, corners, patches and curves.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -52,9 +52,9 @@ Soup<3> icosahedron() {
     return regular_solid(points, 2);
 }
 
-/// The mesh with the chosen ones of its edges listed.
+/// Returns the mesh with the chosen edges listed.
 template <class Chosen>
-LinearMesh<3> listing(LinearMesh<3> mesh, const EdgeSet<3>& edges, Chosen&& chosen) {
+LinearMesh<3> with_listed_edges(LinearMesh<3> mesh, const EdgeSet<3>& edges, Chosen&& chosen) {
     Buffer<SimplexVertices<1>> listed;
     for (std::size_t e = 0; e < edges.size(); ++e)
         if (chosen(e)) listed.push_back(edges.vertices[e]);
@@ -65,7 +65,7 @@ LinearMesh<3> listing(LinearMesh<3> mesh, const EdgeSet<3>& edges, Chosen&& chos
 
 }  // namespace
 
-TEST_CASE("a cube has six faces, twelve curves, eight corners") {
+TEST_CASE("a cube has six faces, twelve curves and eight corners") {
     const auto f = features_of(cube(4).mesh());
     CHECK(f.patch_count == 6);
     CHECK(f.curve_count == 12);
@@ -75,7 +75,7 @@ TEST_CASE("a cube has six faces, twelve curves, eight corners") {
     CHECK(count(f, VertexKind::surface) == 6 * 9);
 }
 
-TEST_CASE("the orientation of the triangles does not matter") {
+TEST_CASE("features do not depend on the orientation of the triangles") {
     auto soup = cube(3);
     for (std::size_t i = 0; i < soup.facets.size(); i += 3) std::swap(soup.facets[i][0], soup.facets[i][1]);
     const auto f = features_of(soup.mesh());
@@ -98,18 +98,18 @@ TEST_CASE("a closed smooth surface has no features") {
     CHECK(count(f, VertexKind::surface) == f.vertex_kinds.size());
 }
 
-TEST_CASE("references, ridges of the file and open rims are ridges whatever the angle") {
+TEST_CASE("reference changes, listed ridges and open rims are ridges at any angle") {
     auto soup = grid_mesh({.n = 4, .m = 4}, [](double u, double v) { return Vec<3>{{u, v, 0}}; });
     const auto plain = features_of(soup.mesh());
     CHECK(plain.patch_count == 1);
     CHECK(plain.ridge_edges == 16);
-    CHECK(plain.corners == 4);  // of the rim, by its own turns
+    CHECK(plain.corners == 4);  // corners of the rim by its angles
 
     for (std::size_t i = 0; i < 16; ++i) soup.references[i] = 2;
     const auto coloured = features_of(soup.mesh());
     CHECK(coloured.patch_count == 2);
     CHECK(coloured.ridge_edges == 20);
-    CHECK(coloured.corners == 6);  // the ridge between them branches off the rim twice
+    CHECK(coloured.corners == 6);  // the ridge between both references meets the rim twice
 
     auto mesh = grid_mesh({.n = 4, .m = 4}, [](double u, double v) { return Vec<3>{{u, v, 0}}; }).mesh();
     const auto& t = mesh.facets.vertices[15];
@@ -122,25 +122,26 @@ TEST_CASE("references, ridges of the file and open rims are ridges whatever the 
             mesh.ridges = Buffer<std::uint32_t>{0};
             const auto listed = features_of(mesh);
             CHECK(listed.ridge_edges == 17);
-            CHECK(listed.patch_count == 1);  // the two sides meet around its ends
+            CHECK(listed.patch_count == 1);  // both sides are connected around its ends
             CHECK(listed.corners == 6);
             break;
         }
 }
 
-// Guards against smooth listed edges that become ridges: errors up to 13 times larger.
-TEST_CASE("a listed edge is a ridge only where the surface breaks; its node is on the smooth surface") {
+// Guards against smooth listed edges that become ridges, with errors up to 13 times larger.
+TEST_CASE("a listed edge on a smooth surface is no ridge and keeps its node") {
     camber::testing::property(
-        "some edges listed",
+        "listed edges on a smooth surface change no feature",
         [] {
             const auto seed = static_cast<unsigned>(*rc::gen::inRange(1, 1000));
             const auto soup = seed % 2 == 0 ? sphere(9, 1, seed) : half_cylinder(8, 4, seed);
             const auto plain = build(soup.mesh());
-            const auto some = listing(soup.mesh(), plain.mesh.edges, [&](std::size_t e) { return e % 3 == seed % 3; });
+            const auto some =
+                with_listed_edges(soup.mesh(), plain.mesh.edges, [&](std::size_t e) { return e % 3 == seed % 3; });
             const auto b = build(some);
             RC_ASSERT(b.mesh.linear.edges == some.edges);
             RC_ASSERT(b.features == plain.features);
-            // Edges beside ridges are bent within the surface, but not listed ones.
+            // Edges beside ridges are bent within the surface, listed ones are not.
             for (std::size_t e = 0; e < b.nodes.size(); ++e) {
                 const auto& [v, w] = b.mesh.edges.vertices[e];
                 const auto& points = b.mesh.linear.points;
@@ -150,11 +151,11 @@ TEST_CASE("a listed edge is a ridge only where the surface breaks; its node is o
         {.count = 10});
 }
 
-TEST_CASE("a listed edge tells a mild turn from coarseness") {
-    const auto soup = icosahedron();  // turns by 41.8°
+TEST_CASE("a listed edge makes a mild fold a ridge") {
+    const auto soup = icosahedron();  // folds of 41.8°
     const auto edges = unique_edges(soup.mesh(), {.threads = 1}).value();
     CHECK(features_of(soup.mesh()).ridge_edges == 0);
-    CHECK(features_of(listing(soup.mesh(), edges, [](std::size_t) { return true; })).ridge_edges == 30);
+    CHECK(features_of(with_listed_edges(soup.mesh(), edges, [](std::size_t) { return true; })).ridge_edges == 30);
 }
 
 TEST_CASE("three facets on an edge make it a ridge") {
@@ -166,8 +167,8 @@ TEST_CASE("three facets on an edge make it a ridge") {
     CHECK(f.patch_count == 3);
 }
 
-TEST_CASE("facets too large for their surface are not faces; faces that turn sharply are") {
-    const auto round = features_of(icosahedron().mesh());  // turns by 41.8°
+TEST_CASE("folds of an icosahedron are smooth, folds of an octahedron are ridges") {
+    const auto round = features_of(icosahedron().mesh());  // folds of 41.8°
     CHECK(round.ridge_edges == 0);
     const auto sharp = features_of(
         regular_solid({{{1, 0, 0}}, {{-1, 0, 0}}, {{0, 1, 0}}, {{0, -1, 0}}, {{0, 0, 1}}, {{0, 0, -1}}}, std::sqrt(2.0))
@@ -176,8 +177,8 @@ TEST_CASE("facets too large for their surface are not faces; faces that turn sha
     CHECK(sharp.patch_count == 8);
 }
 
-TEST_CASE("a lone fold is a ridge only if it is sharp") {
-    // A hipped roof over a stadium: one ridge of length 1 between two half cones, all sides equally steep.
+TEST_CASE("a single fold is a ridge only if it is sharp") {
+    // A hipped roof over a stadium: one ridge of length 1 between two half cones, with the same slope on all sides.
     const auto roof = [](double degrees) {
         Soup<3> soup;
         soup.points = {{{0, 0, std::tan(degrees * pi / 180)}}, {{1, 0, std::tan(degrees * pi / 180)}}};
@@ -194,11 +195,11 @@ TEST_CASE("a lone fold is a ridge only if it is sharp") {
         return features_of(soup.mesh());
     };
     const std::size_t rim = 10;
-    CHECK(roof(23).ridge_edges == rim);  // turns by 46°
+    CHECK(roof(23).ridge_edges == rim);  // a fold of 46°
     CHECK(roof(33).ridge_edges == rim + 1);
 }
 
-TEST_CASE("a vertex of a wall that another surface touches is a corner, and nothing else changes") {
+TEST_CASE("a wall vertex that another surface touches is the only new corner") {
     const auto wall = grid_mesh({.n = 4, .m = 4}, [](double u, double v) { return Vec<3>{{u, v, 0}}; });
     const auto plain = features_of(wall.mesh());
     std::size_t middle = 0;
@@ -214,8 +215,8 @@ TEST_CASE("a vertex of a wall that another surface touches is a corner, and noth
             if (v != middle) CHECK(f.vertex_kinds[VertexId(v)] == plain.vertex_kinds[VertexId(v)]);
     };
     const std::size_t next = wall.points.size();
-    SUBCASE("the tip of a baffle, pointed or blunt") {
-        for (const double degrees : {10.0, 40.0, 70.0, 85.0, 89.0}) {  // of half of its angle
+    SUBCASE("the tip of a baffle") {
+        for (const double degrees : {10.0, 40.0, 70.0, 85.0, 89.0}) {  // half of its angle
             CAPTURE(degrees);
             Soup<3> with = wall;
             const double x = 0.1 * std::sin(degrees * pi / 180), z = 0.1 * std::cos(degrees * pi / 180);
@@ -247,17 +248,17 @@ TEST_CASE("a vertex of a wall that another surface touches is a corner, and noth
             with.facets.push_back(facet);
         }
         expect_corner(with);
-        // The normals of both are as they were: neither surface has a tip there.
-        const auto alone = build(wall.mesh());
+        // The normals of both surfaces are unchanged: neither has a tip.
+        const auto single = build(wall.mesh());
         const auto both = build(with.mesh());
-        for (std::size_t e = 0; e < alone.mesh.edges.size(); ++e) {
-            const auto& [a, b] = alone.mesh.edges.vertices[e];
-            CHECK(both.nodes[find_edge(both.mesh.edges, a, b).index()] == alone.nodes[e]);
+        for (std::size_t e = 0; e < single.mesh.edges.size(); ++e) {
+            const auto& [a, b] = single.mesh.edges.vertices[e];
+            CHECK(both.nodes[find_edge(both.mesh.edges, a, b).index()] == single.nodes[e]);
         }
     }
 }
 
-TEST_CASE("a vertex where the rim of a baffle leaves a wall is a corner, however flat") {
+TEST_CASE("a vertex where the rim of a baffle leaves a wall is a corner at any slope") {
     for (const double rise : {0.001, 0.1, 0.3}) {
         CAPTURE(rise);
         auto soup = grid_mesh({.n = 4, .m = 4, .jitter = 0}, [](double u, double v) { return Vec<3>{{u, v, 0}}; });
@@ -266,7 +267,7 @@ TEST_CASE("a vertex where the rim of a baffle leaves a wall is a corner, however
                 std::ranges::min_element(soup.points, {}, [&](const Vec<3>& q) { return norm(p - q); }) -
                 soup.points.begin());
         };
-        // It stands on the wall from x = 0.25 to 0.5; its rim goes on to x = 0.75.
+        // The baffle is on the wall from x = 0.25 to 0.5; its rim continues to x = 0.75.
         const std::size_t from = vertex_at({{0.25, 0.5, 0}}), to = vertex_at({{0.5, 0.5, 0}}), top = soup.points.size();
         soup.points.push_back({{0.75, 0.5, 0.25 * rise}});
         soup.points.push_back({{0.25, 0.5, 0.5}});
@@ -276,7 +277,7 @@ TEST_CASE("a vertex where the rim of a baffle leaves a wall is a corner, however
     }
 }
 
-TEST_CASE("corners of the file break curves") {
+TEST_CASE("corners of the file split curves") {
     auto mesh = tube(24, 4, 1).mesh();
     CHECK(features_of(mesh).curve_count == 2);
     CHECK(features_of(mesh).corners == 0);
@@ -286,7 +287,7 @@ TEST_CASE("corners of the file break curves") {
     CHECK(f.corners == 2);
 }
 
-TEST_CASE("2D: corners by angle, by reference, by the file, by branching") {
+TEST_CASE("2D corners follow from angles, references, the file and branching") {
     std::vector<Vec<2>> square;
     for (int side = 0; side < 4; ++side)
         for (int i = 0; i < 4; ++i) {
@@ -315,5 +316,5 @@ TEST_CASE("2D: corners by angle, by reference, by the file, by branching") {
     auto branching = polygon(square);
     branching.points.push_back({{0.5, 0.5}});
     branching.facets.push_back({2, 16});
-    CHECK(features_of(branching.mesh()).corners == 6);  // the branching, and the loose end
+    CHECK(features_of(branching.mesh()).corners == 6);  // the branching and the free end
 }

@@ -1,4 +1,4 @@
-// The face of a geometry: a maker of the test's own, which the module does not know, and the laws that all makers keep.
+// The geometry interface: an implementation of the test, and the properties of all implementations.
 #include <doctest/doctest.h>
 
 #include <array>
@@ -22,7 +22,7 @@ struct Ellipsoid {
     Vec<3> centre, axes;
 };
 
-/// The foot of p: the point q with p − q = λ ∇f(q)/2, f = Σ (q_i/a_i)² − 1, by Newton's method in λ.
+/// The closest point q of p, with p − q = λ ∇f(q)/2, f = Σ (q_i/a_i)² − 1, by Newton's method in λ.
 SurfaceFoot<3> foot_of(const Ellipsoid& e, const Vec<3>& p) {
     const Vec<3> d = p - e.centre;
     double lambda = 0;
@@ -44,7 +44,7 @@ SurfaceFoot<3> foot_of(const Ellipsoid& e, const Vec<3>& p) {
     return {e.centre + q, normalised(n)};
 }
 
-/// Ellipsoids by reference, 1, 2 …: a maker that answers no more than it must, and that its surfaces are prescribed.
+/// Ellipsoids by reference 1, 2 …: an implementation of the required functions and of `prescribes` only.
 class Ellipsoids final : public GeometryModel<3> {
   public:
     explicit Ellipsoids(std::vector<Ellipsoid> all) : all_(std::move(all)) {}
@@ -71,8 +71,8 @@ class Ellipsoids final : public GeometryModel<3> {
     std::vector<Ellipsoid> all_;
 };
 
-/// A lens between two caps, open at both poles: the lower one, of reference 1, and the upper one, of reference 2, meet
-/// at a rim that lies in no plane. n facets around.
+/// A lens between two caps, open at both poles. The lower cap of reference 1 and the upper cap of reference 2 meet at a
+/// rim that lies in no plane. It has n facets around.
 struct Lens {
     Ellipsoid lower{{{0, 0, 0.4}}, {{1.8, 1.6, 0.8}}};
     Ellipsoid upper{{{0, 0, -0.5}}, {{2, 1.5, 1}}};
@@ -105,7 +105,7 @@ struct Lens {
     }
 };
 
-/// The edges of a mesh's boundary as a geometry is asked for them.
+/// The edges of a mesh as arguments of a geometry.
 std::vector<EdgeSite<3>> edges_of(const Built<3>& b) {
     const auto around = facet_shells(b.mesh.edges, one_thread).value();
     std::vector<EdgeSite<3>> sites;
@@ -123,7 +123,7 @@ Buffer<LagrangeNode<3>> nodes_on(const Built<3>& b, const Geometry<3>& geometry)
     return boundary_nodes(b.mesh, b.features, geometry, one_thread).value();
 }
 
-/// The largest distance of the nodes of a reference's facets from what `off` measures.
+/// The largest value of `off` at the nodes of facets of a reference.
 template <class Off>
 double largest_off(const Built<3>& b, const Buffer<LagrangeNode<3>>& nodes, Reference reference, const Off& off) {
     double largest = 0;
@@ -133,7 +133,7 @@ double largest_off(const Built<3>& b, const Buffer<LagrangeNode<3>>& nodes, Refe
     return largest;
 }
 
-/// Laws of any geometry: projection stays where it is, an entity's own projection agrees, and so does evaluation.
+/// Checks that projection is idempotent and agrees with projection onto the entity and with evaluation.
 void check_projection(const Geometry<3>& geometry, const SurfaceHint& hint, const Vec<3>& p, double tolerance) {
     const auto once = project<3>(geometry, hint, p);
     RC_ASSERT(once.entity.kind == GeometryKind::surface);
@@ -161,7 +161,7 @@ Vec<3> point_near(const Vec<3>& p, double size) {
 
 }  // namespace
 
-TEST_CASE("a maker of one's own: boundary nodes on its surfaces, ridges on the curves where they meet") {
+TEST_CASE("a custom geometry puts nodes on its surfaces and ridges on their intersections") {
     const Lens lens;
     const Geometry<3> geometry = Ellipsoids({lens.lower, lens.upper});
     std::vector<double> largest;
@@ -183,13 +183,13 @@ TEST_CASE("a maker of one's own: boundary nodes on its surfaces, ridges on the c
     CHECK(std::log2(largest[0] / largest[1]) > 2.5);  // P2: O(h³)
 }
 
-TEST_CASE("a maker of one's own beside analytic surfaces and a surrogate, by reference") {
+TEST_CASE("a custom geometry is combined with a surrogate by reference") {
     const Lens lens;
     const auto b = build(lens.soup(24).mesh());
     const Geometry<3> own = Ellipsoids({lens.lower, lens.upper});
     const auto on_own = nodes_on(b, own);
 
-    // Two that are given: the ridge is on both, whichever of them is asked first.
+    // If both are prescribed, the ridge is on both in either order.
     for (const Reference first : {1, 2}) {
         const Geometry<3> both = MixedGeometry<3>{{first}, own, own};
         const auto nodes = nodes_on(b, both);
@@ -197,7 +197,7 @@ TEST_CASE("a maker of one's own beside analytic surfaces and a surrogate, by ref
         CHECK(both->prescribes(1));
         CHECK(both->prescribes(2));
     }
-    // What the surrogate has is not given: the ridge is on the ellipsoid alone.
+    // The surrogate is not prescribed: the ridge lies on the ellipsoid only.
     const Geometry<3> mixed = MixedGeometry<3>{{1}, own, b.surrogate};
     const auto nodes = nodes_on(b, mixed);
     CHECK(largest_off(b, nodes, 1, [&](const Vec<3>& p) { return lens.off(1, p); }) < 1e-13);
@@ -212,13 +212,13 @@ TEST_CASE("a maker of one's own beside analytic surfaces and a surrogate, by ref
     CHECK_FALSE(mixed->prescribes(2));
 }
 
-TEST_CASE("projection is idempotent, and evaluation and entities agree with it") {
+TEST_CASE("projection is idempotent and agrees with evaluation and entities") {
     const Lens lens;
     const auto b = build(lens.soup(12).mesh());
     const Geometry<3> own = Ellipsoids({lens.lower, lens.upper});
     const Geometry<3> surrogate = b.surrogate;
     const Geometry<3> mixed = MixedGeometry<3>{{1}, own, surrogate};
-    camber::testing::property("ellipsoids, surrogate, mixed", [&] {
+    camber::testing::property("projection onto ellipsoids, a surrogate and mixed geometry is idempotent", [&] {
         const auto f = FacetId(*rc::gen::inRange<std::size_t>(0, b.mesh.linear.facets.size()));
         const auto facet = facet_site(b.mesh.linear, f);
         const Vec<3> p = point_near((facet.corners[0] + facet.corners[1] + facet.corners[2]) / 3, 0.02);
@@ -232,7 +232,7 @@ TEST_CASE("projection is idempotent, and evaluation and entities agree with it")
                                         {3, Cylinder{{{0, 0.2, 0}}, {{1, 1, 3}}, 0.5}},
                                         {4, Torus{{{0, 0, 0.3}}, {{0.2, -1, 1}}, 1, 0.25}}}};
     const Geometry<3> analytic = surfaces;
-    camber::testing::property("analytic surfaces", [&] {
+    camber::testing::property("projection onto analytic surfaces is idempotent", [&] {
         const Vec<3> p = point_near({{0.3, 0.4, 0.5}}, 1);
         for (const Reference reference : {1, 2, 3, 4}) check_projection(analytic, {.reference = reference}, p, 1e-12);
     });
@@ -240,7 +240,7 @@ TEST_CASE("projection is idempotent, and evaluation and entities agree with it")
     CHECK_FALSE(analytic->evaluate(GeometryEntity::surface(9), {}).has_value());
 }
 
-TEST_CASE("points are within bounds where their distances are") {
+TEST_CASE("are_within agrees with the distances of the points") {
     const Lens lens;
     const auto b = build(lens.soup(12).mesh());
     const Geometry<3> own = Ellipsoids({lens.lower, lens.upper});
@@ -249,7 +249,7 @@ TEST_CASE("points are within bounds where their distances are") {
     const Geometry<3> analytic =
         AnalyticGeometry<3>{{{1, Sphere<3>{{{0, 0, 0.2}}, 1.1}}, {2, Plane<3>{{}, {{0, 0, 1}}}}}};
     std::size_t within = 0, beyond = 0;
-    camber::testing::property("ellipsoids, surrogate, mixed, analytic", [&] {
+    camber::testing::property("are_within accepts the exact distances and rejects smaller ones", [&] {
         auto facet = facet_site(b.mesh.linear, FacetId(*rc::gen::inRange<std::size_t>(0, b.mesh.linear.facets.size())));
         facet.id = {};
         std::vector<Vec<3>> points(facet.corners.begin(), facet.corners.end());
@@ -270,11 +270,11 @@ TEST_CASE("points are within bounds where their distances are") {
     });
     CHECK(within > 40);
     CHECK(beyond > 40);
-    for (const Geometry<3>& geometry : {surrogate, analytic})  // of no facet: no surface
+    for (const Geometry<3>& geometry : {surrogate, analytic})  // without a facet there is no surface
         CHECK(geometry->are_within({{}, 9, {}}, std::vector<Vec<3>>{{{9, 9, 9}}}, std::vector<double>{0}));
 }
 
-TEST_CASE("what stands at a ridge lies on the surfaces of both sides") {
+TEST_CASE("points on a ridge lie on the surfaces of both sides") {
     const Lens lens;
     const auto b = build(lens.soup(12).mesh());
     const Geometry<3> own = Ellipsoids({lens.lower, lens.upper});
@@ -298,9 +298,9 @@ TEST_CASE("what stands at a ridge lies on the surfaces of both sides") {
             REQUIRE(again.has_value());
             CHECK(distance(again->point, there.point) < 1e-13);
         }
-        // An edge that no mesh has yet is asked for by its ends and facets alone.
-        const EdgeSite<3> nobodys{{}, edge.kind, edge.ends, edge.facets};
-        CHECK(own->on_edge(nobodys, p).point == own->on_edge(edge, p).point);
+        // An edge without an id is given by its ends and facets.
+        const EdgeSite<3> unnumbered{{}, edge.kind, edge.ends, edge.facets};
+        CHECK(own->on_edge(unnumbered, p).point == own->on_edge(edge, p).point);
     }
     CHECK(ridges == 12);
     const auto around = facet_balls(b.mesh.linear, one_thread).value();

@@ -1,4 +1,4 @@
-// What a boundary is, and its suspicious places: on shapes that are known.
+// Inspection of boundaries of known shapes.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -38,13 +38,13 @@ Inspected<D> inspected(const LinearMesh<D>& mesh, const InspectionLimits& limits
     return {std::move(features), std::move(found)};
 }
 
-/// Two triangles that share the edge from (0,0,0) to (1,0,0) and turn by so much there.
+/// Two triangles that share the edge from (0,0,0) to (1,0,0) at this angle.
 Soup<3> hinge(double degrees) {
     const double a = degrees * pi / 180;
     return {{{{0, 0, 0}}, {{1, 0, 0}}, {{0.5, -1, 0}}, {{0.5, std::cos(a), std::sin(a)}}}, {{0, 2, 1}, {0, 1, 3}}, {}};
 }
 
-/// A cone without its bottom: the tip at height h above a circle of radius 1.
+/// A cone without its base: the tip at height h above a circle of radius 1.
 Soup<3> cone(std::size_t n, double h) {
     Soup<3> soup{{{{0, 0, h}}}, {}, {}};
     for (std::size_t i = 0; i < n; ++i) {
@@ -57,7 +57,7 @@ Soup<3> cone(std::size_t n, double h) {
 
 }  // namespace
 
-TEST_CASE("a cube: six flat patches, twelve ridges, eight corners, nothing suspicious") {
+TEST_CASE("inspection of a cube finds its patches, ridges and corners and no suspect") {
     const auto mesh = cube(4).mesh();
     const auto [features, found] = inspected(mesh);
     CHECK(found.patches.size() == 6);
@@ -80,8 +80,8 @@ TEST_CASE("a cube: six flat patches, twelve ridges, eight corners, nothing suspi
     CHECK(found.crowded.empty());
 }
 
-TEST_CASE("turns do not ask which way facets go round, nor where they are") {
-    camber::testing::property("a hinge turns as it was made", [] {
+TEST_CASE("hinge angles do not depend on the orientation of the facets") {
+    camber::testing::property("the reported angle of a hinge is that of its construction", [] {
         const double degrees = *rc::gen::inRange(0, 180001) / 1000.0;
         Soup<3> soup = transformed_soup(hinge(degrees), rotated);
         const bool turned = *rc::gen::arbitrary<bool>();
@@ -90,16 +90,16 @@ TEST_CASE("turns do not ask which way facets go round, nor where they are") {
         const auto [features, found] = inspected(mesh, {.ridge_angle = 180, .near = 0});
         RC_ASSERT(found.turned.size() == (turned ? 1U : 0U));
         RC_ASSERT(!found.suspects.empty());
-        double told = -1;
+        double reported_degrees = -1;
         for (const auto& s : found.suspects)
             if (s.what == Suspicion::near_ridge || s.what == Suspicion::knife_edge || s.what == Suspicion::mild_ridge)
-                told = s.degrees;
-        RC_ASSERT(std::fabs(told - degrees) < 1e-6);
+                reported_degrees = s.degrees;
+        RC_ASSERT(std::fabs(reported_degrees - degrees) < 1e-6);
         RC_ASSERT(found.open.size() == 4);
     });
 }
 
-TEST_CASE("limits of turns") {
+TEST_CASE("hinges are classified by their angle") {
     const auto kind = [](double degrees) {
         const auto result = inspected(hinge(degrees).mesh());
         return std::array{result.count(Suspicion::near_ridge), result.count(Suspicion::mild_ridge),
@@ -112,7 +112,7 @@ TEST_CASE("limits of turns") {
     CHECK(kind(151) == std::array<std::size_t, 3>{0, 0, 1});
 }
 
-TEST_CASE("the tip of a cone") {
+TEST_CASE("inspection reports the tip of a steep cone only") {
     const auto result = inspected(cone(24, 2).mesh());
     REQUIRE(result.count(Suspicion::tip) == 1);
     CHECK(result.count(Suspicion::spread_normals) == 0);
@@ -123,11 +123,11 @@ TEST_CASE("the tip of a cone") {
     CHECK(distance(tip->point, Vec<3>{{0, 0, 2}}) == 0);
     CHECK(tip->degrees == doctest::Approx(std::atan2(2, 1) * 180 / pi).epsilon(0.01));
     CHECK(inspected(cone(24, 0.3).mesh()).count(Suspicion::tip) == 0);
-    // A round sphere has none of it.
+    // A sphere has no tip.
     CHECK(inspected(sphere(4, 1).mesh()).count(Suspicion::tip) == 0);
 }
 
-TEST_CASE("open and crowded edges, interfaces") {
+TEST_CASE("inspection counts open and crowded edges") {
     Soup<3> three{{{{0, 0, 0}}, {{1, 0, 0}}, {{0.5, 1, 0}}, {{0.5, -1, 0.1}}, {{0.5, 0, 1}}},
                   {{0, 1, 2}, {1, 0, 3}, {0, 1, 4}},
                   {}};
@@ -135,6 +135,9 @@ TEST_CASE("open and crowded edges, interfaces") {
     CHECK(found.crowded.size() == 1);
     CHECK(found.open.size() == 6);
     CHECK(found.interface_facets == 0);
+}
+
+TEST_CASE("inspection counts interface facets") {
     // Two tetrahedra with a facet between them.
     LinearMesh<3> two =
         Soup<3>{{{{0, 0, 0}}, {{1, 0, 0}}, {{0, 1, 0}}, {{0, 0, 1}}, {{0, 0, -1}}}, {{0, 1, 2}}, {}}.mesh();
@@ -147,7 +150,7 @@ TEST_CASE("open and crowded edges, interfaces") {
     CHECK(between.found.lone_facets == 0);
 }
 
-TEST_CASE("in 2D hinges are vertices") {
+TEST_CASE("in 2D inspection takes vertices as hinges") {
     const auto corner = [](double degrees) {
         const double a = degrees * pi / 180;
         Soup<2> soup = polygon({{{-1, 0}}, {{0, 0}}, {{std::cos(a), std::sin(a)}}}, Closing::open);
@@ -164,7 +167,7 @@ TEST_CASE("in 2D hinges are vertices") {
     CHECK(corner(170).count(Suspicion::knife_edge) == 1);
 }
 
-TEST_CASE("features of another mesh are refused") {
+TEST_CASE("inspection rejects features of another mesh") {
     const auto a = sphere(2, 1).mesh(), b = sphere(3, 1).mesh();
     const auto edges = unique_edges(a, one_thread).value();
     const auto others = find_features(b, unique_edges(b, one_thread).value(), FeatureOptions<3>{}, one_thread).value();

@@ -1,4 +1,4 @@
-// Several materials: their interfaces are surfaces like the boundary, with ridges where they break or meet it.
+// Interfaces between materials are surfaces like the boundary, with ridges at sharp folds and at the boundary.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -18,7 +18,7 @@ using namespace camber;
 
 namespace {
 
-const Execution alone{.threads = 1};
+const Execution one_thread{.threads = 1};
 
 template <int D>
 struct Curved {
@@ -28,7 +28,7 @@ struct Curved {
 };
 
 template <class T>
-T must(Outcome<T> outcome) {
+T value_of(Outcome<T> outcome) {
     REQUIRE_MESSAGE(outcome.has_value(), describe(outcome.has_value() ? Error{} : outcome.error()));
     return std::move(*outcome);
 }
@@ -36,11 +36,11 @@ T must(Outcome<T> outcome) {
 template <int D>
 Curved<D> on_surrogate(LinearMesh<D> linear) {
     Curved<D> c;
-    c.mesh = must(elevate(std::move(linear), alone));
-    c.features = must(find_features(c.mesh.linear, c.mesh.edges, FeatureOptions<D>{}, alone));
+    c.mesh = value_of(elevate(std::move(linear), one_thread));
+    c.features = value_of(find_features(c.mesh.linear, c.mesh.edges, FeatureOptions<D>{}, one_thread));
     const Geometry<D> geometry =
-        must(build_surrogate(c.mesh.linear, c.mesh.edges, c.features, SurrogateOptions{}, alone));
-    c.nodes = must(boundary_nodes(c.mesh, c.features, geometry, alone));
+        value_of(build_surrogate(c.mesh.linear, c.mesh.edges, c.features, SurrogateOptions{}, one_thread));
+    c.nodes = value_of(boundary_nodes(c.mesh, c.features, geometry, one_thread));
     return c;
 }
 
@@ -50,10 +50,10 @@ Vec<D> chord_middle(const Curved<D>& c, std::size_t e) {
     return midpoint(c.mesh.linear.points[a], c.mesh.linear.points[b]);
 }
 
-/// A lattice whose materials are 1 + the number that `material` gives to a cell by its middle.
+/// A lattice whose materials are 1 + the number that `material` returns for the lowest corner of a cell.
 template <int D, class Material>
 LinearMesh<D> lattice(const std::array<int, D>& cells, Material&& material) {
-    Lattice<D> l = must(lattice_of<D>(cells, 5, alone));
+    Lattice<D> l = value_of(lattice_of<D>(cells, 5, one_thread));
     Buffer<Reference> materials(l.elements.size());
     for (std::size_t e = 0; e < l.elements.size(); ++e) {
         std::array<int, D> low = cells;
@@ -64,7 +64,7 @@ LinearMesh<D> lattice(const std::array<int, D>& cells, Material&& material) {
     const auto side = [&](const SimplexVertices<D - 1>& facet) { return l.side(facet) == 0 ? 9 : l.side(facet); };
     auto points = l.points;
     auto elements = l.elements;
-    return must(bounded_mesh<D>(std::move(points), std::move(elements), std::move(materials), side));
+    return value_of(bounded_mesh<D>(std::move(points), std::move(elements), std::move(materials), side));
 }
 
 template <int D>
@@ -74,12 +74,12 @@ std::size_t count(const Features<D>& features, EdgeKind kind) {
 
 }  // namespace
 
-TEST_CASE("a coated sphere: the interface is a third smooth surface, and is put onto its sphere") {
+TEST_CASE("the interface of a coated sphere is smooth and curved onto its sphere") {
     ShellOptions<3> options{.inner_size = 0.5, .outer_size = 1.2};
     options.outer_radius = 3;
     options.inner_layer = {.count = 2, .first_height = 0.1, .growth = 1.2, .material = 2, .interface = 9};
     const double radius = 1 + thickness(options.inner_layer);
-    const auto c = on_surrogate(must(generate(options)));
+    const auto c = on_surrogate(value_of(generate(options)));
     CHECK(c.features.patch_count == 3);
     CHECK(count(c.features, EdgeKind::ridge) == 0);
     double straight = 0, curved = 0;
@@ -97,10 +97,10 @@ TEST_CASE("a coated sphere: the interface is a third smooth surface, and is put 
     CHECK(curved < straight / 50);
 }
 
-TEST_CASE("an interface has one side as well as the other: the turn of its facets does not matter") {
+TEST_CASE("interface nodes do not depend on the orientation of the facets") {
     ShellOptions<2> options{.inner_size = 0.4, .outer_size = 1};
     options.inner_layer = {.count = 2, .first_height = 0.1, .growth = 1.2, .material = 2, .interface = 9};
-    const auto mesh = must(generate(options));
+    const auto mesh = value_of(generate(options));
     auto turned = mesh;
     auto facets = take(turned.facets.vertices);
     for (std::size_t f = 0; f < facets.size(); f += 2) std::swap(facets[f][0], facets[f][1]);
@@ -110,7 +110,7 @@ TEST_CASE("an interface has one side as well as the other: the turn of its facet
     for (std::size_t e = 0; e < a.nodes.size(); ++e) CHECK(distance(a.nodes[e].point, b.nodes[e].point) < 1e-12);
 }
 
-TEST_CASE("a cube in a cube: twelve interface ridges of its own, eight corners, and every plane stays one") {
+TEST_CASE("a cube within a cube has interface ridges and corners and keeps its planes") {
     const auto c = on_surrogate(lattice<3>({6, 6, 6}, [](const std::array<int, 3>& cell) {
         return static_cast<Reference>(std::ranges::all_of(cell, [](int i) { return i >= 2 && i < 4; }));
     }));
@@ -120,15 +120,15 @@ TEST_CASE("a cube in a cube: twelve interface ridges of its own, eight corners, 
     for (std::size_t e = 0; e < c.nodes.size(); ++e) CHECK(c.nodes[e].point == chord_middle(c, e));
 }
 
-TEST_CASE("where an interface meets the boundary there is a ridge, on both surfaces") {
-    // A piece of a spherical shell, of two materials on either side of the plane x = 0.
+TEST_CASE("an interface meets the boundary in a ridge that lies on both surfaces") {
+    // A part of a spherical shell with two materials on either side of the plane x = 0.
     auto mesh = lattice<3>({6, 6, 2}, [](const std::array<int, 3>& cell) { return cell[0] < 3 ? 0 : 1; });
     auto points = take(mesh.points);
     for (Vec<3>& p : points)
         p = (1 + p[2]) * normalised(Vec<3>{{std::tan(0.8 * (p[0] - 0.5)), std::tan(0.8 * (p[1] - 0.5)), 1}});
     mesh.points = std::move(points);
     const auto c = on_surrogate(std::move(mesh));
-    std::size_t met = 0;
+    std::size_t rim_edges = 0;
     double straight = 0, curved = 0;
     for (std::size_t e = 0; e < c.nodes.size(); ++e) {
         const auto& [a, b] = c.mesh.edges.vertices[e];
@@ -136,11 +136,11 @@ TEST_CASE("where an interface meets the boundary there is a ridge, on both surfa
         if (std::abs(p[0]) > 1e-12 || std::abs(q[0]) > 1e-12) continue;
         CHECK(std::abs(c.nodes[e].point[0]) < 1e-12);  // the interface is a plane
         if (std::abs(norm(p) - 1) > 1e-12 || std::abs(norm(q) - 1) > 1e-12) continue;
-        ++met;
+        ++rim_edges;
         CHECK(c.features.edge_kinds[e] == EdgeKind::ridge);
         straight = std::max(straight, std::abs(norm(midpoint(p, q)) - 1));
         curved = std::max(curved, std::abs(norm(c.nodes[e].point) - 1));
     }
-    CHECK(met == 6);
+    CHECK(rim_edges == 6);
     CHECK(curved < straight / 50);
 }

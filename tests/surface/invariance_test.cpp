@@ -1,4 +1,4 @@
-// Moving, turning and scaling the mesh moves, turns and scales its surrogate; threads change nothing.
+// The surrogate moves, turns and scales with the mesh and does not depend on the number of threads.
 #include <doctest/doctest.h>
 
 #include <cmath>
@@ -27,7 +27,7 @@ double difference(const Built<3>& a, const Built<3>& b, Image&& image) {
 
 }  // namespace
 
-TEST_CASE("rotation, translation and scaling") {
+TEST_CASE("the surrogate moves with rotation, translation and scaling") {
     camber::testing::property(
         "nodes and control points move with the mesh",
         [] {
@@ -44,8 +44,8 @@ TEST_CASE("rotation, translation and scaling") {
         {.count = 20});
 }
 
-TEST_CASE("powers of two scale without a change of a digit, at both ends of the range") {
-    camber::testing::property("nodes scale, features stay",
+TEST_CASE("scaling by powers of two changes no digit of the surrogate") {
+    camber::testing::property("nodes scale exactly, and features do not change",
                               [] {
                                   const auto seed = static_cast<unsigned>(*rc::gen::inRange(1, 1000));
                                   const int exponent = *rc::gen::element(-1, 1) * *rc::gen::inRange(200, 231);
@@ -60,7 +60,7 @@ TEST_CASE("powers of two scale without a change of a digit, at both ends of the 
                               {.count = 12});
 }
 
-TEST_CASE("far from the origin") {
+TEST_CASE("the surrogate far from the origin is accurate to rounding") {
     const Vec<3> shift{{1e6, -1e6, 1e6}};
     const auto image = [&](const Vec<3>& p) { return p + shift; };
     for (const auto& soup : {torus(16, 1, 0.5), half_cylinder(16, 6)}) {
@@ -74,7 +74,7 @@ TEST_CASE("far from the origin") {
     for (std::size_t e = 0; e < b.nodes.size(); ++e) REQUIRE(b.nodes[e] == b.mesh.mid_nodes[e]);
 }
 
-TEST_CASE("the same bytes for any number of threads") {
+TEST_CASE("surrogate and distances do not depend on the number of threads") {
     const auto mesh = half_cylinder(24, 8).mesh();
     const auto one = build(mesh, {}, {.threads = 1}), four = build(mesh, {}, {.threads = 4});
     CHECK(one.features == four.features);

@@ -1,4 +1,4 @@
-// The surrogate beside surfaces that are prescribed, where the boundary is smooth between both.
+// The surrogate beside prescribed surfaces where the boundary is smooth.
 #include <doctest/doctest.h>
 
 #include <cmath>
@@ -16,22 +16,23 @@ using namespace surface_tests;
 namespace {
 
 const Execution one_thread{.threads = 1};
-constexpr Reference given = 1;
-constexpr Reference own = 2;
+constexpr Reference prescribed_reference = 1;
+constexpr Reference fitted_reference = 2;
 
-/// Reference `given` where the facet's middle is in `part`, else `own`: the cut runs along edges, in zigzags.
+/// Reference `prescribed_reference` if the centre of the facet is in `part`, else `fitted_reference`. The cut follows
+/// edges in zigzags.
 template <int D>
 Soup<D> cut(Soup<D> soup, const std::function<bool(const Vec<D>&)>& part) {
     soup.references.clear();
     for (const auto& facet : soup.facets) {
         Vec<D> middle;
         for (const std::size_t v : facet) middle += soup.points[v] / double{D};
-        soup.references.push_back(part(middle) ? given : own);
+        soup.references.push_back(part(middle) ? prescribed_reference : fitted_reference);
     }
     return soup;
 }
 
-/// Facets of `given` on the surface, the others on a surrogate that knows of it.
+/// Facets of `prescribed_reference` lie on the surface, the others on a surrogate built with it.
 template <int D>
 Built<D> built_beside(const LinearMesh<D>& mesh, const AnalyticSurface<D>& surface) {
     Built<D> b = build(mesh);
@@ -40,16 +41,16 @@ Built<D> built_beside(const LinearMesh<D>& mesh, const AnalyticSurface<D>& surfa
         if (made) b.surrogate = *made;
         return made;
     };
-    const auto geometry = with_surrogate<D>(AnalyticGeometry<D>{{{given, surface}}}, mesh, make).value();
+    const auto geometry = with_surrogate<D>(AnalyticGeometry<D>{{{prescribed_reference, surface}}}, mesh, make).value();
     b.nodes = boundary_nodes(b.mesh, b.features, geometry, one_thread).value();
     return b;
 }
 
-/// The largest distance of what the surrogate has of `own`: nodes, and its cubic facets.
-Errors of_own(const Built<3>& b, const Off& off) {
+/// The largest distances of nodes and cubic facets of reference `fitted_reference`.
+Errors fitted_errors(const Built<3>& b, const Off& off) {
     Errors e;
     for (std::size_t f = 0; f < b.mesh.linear.facets.size(); ++f) {
-        if (b.mesh.linear.facets.references[f] != own) continue;
+        if (b.mesh.linear.facets.references[f] != fitted_reference) continue;
         for (const EdgeId id : b.mesh.edges.of_facets[f]) e.edges = std::fmax(e.edges, off(b.nodes[id.index()].point));
         for (const auto& alpha : multi_indices<9, 2>)
             e.surrogate = std::fmax(
@@ -61,10 +62,10 @@ Errors of_own(const Built<3>& b, const Off& off) {
 
 const Torus ring{{}, {{0, 0, 1}}, 1, 0.4};
 
-/// A tube of radius 1 up to z = 1/2, a row of vertices, and what goes on from there as a cone that opens by this angle.
+/// A tube of radius 1 up to z = 1/2 that continues as a cone with this opening angle.
 Soup<3> flared(std::size_t n, double degrees) {
     const std::size_t rows = 12, first = rows / 2 * n;
-    const double middle = 0.575;  // of that row, without what moves it at random
+    const double middle = 0.575;  // z of that row without jitter
     auto soup = tube(n, rows, 1);
     for (std::size_t p = 0; p < soup.points.size(); ++p) {
         Vec<3>& at = soup.points[p];
@@ -77,7 +78,7 @@ Soup<3> flared(std::size_t n, double degrees) {
     return soup;
 }
 
-/// n points on a closed curve, unevenly.
+/// n uneven points on a closed curve.
 Soup<2> around(std::size_t n, const std::function<Vec<2>(double)>& curve) {
     Random random(3);
     std::vector<Vec<2>> points;
@@ -87,7 +88,7 @@ Soup<2> around(std::size_t n, const std::function<Vec<2>(double)>& curve) {
     return polygon(std::move(points));
 }
 
-/// The mesh with the edges between both references among its ridges.
+/// Adds the edges between both references to the ridges of the mesh.
 LinearMesh<3> listed_cut(LinearMesh<3> mesh) {
     const auto edges = elevate<3>(mesh, one_thread).value().edges;
     const auto shells = facet_shells(edges, one_thread).value();
@@ -108,7 +109,7 @@ template <int D>
 double largest_shift(const Built<D>& a, const Built<D>& b) {
     double largest = 0;
     for (std::size_t f = 0; f < a.mesh.linear.facets.size(); ++f)
-        if (a.mesh.linear.facets.references[f] == own)
+        if (a.mesh.linear.facets.references[f] == fitted_reference)
             for (std::size_t i = 0; i < a.surrogate.facets[f].control.size(); ++i)
                 largest =
                     std::fmax(largest, distance(a.surrogate.facets[f].control[i], b.surrogate.facets[f].control[i]));
@@ -117,23 +118,23 @@ double largest_shift(const Built<D>& a, const Built<D>& b) {
 
 }  // namespace
 
-TEST_CASE("a torus of which a half is prescribed, cut along a zigzag: the other half is as near as if it were whole") {
+TEST_CASE("the surrogate beside a prescribed half torus is as accurate as on the whole torus") {
     const auto off = off_surface(ring);
     for (const std::size_t n : {std::size_t{20}, std::size_t{32}}) {
         if (camber::testing::is_sanitized && n > 20) break;
         const auto soup = torus(n, 1, 0.4);
         const auto mesh = cut<3>(soup, [](const Vec<3>& p) { return p[0] + 0.3 * p[1] < 0.1; }).mesh();
         const auto whole = errors(build(soup.mesh()), off);
-        const auto alone = of_own(build(mesh), off), beside = of_own(built_beside<3>(mesh, ring), off);
+        const auto single = fitted_errors(build(mesh), off), beside = fitted_errors(built_beside<3>(mesh, ring), off);
         CAPTURE(n);
         CHECK(beside.edges < 1.5 * whole.edges);
         CHECK(beside.surrogate < 1.5 * whole.surrogate);
-        CHECK(alone.edges > 10 * beside.edges);
-        CHECK(alone.surrogate > 8 * beside.surrogate);
+        CHECK(single.edges > 10 * beside.edges);
+        CHECK(single.surrogate > 8 * beside.surrogate);
     }
 }
 
-TEST_CASE("a curve that goes on smoothly from a circle that is prescribed") {
+TEST_CASE("the surrogate continues a prescribed circle smoothly") {
     const auto radius = [](double t) { return 1 + (t > 0 ? 0.5 * std::pow(std::sin(t), 4) : 0); };
     const auto curve = [&](double t) { return radius(t) * Vec<2>{{std::cos(t), std::sin(t)}}; };
     for (const std::size_t n : {std::size_t{24}, std::size_t{48}}) {
@@ -144,20 +145,20 @@ TEST_CASE("a curve that goes on smoothly from a circle that is prescribed") {
         const auto off = [&](const Built<2>& b) {
             double largest = 0;
             for (std::size_t f = 0; f < mesh.facets.size(); ++f)
-                if (mesh.facets.references[f] == own)
+                if (mesh.facets.references[f] == fitted_reference)
                     for (int k = 0; k <= 10; ++k) {
                         const Vec<2> p = point_at(b.surrogate.facets[f], Barycentric<1>{1 - k / 10.0, k / 10.0});
                         largest = std::fmax(largest, std::fabs(norm(p) - radius(std::atan2(p[1], p[0]))));
                     }
             return largest;
         };
-        const auto alone = build(mesh), beside = built_beside<2>(mesh, Sphere<2>{{}, 1});
+        const auto single = build(mesh), beside = built_beside<2>(mesh, Sphere<2>{{}, 1});
         CAPTURE(n);
-        CHECK(off(beside) < 0.7 * off(alone));
+        CHECK(off(beside) < 0.7 * off(single));
     }
 }
 
-TEST_CASE("a crease between what is prescribed and what is not stays one, where facets turn as much as it does, too") {
+TEST_CASE("creases between prescribed and fitted surfaces are preserved") {
     const auto below = [](const Vec<3>& p) { return p[2] < 0.5; };
     const Cylinder wall{{}, {{0, 0, 1}}, 1};
     for (const double degrees : {15.0, 25.0}) {
@@ -167,7 +168,7 @@ TEST_CASE("a crease between what is prescribed and what is not stays one, where 
     }
 }
 
-TEST_CASE("a break that the file lists stays one, however smooth the boundary is") {
+TEST_CASE("listed creases and corners of a smooth boundary are preserved") {
     const auto soup = cut<3>(torus(16, 1, 0.4), [](const Vec<3>& p) { return p[0] < 0; });
     auto mesh = soup.mesh();
     const auto listed = listed_cut(mesh);

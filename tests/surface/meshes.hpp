@@ -26,7 +26,7 @@ template <int D>
 struct Soup {
     std::vector<Vec<D>> points;
     std::vector<std::array<std::size_t, D>> facets;
-    std::vector<Reference> references;  // 1 where there are fewer than facets
+    std::vector<Reference> references;  // missing ones are 1
 
     [[nodiscard]] LinearMesh<D> mesh() const {
         LinearMesh<D> m;
@@ -50,7 +50,7 @@ class Random {
   public:
     explicit Random(unsigned seed) : engine_(seed) {}
     double operator()(double low, double high) {
-        // Not std::uniform_real_distribution: its values differ between libraries.
+        // std::uniform_real_distribution is not used, because its values differ between libraries.
         return low + (high - low) * static_cast<double>(engine_() >> 11) * 0x1p-53;
     }
 
@@ -63,15 +63,15 @@ enum class Closing { open, closed };
 struct Grid {
     std::size_t n = 8, m = 8;  // cells in u and in v
     Closing u = Closing::open, v = Closing::open;
-    double jitter = 0.25;  // of a cell
+    double jitter = 0.25;  // as a share of a cell
     double grading = 0.3;  // sizes vary by 1 ± this
     unsigned seed = 1;
 };
 
 using Map = std::function<Vec<3>(double u, double v)>;
 
-// A grid on [0, 1]² seen through `map`, inner points moved at random, diagonals drawn at random. The rim of a grid
-// that is open both ways stays; else points of an open rim move along it.
+// A grid on [0, 1]² mapped by `map`, with random jitter of inner points and random diagonals. The rim of a grid that is
+// open in both directions is fixed; points of other open rims move along them.
 inline Soup<3> grid_mesh(const Grid& grid, const Map& map, Reference reference = 1) {
     Random random(grid.seed);
     Soup<3> soup;
@@ -110,7 +110,7 @@ inline Soup<3> grid_mesh(const Grid& grid, const Map& map, Reference reference =
     return soup;
 }
 
-// Joins soups; points with the same coordinates (to 1e-9) become one.
+// Joins soups and merges points with the same coordinates to 1e-9.
 inline Soup<3> welded(const std::vector<Soup<3>>& parts) {
     Soup<3> out;
     for (const auto& part : parts) {
@@ -151,12 +151,12 @@ inline Soup<3> tube(std::size_t n, std::size_t m, double radius, unsigned seed =
     });
 }
 
-// The six faces of a cube blown up to the unit sphere.
+// The six faces of a cube projected onto the sphere.
 inline Soup<3> sphere(std::size_t n, double radius, unsigned seed = 1) {
     std::vector<Soup<3>> faces;
     for (std::size_t axis = 0; axis < 3; ++axis)
         for (const double side : {-1.0, 1.0}) {
-            // Rims of neighbouring faces must agree: they are neither moved nor graded.
+            // Rims of neighbouring faces must agree, so they have neither jitter nor grading.
             Grid grid{.n = n, .m = n, .jitter = 0, .grading = 0, .seed = seed + static_cast<unsigned>(axis)};
             faces.push_back(grid_mesh(grid, [=](double u, double v) {
                 Vec<3> p;
@@ -277,10 +277,10 @@ BoundaryDistance distance_of(const Built<D>& b) {
 using Off = std::function<double(const Vec<3>&)>;  // distance from the known surface
 
 struct Errors {
-    double edges = 0;      // largest of the mid nodes
-    double surrogate = 0;  // largest over the cubic triangles, densely sampled
-    double quadratic = 0;  // the same over the P2 triangles
-    double straight = 0;   // the same over the straight ones
+    double edges = 0;      // largest error of the mid nodes
+    double surrogate = 0;  // largest error of the cubic triangles, densely sampled
+    double quadratic = 0;  // largest error of the P2 triangles
+    double straight = 0;   // largest error of the straight triangles
 };
 
 inline Errors errors(const Built<3>& b, const Off& off) {

@@ -1,4 +1,4 @@
-// Analytic surfaces on some references, the surrogate on the others.
+// Analytic surfaces on some references and the surrogate on the others.
 #include <doctest/doctest.h>
 
 #include <cmath>
@@ -35,7 +35,7 @@ Buffer<LagrangeNode<D>> nodes_on(const Built<D>& b, const Geometry<D>& geometry)
     return boundary_nodes(b.mesh, b.features, geometry, one_thread).value();
 }
 
-/// The facets of a reference alone.
+/// Returns the mesh with the facets of one reference only.
 template <int D>
 LinearMesh<D> part(const LinearMesh<D>& mesh, Reference reference) {
     Buffer<SimplexVertices<D - 1>> vertices;
@@ -55,8 +55,8 @@ double largest_distance(const Built<3>& b, const Buffer<LagrangeNode<3>>& nodes,
     return largest;
 }
 
-/// A can of radius 1 from z = 0, its wall of reference 1, up to a part of a sphere, reference 2, whose centre is beside
-/// the axis: they meet in a curve that lies in no plane. n facets around.
+/// A can of radius 1 from z = 0 with n facets around. Its wall has reference 1. Its top of reference 2 is part of a
+/// sphere whose centre is beside the axis, so the rim lies in no plane.
 struct Can {
     static constexpr double beside = 0.5, radius = 2;
     const AnalyticSurface<3> wall = Cylinder{{}, {{0, 0, 1}}, 1};
@@ -65,7 +65,7 @@ struct Can {
     static Soup<3> soup(std::size_t n) {
         const Grid grid{.n = n, .m = 2 * (n / 2), .u = Closing::closed, .jitter = 0, .grading = 0};
         auto soup = grid_mesh(grid, [=](double u, double v) -> Vec<3> {
-            const double angle = 2 * pi * u + 0.3 * std::sin(2 * pi * u);  // so that no symmetry helps
+            const double angle = 2 * pi * u + 0.3 * std::sin(2 * pi * u);  // avoids symmetry
             const double r = v <= 0.5 ? 1 : 1 - 0.7 * (2 * v - 1);
             const double x = r * std::cos(angle), y = r * std::sin(angle);
             const double height = std::sqrt(radius * radius - (x - beside) * (x - beside) - y * y);
@@ -79,7 +79,7 @@ struct Can {
 }  // namespace
 
 // Guards against straight facets on references beside analytic ones.
-TEST_CASE("where every reference has a surface there is no surrogate, and no digit changes") {
+TEST_CASE("prescribed surfaces on all references give the nodes without a surrogate") {
     const auto b = build(welded({referred(sphere(4, 5), 1), referred(sphere(4, 2, 7), 2)}).mesh());
     const AnalyticGeometry<3> both{{{1, Sphere<3>{{}, 5}}, {2, Sphere<3>{{}, 2}}}};
     const auto geometry = mixed(b, both);
@@ -91,7 +91,7 @@ TEST_CASE("where every reference has a surface there is no surrogate, and no dig
     CHECK_FALSE(Geometry<3>(b.surrogate)->prescribes_any());
 }
 
-TEST_CASE("a shell with one sphere given: the other is what the surrogate makes of it") {
+TEST_CASE("a shell takes nodes from one prescribed sphere and one surrogate sphere") {
     const auto b = build(welded({referred(sphere(6, 5), 1), referred(sphere(6, 2, 7), 2)}).mesh());
     const AnalyticGeometry<3> outer{{{1, Sphere<3>{{}, 5}}}};
     const auto geometry = mixed(b, outer);
@@ -103,9 +103,11 @@ TEST_CASE("a shell with one sphere given: the other is what the surrogate makes 
             CHECK(nodes[e.index()] ==
                   (b.mesh.linear.facets.references[f] == 1 ? on_outer[e.index()] : b.nodes[e.index()]));
     const auto off = off_surface(Sphere<3>{{}, 2});
-    CHECK(largest_distance(b, nodes, 2, off) < 0.01 * largest_distance(b, on_outer, 2, off));  // those are straight
+    CHECK(largest_distance(b, nodes, 2, off) <
+          0.01 * largest_distance(b, on_outer, 2, off));  // nodes of reference 2 are on
+                                                          // straight edges there
 
-    // The distance from the geometry is that of each part from its own.
+    // Each part is measured from its own geometry.
     const auto within = [&](const Geometry<3>& g, std::span<const LagrangeNode<3>> n) {
         return boundary_distance<3>(b.mesh, n, b.features, g, one_thread).value();
     };
@@ -116,10 +118,10 @@ TEST_CASE("a shell with one sphere given: the other is what the surrogate makes 
     CHECK(straight.largest > 20 * whole.largest);
 }
 
-TEST_CASE("projection: by reference, by facet, and by neither") {
+TEST_CASE("projection selects the surface by reference, by facet or by distance") {
     const auto b = build(welded({referred(sphere(6, 5), 1), referred(sphere(6, 2, 7), 2)}).mesh());
     const auto geometry = mixed<3>(b, {{{1, Sphere<3>{{}, 5}}}});
-    camber::testing::property("each from its own surface", [&] {
+    camber::testing::property("a point is projected onto the surface of its reference, its facet or the nearest", [&] {
         Vec<3> p;
         for (std::size_t i = 0; i < 3; ++i) p[i] = *rc::gen::inRange(-1000, 1001) / 1000.0 + 0.0003;
         p = p * (*rc::gen::inRange(1500, 6000) / 1000.0 / norm(p));
@@ -135,16 +137,15 @@ TEST_CASE("projection: by reference, by facet, and by neither") {
     });
 }
 
-TEST_CASE("the patch beside an analytic one is fitted to its own facets alone") {
+TEST_CASE("a patch beside an analytic surface is fitted to its own facets only") {
     const auto b = build(Can::soup(12).mesh());
-    const auto alone = build(part(b.mesh.linear, 2));
+    const auto single = build(part(b.mesh.linear, 2));
     const std::size_t first = b.mesh.linear.facets.size() / 2;
-    REQUIRE(alone.mesh.linear.facets.size() == first);
-    for (std::size_t f = 0; f < first; ++f) CHECK(b.surrogate.facets[first + f] == alone.surrogate.facets[f]);
+    REQUIRE(single.mesh.linear.facets.size() == first);
+    for (std::size_t f = 0; f < first; ++f) CHECK(b.surrogate.facets[first + f] == single.surrogate.facets[f]);
 }
 
-TEST_CASE(
-    "a ridge between an analytic surface and a curved patch is on the one, and as near to the other as its nodes") {
+TEST_CASE("a ridge between an analytic surface and a curved patch lies on the analytic surface") {
     const Can can;
     const auto off_wall = off_surface(can.wall), off_top = off_surface(can.top);
     std::vector<double> off_rim;
@@ -172,7 +173,7 @@ TEST_CASE(
     CHECK(std::log2(off_rim[0] / off_rim[1]) > 3.5);
 }
 
-TEST_CASE("flat patches beside an analytic surface keep their planes, oblique ones too") {
+TEST_CASE("flat patches beside an analytic surface keep their planes") {
     for (const double slope : {0.0, 0.5}) {
         auto mesh = transformed_soup(half_cylinder(12, 5), [=](Vec<3> p) {
                         p[2] += slope * p[0];
@@ -203,7 +204,7 @@ TEST_CASE("flat patches beside an analytic surface keep their planes, oblique on
     }
 }
 
-TEST_CASE("2D: an annulus with one circle given") {
+TEST_CASE("an annulus takes nodes from one prescribed circle and one surrogate circle") {
     const auto circle = [](std::size_t n, double radius, Reference reference) {
         std::vector<Vec<2>> points;
         for (std::size_t i = 0; i < n; ++i) {

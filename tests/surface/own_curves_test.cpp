@@ -1,4 +1,4 @@
-// The surrogate of a curved mesh whose curves are no smooth surface's: its own facets and edges, exactly.
+// The surrogate of a curved mesh whose edges lie on no smooth surface consists of its own facets and edges.
 #include <doctest/doctest.h>
 
 #include <array>
@@ -12,7 +12,7 @@ using namespace surface_tests;
 
 namespace {
 
-/// The mesh with boundary nodes bowed by up to a fifth of their chords; `within`: what that leaves of a shift.
+/// Bows the boundary nodes by up to a fifth of their chords; `within` projects the shift.
 template <int D, class Within>
 QuadraticMesh<D> bowed(QuadraticMesh<D> mesh, const Features<D>& features, Within&& within) {
     Random random(7);
@@ -29,19 +29,19 @@ QuadraticMesh<D> bowed(QuadraticMesh<D> mesh, const Features<D>& features, Withi
 }
 
 template <int D>
-Outcome<Surrogate<D>> with_own(const QuadraticMesh<D>& mesh, const Built<D>& built) {
+Outcome<Surrogate<D>> surrogate_of_mesh(const QuadraticMesh<D>& mesh, const Built<D>& built) {
     return with_curves<D>(built.surrogate, {mesh.linear, mesh.edges, built.features, mesh.mid_nodes.view()},
                           StraightGeometry<D>{}, SurrogateOptions{}, Execution{.threads = 1})
         .map([](CurvedSurrogate<D> curved) { return std::move(curved.surrogate); });
 }
 
-/// Of a facet of degree 2, cut at its nodes.
+/// Number of pieces of a degree-2 facet that is cut at its nodes.
 template <int D>
 constexpr std::size_t pieces = D == 3 ? 4 : 2;
 
-/// Every facet of the surrogate is a part of the mesh's own curved facet, or in its plane.
+/// Checks that each facet of the surrogate is part of the curved facet of the mesh, or in its plane.
 template <int D>
-void check_own(const QuadraticMesh<D>& mesh, const Features<D>& features, const Surrogate<D>& surrogate) {
+void check_surrogate(const QuadraticMesh<D>& mesh, const Features<D>& features, const Surrogate<D>& surrogate) {
     Random random(8);
     REQUIRE(surrogate.facets.size() == pieces<D> * mesh.linear.facets.size());
     const Geometry<D> geometry(surrogate);
@@ -69,43 +69,43 @@ void check_own(const QuadraticMesh<D>& mesh, const Features<D>& features, const 
 
 }  // namespace
 
-TEST_CASE("a curved mesh's own boundary as a geometry, in 3D") {
+TEST_CASE("with_curves reproduces the boundary of a curved mesh in 3D") {
     const Built<3> built = build(torus(6, 3, 1).mesh());
     const auto mesh = bowed(built.mesh, built.features, [](const Vec<3>& shift) { return shift; });
-    const Surrogate<3> surrogate = with_own(mesh, built).value();
-    check_own(mesh, built.features, surrogate);
+    const Surrogate<3> surrogate = surrogate_of_mesh(mesh, built).value();
+    check_surrogate(mesh, built.features, surrogate);
 }
 
-TEST_CASE("a curved mesh's own boundary as a geometry, in 2D") {
+TEST_CASE("with_curves reproduces the boundary of a curved mesh in 2D") {
     const Built<2> built = build(polygon({{{0, 0}}, {{2, 0}}, {{3, 1}}, {{2, 2}}, {{0, 2}}, {{-1, 1}}}).mesh());
     const auto mesh = bowed(built.mesh, built.features, [](const Vec<2>& shift) { return shift; });
-    check_own(mesh, built.features, with_own(mesh, built).value());
+    check_surrogate(mesh, built.features, surrogate_of_mesh(mesh, built).value());
 }
 
-TEST_CASE("a mesh whose nodes lie on its smooth surface, or on its chords, has that as its geometry") {
+TEST_CASE("with_curves keeps the surrogate if nodes lie on it or on the chords") {
     const Built<3> built = build(torus(6, 3, 1).mesh());
     QuadraticMesh<3> mesh = built.mesh;
-    CHECK(with_own(mesh, built).value().facets == built.surrogate.facets);
+    CHECK(surrogate_of_mesh(mesh, built).value().facets == built.surrogate.facets);
     mesh.mid_nodes = Column<LagrangeNode<3>>(Buffer<LagrangeNode<3>>(built.nodes.begin(), built.nodes.end()));
-    const Surrogate<3> same = with_own(mesh, built).value();
+    const Surrogate<3> same = surrogate_of_mesh(mesh, built).value();
     CHECK(same.facets == built.surrogate.facets);
     CHECK(same.edge_curves == built.surrogate.edge_curves);
 }
 
-TEST_CASE("of planes only those stay flat whose nodes are in them; straight edges stay straight to the last bit") {
+TEST_CASE("with_curves keeps only the planes that contain all their nodes") {
     const Built<3> built = build(cube(3).mesh());
-    const auto flat = with_own(built.mesh, built).value();
+    const auto flat = surrogate_of_mesh(built.mesh, built).value();
     CHECK(flat.flats == built.surrogate.flats);
     for (std::size_t row = 0; row < flat.edges.size(); ++row)
         CHECK(flat.edge_curves[row] == built.surrogate.edge_curves[row]);
     const auto mesh = bowed(built.mesh, built.features, [](const Vec<3>& shift) { return Vec<3>{{0, 0, shift[2]}}; });
-    const auto bent = with_own(mesh, built).value();
-    std::size_t left = 0;
+    const auto bent = surrogate_of_mesh(mesh, built).value();
+    std::size_t flat_patches = 0;
     for (std::size_t patch = 0; patch < bent.flats.size(); ++patch) {
         if (!bent.flats[patch].is_flat()) continue;
-        ++left;
+        ++flat_patches;
         CHECK(bent.flats[patch].normal[2] == 0);
     }
-    CHECK(left == 4);
-    check_own(mesh, built.features, bent);
+    CHECK(flat_patches == 4);
+    check_surrogate(mesh, built.features, bent);
 }

@@ -1,4 +1,4 @@
-// Planes stay planes, to the last bit along an axis; ridges keep their sides apart.
+// Planes stay planes, along an axis to the last bit. Ridges separate their sides.
 #include <doctest/doctest.h>
 
 #include <cmath>
@@ -12,7 +12,7 @@ using namespace surface_tests;
 
 namespace {
 
-// The largest |n·(node − point)| of the mid nodes of a patch's facets.
+// The largest |n·(node − point)| of the mid nodes of a patch.
 double off_patch(const Built<3>& b, std::uint32_t patch, const Vec<3>& point, const Vec<3>& normal) {
     double worst = 0;
     for (std::size_t f = 0; f < b.mesh.linear.facets.size(); ++f)
@@ -24,7 +24,7 @@ double off_patch(const Built<3>& b, std::uint32_t patch, const Vec<3>& point, co
 
 }  // namespace
 
-TEST_CASE("a cube stays a cube: every node is its chord's middle") {
+TEST_CASE("nodes of a cube are the chord midpoints") {
     const auto b = build(cube(5).mesh());
     for (std::size_t e = 0; e < b.nodes.size(); ++e) REQUIRE(b.nodes[e] == b.mesh.mid_nodes[e]);
     CHECK(distance_of(b).largest == 0);
@@ -33,7 +33,7 @@ TEST_CASE("a cube stays a cube: every node is its chord's middle") {
     CHECK(distance_of(turned).largest == 0);
 }
 
-TEST_CASE("half cylinder: the planes are exact, the arcs lie in them and on the cylinder") {
+TEST_CASE("nodes of a half cylinder are exact in its planes and on its arcs") {
     const auto b = build(half_cylinder(20, 8).mesh());
     std::size_t planes = 0;
     for (std::uint32_t patch = 0; patch < b.features.patch_count; ++patch) {
@@ -57,11 +57,11 @@ TEST_CASE("half cylinder: the planes are exact, the arcs lie in them and on the 
         double& worst = b.features.edge_kinds[e] == EdgeKind::ridge ? ridge : wall;
         worst = std::fmax(worst, std::fabs(radius(p) - 1));
     }
-    CHECK(ridge < 1e-14);  // a circle is reproduced
-    CHECK(wall < 1e-4);    // straight: 3e-3
+    CHECK(ridge < 1e-14);  // a circle is exact
+    CHECK(wall < 1e-4);    // 3e-3 with straight edges
 }
 
-TEST_CASE("half cylinder in any position: the planes hold to rounding") {
+TEST_CASE("nodes of a rotated half cylinder lie in its planes to rounding") {
     const auto b =
         build(transformed_soup(half_cylinder(20, 8), [](const Vec<3>& p) { return 3.0 * rotated(p); }).mesh());
     std::size_t planes = 0;
@@ -74,7 +74,7 @@ TEST_CASE("half cylinder in any position: the planes hold to rounding") {
     CHECK(planes == 3);
 }
 
-TEST_CASE("a plane that goes over into a cylinder without a ridge stays straight away from it") {
+TEST_CASE("a plane that continues into a cylinder stays straight away from it") {
     // A sheet: flat for x < 0, then bent about the y axis.
     const auto sheet = [](double u, double v) {
         const double s = 2 * u - 1;
@@ -89,7 +89,7 @@ TEST_CASE("a plane that goes over into a cylinder without a ridge stays straight
     }
 }
 
-TEST_CASE("required entities keep the chord's middle") {
+TEST_CASE("required facets keep the chord midpoints") {
     auto mesh = torus(16, 1, 0.4).mesh();
     mesh.facets.required = Buffer<std::uint32_t>{3};
     const auto b = build(mesh);
@@ -97,8 +97,8 @@ TEST_CASE("required entities keep the chord's middle") {
     CHECK(b.nodes[b.mesh.edges.of_facets[40][0].index()] != b.mesh.mid_nodes[b.mesh.edges.of_facets[40][0]]);
 }
 
-TEST_CASE("a wedge of two curved sides: the ridge is shared, the normals are not") {
-    // Two cylinders of radius 1 that meet along a circle-free line x = 0, each bent its own way.
+TEST_CASE("two curved sides that meet in a ridge are both accurate") {
+    // Two cylinders of radius 1 that meet in the line x = 0 and bend in opposite directions.
     const auto side = [](double sign) {
         return [sign](double u, double v) {
             const double a = 0.9 * u;
@@ -115,10 +115,10 @@ TEST_CASE("a wedge of two curved sides: the ridge is shared, the normals are not
             const double sign = b.mesh.linear.facets.references[f] == 1 ? 1 : -1;
             if (std::fabs(p[0]) > 1e-12) worst = std::fmax(worst, std::fabs(std::hypot(sign - p[0], p[2]) - 1));
         }
-    CHECK(worst < 3e-5);  // straight: 1e-3
+    CHECK(worst < 3e-5);  // 1e-3 with straight edges
 }
 
-TEST_CASE("nodes slide within planes, in any position, and nowhere else") {
+TEST_CASE("nodes slide only within planes") {
     const Vec<3> shift{{0.01, 0.02, 0.03}};
     const auto slide = [&](const Built<3>& b, const Geometry<3>& geometry) {
         const std::vector<Vec<3>> shifts(b.mesh.edges.size(), shift);
@@ -136,7 +136,7 @@ TEST_CASE("nodes slide within planes, in any position, and nowhere else") {
             }
             const Vec<3> moved = nodes[e].point - b.nodes[e].point;
             ++slid;
-            // What is left of the shift is normal to the plane, in which the chord lies as well.
+            // The difference between shift and move is normal to the plane, which contains the chord.
             CHECK(std::fabs(dot(moved, shift - moved)) < 1e-15);
             const auto& [low, high] = b.mesh.edges.vertices[e];
             CHECK(std::fabs(dot(shift - moved, b.mesh.linear.points[high] - b.mesh.linear.points[low])) < 1e-14);
@@ -144,8 +144,8 @@ TEST_CASE("nodes slide within planes, in any position, and nowhere else") {
         CHECK(slid > 0);
     }
     const auto bent = build(torus(16, 1, 0.4).mesh());
-    const auto kept = slide(bent, Geometry<3>(bent.surrogate));
-    for (std::size_t e = 0; e < kept.size(); ++e) REQUIRE(kept[e] == bent.nodes[e]);
+    const auto unchanged = slide(bent, Geometry<3>(bent.surrogate));
+    for (std::size_t e = 0; e < unchanged.size(); ++e) REQUIRE(unchanged[e] == bent.nodes[e]);
     const auto flat = build(cube(3).mesh());
     CHECK_FALSE(slid_nodes<3>(flat.mesh, flat.mesh.mid_nodes, {}, flat.features, Geometry<3>(flat.surrogate),
                               Execution{.threads = 1})

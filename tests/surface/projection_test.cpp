@@ -1,4 +1,4 @@
-// Closest points: never worse than brute force, whatever the start.
+// Closest points are never worse than brute force, for any start.
 #include <doctest/doctest.h>
 
 #include <array>
@@ -34,9 +34,9 @@ double sampled_distance(const CubicSimplex<2, 3>& facet, const Vec<3>& p) {
 
 }  // namespace
 
-TEST_CASE("on one cubic triangle") {
+TEST_CASE("closest_on finds the nearest point of a cubic triangle") {
     camber::testing::property(
-        "no sample is nearer than the foot, and the foot is where it says",
+        "no sample is nearer than the foot, and the foot is at its coordinates",
         [] {
             CubicSimplex<2, 3> facet;
             for (std::size_t n = 0; n < 10; ++n) {
@@ -52,7 +52,7 @@ TEST_CASE("on one cubic triangle") {
         },
         {.count = 500});
     camber::testing::property(
-        "on one that bends little, wherever a search begins, it ends no nearer than the foot",
+        "no search on a slightly bent triangle ends nearer than the foot",
         [] {
             CubicSimplex<2, 3> facet;
             const double bend = coordinate(0, 0.08), narrow = coordinate(0.02, 1), size = std::exp(coordinate(-14, 14));
@@ -72,9 +72,9 @@ TEST_CASE("on one cubic triangle") {
         },
         {.count = 500});
     camber::testing::property(
-        "never farther than the start",
+        "a search never ends farther than its start",
         [] {
-            CubicSimplex<2, 3> facet;  // anything at all, folded ones too
+            CubicSimplex<2, 3> facet;  // any triangle, including folded ones
             for (auto& c : facet.control) c = point_in(-1, 1);
             const Vec<3> p = point_in(-2, 2);
             const double u = coordinate(0, 1), v = coordinate(0, 1 - u);
@@ -85,9 +85,9 @@ TEST_CASE("on one cubic triangle") {
         {.count = 500});
 }
 
-TEST_CASE("distances in packs") {
+TEST_CASE("distances in packs equal those of single points for any instruction set") {
     camber::testing::property(
-        "where the foot is inside they are those of closest_from, with any instructions and in any company",
+        "packed distances with an inner foot equal those of closest_from",
         [] {
             CubicSimplex<2, 3> facet;
             for (std::size_t n = 0; n < 10; ++n) {
@@ -117,18 +117,18 @@ TEST_CASE("distances in packs") {
                 std::array<double, 66> again{};
                 distances_inside(facet, starts, points, again, set);
                 for (std::size_t n = 0; n < starts.size(); ++n) {
-                    double alone = 0;
-                    distances_inside(facet, {&starts[n], 1}, {&points[n], 1}, {&alone, 1}, set);
+                    double single = 0;
+                    distances_inside(facet, {&starts[n], 1}, {&points[n], 1}, {&single, 1}, set);
                     RC_ASSERT(same(again[n], found[n]));
-                    RC_ASSERT(same(alone, found[n]));
+                    RC_ASSERT(same(single, found[n]));
                 }
             }
         },
         {.count = 100});
 }
 
-TEST_CASE("derivatives of a cubic are those of finite differences") {
-    camber::testing::property("first and second", [] {
+TEST_CASE("derivatives of a cubic triangle match finite differences") {
+    camber::testing::property("first and second derivatives equal differences", [] {
         CubicSimplex<2, 3> facet;
         for (auto& c : facet.control) c = point_in(-1, 1);
         const double h = 1e-4;
@@ -142,11 +142,11 @@ TEST_CASE("derivatives of a cubic are those of finite differences") {
     });
 }
 
-TEST_CASE("on a whole surrogate") {
+TEST_CASE("projection onto a surrogate finds the nearest point") {
     const auto b = build(torus(20, 1, 0.4).mesh());
     REQUIRE(b.features.ridge_edges == 0);
     const Geometry<3> geometry = b.surrogate;
-    camber::testing::property("the search beats every sample of every facet",
+    camber::testing::property("no sample of any facet is nearer than the projection",
                               [&] {
                                   const Vec<3> p = point_in(-1.6, 1.6);
                                   const auto found = project<3>(geometry, {}, p);
@@ -158,7 +158,7 @@ TEST_CASE("on a whole surrogate") {
                               },
                               {.count = 60});
     camber::testing::property(
-        "near the surface the walk from a facet nearby finds what the search finds",
+        "a walk from a neighbouring facet finds the result of the search",
         [&] {
             const double a = coordinate(0, 2 * pi), c = coordinate(0, 2 * pi), r = 1 + 0.41 * std::cos(c);
             const Vec<3> p{{r * std::cos(a), r * std::sin(a), 0.41 * std::sin(c)}};
@@ -172,7 +172,7 @@ TEST_CASE("on a whole surrogate") {
         },
         {.count = 200});
     camber::testing::property(
-        "what is known beforehand changes nothing",
+        "an initial candidate does not change the result of closest_among",
         [&] {
             const Vec<3> p = point_in(-1.6, 1.6);
             const auto all = [](FacetId) { return true; };
@@ -196,7 +196,7 @@ TEST_CASE("on a whole surrogate") {
         {.count = 200});
 }
 
-TEST_CASE("open rims clamp, references restrict") {
+TEST_CASE("projection stops at open rims and respects references") {
     auto soup =
         welded({grid_mesh(
                     {.n = 6, .m = 6, .grading = 0}, [](double u, double v) { return Vec<3>{{u, v, 0}}; }, 1),
@@ -211,14 +211,14 @@ TEST_CASE("open rims clamp, references restrict") {
     CHECK_FALSE(none.facet.valid());
 }
 
-TEST_CASE("ridge curves") {
+TEST_CASE("closest_on_ridges finds the nearest point of the ridge curves") {
     const auto b = build(half_cylinder(20, 8).mesh());
     const auto foot = closest_on_ridges(b.surrogate, Vec<3>{{0.9, 0.9, 1.1}});
     CHECK(distance(foot.point, Vec<3>{{std::sqrt(0.5), std::sqrt(0.5), 1}}) < 1e-6);
     CHECK(closest_on_ridges(build(torus(12, 1, 0.5).mesh()).surrogate, Vec<3>{}).row > 0);
 }
 
-TEST_CASE("another mesh of the same boundary is put onto the surrogate") {
+TEST_CASE("boundary nodes of another mesh are projected onto the surrogate") {
     const auto fine = build((is_sanitized ? half_cylinder(16, 6) : half_cylinder(32, 12)).mesh());
     const Geometry<3> geometry = fine.surrogate;
     const Execution execution{.threads = 1};
@@ -236,11 +236,11 @@ TEST_CASE("another mesh of the same boundary is put onto the surrogate") {
     CHECK(d.largest < less_if_sanitized(1e-3, 5e-3));
 }
 
-TEST_CASE("listed edges, distances and the like are those of another mesh, whose facets have other numbers") {
+TEST_CASE("curves and distances do not depend on the facet numbers of another mesh") {
     const Geometry<3> geometry = PrescribedSurrogate<3>{build(torus(20, 1, 0.3, 5).mesh()).surrogate};
     const Execution execution{.threads = 1};
     auto coarse = build(torus(12, 1, 0.3).mesh());
-    // Listed are some edges of the surface, none of which is a ridge.
+    // The listed edges are edges of the surface and no ridges.
     const std::size_t listed = 100;
     Buffer<SimplexVertices<1>> ends(listed);
     Buffer<EdgeId> rows(listed);

@@ -1,4 +1,4 @@
-// Fields projected where a mesh changed.
+// Projection of fields where a mesh changed.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -25,8 +25,8 @@ namespace {
 
 constexpr TransferOptions conserving{.method = TransferMethod::conserve};
 
-/// Whether all integrals are kept, to 1e-12 of the volume times the largest value.
-bool keeps_integrals(const Transferred& out, double size = 1) {
+/// True if all integrals agree to 1e-12 of the volume times the largest value.
+bool conserves_integrals(const Transferred& out, double size = 1) {
     for (const auto& field : out.statistics.integrals)
         for (const MaterialIntegrals& row : field)
             for (std::size_t c = 0; c < row.before.size(); ++c)
@@ -35,8 +35,8 @@ bool keeps_integrals(const Transferred& out, double size = 1) {
 }
 
 template <int D>
-void reproduction_laws() {
-    property("a field that the new mesh can hold is held: polynomials on straight meshes",
+void check_reproduction() {
+    property("projection reproduces polynomials on straight meshes",
              [](std::uint64_t seed) {
                  Dice dice(seed);
                  const auto from = quadratic(rough_box<D>(2, seed + 1)), to = quadratic(rough_box<D>(3, seed + 2));
@@ -46,10 +46,10 @@ void reproduction_laws() {
                      transferred<D>(from, {field_of(from, 2, quadratics), field_of(from, 1, affine)}, to, conserving);
                  RC_ASSERT(largest_difference(out.fields[0], field_of(to, 2, quadratics)) < 1e-12);
                  RC_ASSERT(largest_difference(out.fields[1], field_of(to, 1, affine)) < 1e-12);
-                 RC_ASSERT(keeps_integrals(out));
+                 RC_ASSERT(conserves_integrals(out));
              },
              {.count = 5});
-    property("and functions of degree 2 in the reference element on curved ones",
+    property("projection reproduces functions of degree 2 in the reference on curved meshes",
              [](std::uint64_t seed) {
                  Dice dice(seed);
                  const QuadraticMap<D> map(dice);
@@ -59,7 +59,7 @@ void reproduction_laws() {
                  RC_ASSERT(largest_difference(out.fields[0], field_of(b, 2, {u})) < 1e-11);
              },
              {.count = 5});
-    SUBCASE("and a field of a coarse mesh on one cut finer") {
+    SUBCASE("projection to a refined mesh and back reproduces the field") {
         Dice dice(3);
         const auto coarse = quadratic(lattice_in_box<D>(2)), fine = quadratic(lattice_in_box<D>(4));
         const std::vector fields{rough_field(node_count_of(coarse, 2), 2, 2, dice)};
@@ -70,8 +70,8 @@ void reproduction_laws() {
 }
 
 template <int D>
-void integral_laws() {
-    property("integrals are kept of any field, on any mesh of the domain",
+void check_integrals() {
+    property("projection conserves the integrals of any field on any mesh of the domain",
              [](std::uint64_t seed) {
                  Dice dice(seed);
                  const auto from = bent_inside(quadratic(rough_box<D>(3, seed + 1)), 0.03, dice);
@@ -79,15 +79,15 @@ void integral_laws() {
                  const std::vector fields{rough_field(node_count_of(from, 2), 2, D, dice),
                                           rough_field(node_count_of(from, 1), 1, 1, dice)};
                  const auto out = transferred<D>(from, fields, to, conserving);
-                 RC_ASSERT(keeps_integrals(out));
+                 RC_ASSERT(conserves_integrals(out));
                  RC_ASSERT(out.statistics.patches == 1U);
                  RC_ASSERT(out.statistics.turned == 0U);
              },
              {.count = 5});
-    SUBCASE("by material, where the wall stays") {
+    SUBCASE("projection conserves the integrals of each material") {
         Dice dice(2);
         auto from = quadratic(rough_box<D>(4, 1)), to = bent_inside(quadratic(lattice_in_box<D>(6)), 0.02, dice);
-        // Of the rough one the wall is rough: two materials that are not told apart by a plane.
+        // The interface of the rough mesh is not a plane.
         const auto paint = [](QuadraticMesh<D>& mesh, const auto& is_left) {
             auto references = take(std::move(mesh.linear.elements.references));
             for (std::size_t e = 0; e < references.size(); ++e) {
@@ -101,24 +101,24 @@ void integral_laws() {
         const std::vector fields{rough_field(node_count_of(from, 2), 2, 2, dice)};
         const auto out = transferred<D>(from, fields, to, conserving);
         CHECK(out.statistics.integrals[0].size() == 2);
-        CHECK(keeps_integrals(out));
-        // Interpolation does not.
-        CHECK(!keeps_integrals(transferred<D>(from, fields, to), 1e6));
+        CHECK(conserves_integrals(out));
+        // Interpolation does not conserve integrals.
+        CHECK(!conserves_integrals(transferred<D>(from, fields, to), 1e6));
     }
-    SUBCASE("those of the old field on the old mesh, where the domain changed") {
+    SUBCASE("projection conserves the integrals of the old mesh where the domain changes") {
         Dice dice(4);
         const auto from = quadratic(rough_box<D>(3, 1));
         const auto to = QuadraticMap<D>(dice)(quadratic(rough_box<D>(3, 2)));
         const auto out = transferred<D>(from, {rough_field(node_count_of(from, 2), 2, 1, dice)}, to, conserving);
         CHECK(out.statistics.outside > 0);
-        CHECK(keeps_integrals(out));
+        CHECK(conserves_integrals(out));
     }
 }
 
-/// Two boxes of three cells a side beside each other, and both changed at their far corners: two patches.
+/// Two changes at both ends of a row of boxes form two patches.
 template <int D>
-void patch_laws() {
-    SUBCASE("each patch keeps its own, and what is between them its bits") {
+void check_separate_patches() {
+    SUBCASE("each patch conserves its integrals, and nodes between patches keep their values") {
         Dice dice(6);
         LatticeOptions<D> options;
         options.cells.fill(3);
@@ -137,13 +137,13 @@ void patch_laws() {
         const auto out = transferred<D>(from, fields, to, conserving);
         CHECK(out.statistics.patches == 2);
         CHECK(out.statistics.turned == 0);
-        CHECK(keeps_integrals(out));
+        CHECK(conserves_integrals(out));
         std::size_t moved = 0;
         double drift = 0;
         for (std::size_t n = 0; n < node_count_of(to, 2); ++n) {
-            const bool is_kept = out.fields[0].values[n] == fields[0].values[n];
-            moved += is_kept ? 0 : 1;
-            if (node_place(to, n)[0] > 1 && node_place(to, n)[0] < 2) CHECK(is_kept);
+            const bool is_unchanged = out.fields[0].values[n] == fields[0].values[n];
+            moved += is_unchanged ? 0 : 1;
+            if (node_place(to, n)[0] > 1 && node_place(to, n)[0] < 2) CHECK(is_unchanged);
             drift = std::max(drift, std::abs(out.fields[0].values[n] - fields[0].values[n]));
         }
         CHECK(moved == out.statistics.projected);
@@ -152,7 +152,7 @@ void patch_laws() {
     }
 }
 
-/// A front after twenty transfers, back and forth, by how much its nodes differ from the first ones (root mean square).
+/// The root mean square change of the nodes of a front after twenty transfers back and forth.
 template <int D>
 double drift_of_front(TransferMethod method, int cells) {
     const auto a = quadratic(rough_box<D>(cells, 1)), b = quadratic(rough_box<D>(cells, 2));
@@ -169,8 +169,8 @@ double drift_of_front(TransferMethod method, int cells) {
 }
 
 template <int D>
-void limit_laws() {
-    property("with limits no value leaves those of the old elements around, and integrals are kept",
+void check_local_bounds() {
+    property("limited values stay between those of the old elements and conserve integrals",
              [](std::uint64_t seed) {
                  Dice dice(seed);
                  const auto from = quadratic(rough_box<D>(4, seed + 1)), to = quadratic(rough_box<D>(5, seed + 2));
@@ -184,7 +184,7 @@ void limit_laws() {
                  for (const double u : out.fields[0].values) least = std::min(least, std::min(u, 1 - u));
                  for (const double u : out.fields[1].values) least = std::min(least, std::min(u, 1 - u));
                  RC_ASSERT(least >= 0);
-                 RC_ASSERT(keeps_integrals(out));
+                 RC_ASSERT(conserves_integrals(out));
                  const auto without = transferred<D>(from, fields, to, conserving);
                  for (const double u : without.fields[0].values)
                      least_without = std::min(least_without, std::min(u, 1 - u));
@@ -193,9 +193,9 @@ void limit_laws() {
              {.count = 3});
 }
 
-/// Layers as thin as `thin`, far from 0.
+/// Layers of thickness `thin`, at a distance from the origin.
 template <int D>
-void extreme_laws(double thin, double far) {
+void check_extreme_layers(double thin, double far) {
     const auto placed = [&](QuadraticMesh<D> mesh) {
         const auto place = [&](Vec<D>& p) {
             p[D - 1] *= thin;
@@ -210,20 +210,20 @@ void extreme_laws(double thin, double far) {
     const auto from = placed(a), to = placed(b);
     Dice dice(3);
     const auto u = polynomial<D>(2, dice);
-    // What rounding does to a coordinate, by the thickness.
+    // The rounding error of a coordinate, relative to the thickness.
     const double blur = 1e-14 * (1 + far / thin) + 1e-9;
     for (const auto& method : words(TransferMethod{})) {
         const auto out = transferred<D>(from, {field_of(a, 2, {u})}, to, {.method = method.value});
         CHECK(out.statistics.lost == 0);
         CHECK(out.statistics.largest_distance <= 1e-14 * (1 + far));
         CHECK(largest_difference(out.fields[0], field_of(b, 2, {u})) < 10 * blur);
-        if (method.value == TransferMethod::conserve) CHECK(keeps_integrals(out, thin));
+        if (method.value == TransferMethod::conserve) CHECK(conserves_integrals(out, thin));
     }
 }
 
-/// Layers of 10⁻⁴ that bend away by hundreds of their thickness.
+/// Layers of thickness 10⁻⁴ that bend by hundreds of their thickness.
 template <int D>
-void bent_layer_laws() {
+void check_bent_layers() {
     Dice dice(5);
     const QuadraticMap<D> map(dice);
     const auto thin = [](QuadraticMesh<D> mesh) {
@@ -244,7 +244,7 @@ void bent_layer_laws() {
 }
 
 template <int D>
-void thread_laws() {
+void check_threads() {
     Dice dice(9);
     const auto from = bent_inside(quadratic(rough_box<D>(5, 1)), 0.03, dice);
     const auto to = bent_inside(quadratic(rough_box<D>(6, 2)), 0.05, dice);
@@ -253,28 +253,28 @@ void thread_laws() {
     for (const auto bounds : {TransferBounds::none, TransferBounds::local}) {
         auto options = conserving;
         options.bounds = bounds;
-        const auto alone_out = transferred<D>(from, fields, to, options);
+        const auto serial = transferred<D>(from, fields, to, options);
         for (const int threads : {2, 7}) {
             const auto out = transferred<D>(from, fields, to, options, threads);
-            CHECK(out.fields == alone_out.fields);
-            CHECK(out.statistics.integrals[0][0].after == alone_out.statistics.integrals[0][0].after);
-            CHECK(out.statistics.largest_distance == alone_out.statistics.largest_distance);
+            CHECK(out.fields == serial.fields);
+            CHECK(out.statistics.integrals[0][0].after == serial.statistics.integrals[0][0].after);
+            CHECK(out.statistics.largest_distance == serial.statistics.largest_distance);
         }
     }
 }
 
 }  // namespace
 
-TEST_CASE("projection of what the mesh can hold, 2D") { reproduction_laws<2>(); }
-TEST_CASE("projection of what the mesh can hold, 3D") { reproduction_laws<3>(); }
-TEST_CASE("integrals, 2D") { integral_laws<2>(); }
-TEST_CASE("integrals, 3D") { integral_laws<3>(); }
-TEST_CASE("patches") {
-    SUBCASE("2D") { patch_laws<2>(); }
-    SUBCASE("3D") { patch_laws<3>(); }
+TEST_CASE("projection reproduces fields of the new space, 2D") { check_reproduction<2>(); }
+TEST_CASE("projection reproduces fields of the new space, 3D") { check_reproduction<3>(); }
+TEST_CASE("projection conserves integrals, 2D") { check_integrals<2>(); }
+TEST_CASE("projection conserves integrals, 3D") { check_integrals<3>(); }
+TEST_CASE("projection changes only nodes of changed patches") {
+    SUBCASE("2D") { check_separate_patches<2>(); }
+    SUBCASE("3D") { check_separate_patches<3>(); }
 }
-TEST_CASE("a patch without free nodes keeps the values of its rim") {
-    // A square's diagonal swapped between two triangles: of degree 1 no node is of changed elements alone.
+TEST_CASE("a patch without free nodes keeps the values on its boundary") {
+    // The swapped diagonal of a square. In degree 1 no node belongs only to changed elements.
     const Buffer<Vec<2>> points{{{0, 0}}, {{1, 0}}, {{1, 1}}, {{0, 1}}, {{2, 0.5}}, {{-1, 0.5}}};
     const auto triangle = [](std::size_t a, std::size_t b, std::size_t c) {
         return SimplexVertices<2>{VertexId(a), VertexId(b), VertexId(c)};
@@ -288,7 +288,7 @@ TEST_CASE("a patch without free nodes keeps the values of its rim") {
     const auto out = transferred<2>(from, fields, to, conserving);
     CHECK(out.statistics.changed_elements == 2);
     CHECK(out.statistics.patches == 1);
-    CHECK(out.statistics.projected == 3);  // of degree 2 the nodes of the diagonal and of two sides
+    CHECK(out.statistics.projected == 3);  // in degree 2: the nodes of the diagonal and of two sides
     CHECK(out.fields[0] == fields[0]);
     CHECK(out.statistics.spread == 1);
     CHECK(out.statistics.unkept == 1);
@@ -296,38 +296,38 @@ TEST_CASE("a patch without free nodes keeps the values of its rim") {
     CHECK(std::abs(linear.after[0] - linear.before[0]) > 1e-3);
     CHECK(quadratic_one.after[0] == doctest::Approx(quadratic_one.before[0]).epsilon(1e-13));
 }
-TEST_CASE("twenty transfers") {
+TEST_CASE("twenty conservative transfers lose less than interpolations") {
     CHECK(drift_of_front<2>(TransferMethod::conserve, 8) < 0.6 * drift_of_front<2>(TransferMethod::interpolate, 8));
     CHECK(drift_of_front<3>(TransferMethod::conserve, 3) < 0.8 * drift_of_front<3>(TransferMethod::interpolate, 3));
 }
-TEST_CASE("limits") {
-    limit_laws<2>();
-    limit_laws<3>();
+TEST_CASE("limited projection stays within the old values and conserves integrals") {
+    check_local_bounds<2>();
+    check_local_bounds<3>();
 }
-TEST_CASE("thin and far") {
-    extreme_laws<2>(1e-6, 0);
-    extreme_laws<3>(1e-6, 0);
-    extreme_laws<2>(1e-3, 1e6);
-    extreme_laws<3>(1e-3, 1e6);
-    extreme_laws<2>(1e-6, 1e6);
-    extreme_laws<3>(1e-6, 1e6);
-    extreme_laws<3>(1e6, 0);
+TEST_CASE("transfer is accurate for thin layers far from the origin") {
+    check_extreme_layers<2>(1e-6, 0);
+    check_extreme_layers<3>(1e-6, 0);
+    check_extreme_layers<2>(1e-3, 1e6);
+    check_extreme_layers<3>(1e-3, 1e6);
+    check_extreme_layers<2>(1e-6, 1e6);
+    check_extreme_layers<3>(1e-6, 1e6);
+    check_extreme_layers<3>(1e6, 0);
 }
-TEST_CASE("layers that bend") {
-    bent_layer_laws<2>();
-    bent_layer_laws<3>();
+TEST_CASE("transfer is accurate for thin curved layers") {
+    check_bent_layers<2>();
+    check_bent_layers<3>();
 }
-TEST_CASE("many elements") {
-    // More than are held at a time.
+TEST_CASE("projection is exact for meshes larger than one batch of elements") {
+    // More elements than one batch.
     Dice dice(2);
     const auto from = quadratic(rough_box<2>(10, 1)), to = quadratic(rough_box<2>(less_if_sanitized(185, 95), 2));
     const std::vector<Function<2>> functions{polynomial<2>(2, dice), polynomial<2>(2, dice)};
     const auto out = transferred<2>(from, {field_of(from, 2, functions)}, to, conserving, 2);
     CHECK(largest_difference(out.fields[0], field_of(to, 2, functions)) < 1e-12);
     const auto back = transferred<2>(to, {rough_field(node_count_of(to, 2), 2, 1, dice)}, from, conserving, 2);
-    CHECK(keeps_integrals(back));
+    CHECK(conserves_integrals(back));
 }
-TEST_CASE("any number of threads") {
-    thread_laws<2>();
-    thread_laws<3>();
+TEST_CASE("projection does not depend on the number of threads") {
+    check_threads<2>();
+    check_threads<3>();
 }

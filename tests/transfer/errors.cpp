@@ -1,4 +1,4 @@
-// What transfer refuses, and meshes with little in them.
+// Errors of transfer, and meshes with few elements.
 #include <doctest/doctest.h>
 
 #include <cmath>
@@ -23,7 +23,7 @@ using namespace camber::testing;
 namespace {
 
 Error refused(const QuadraticMesh<2>& from, const std::vector<TransferField>& fields, const QuadraticMesh<2>& to,
-              const TransferOptions& options = {}, const Execution& execution = alone) {
+              const TransferOptions& options = {}, const Execution& execution = one_thread) {
     const auto out = transfer<2>(from, fields, to, options, execution);
     REQUIRE(!out);
     return out.error();
@@ -38,7 +38,7 @@ TransferField with_value(TransferField field, std::size_t i, double value) {
 
 }  // namespace
 
-TEST_CASE("refused fields") {
+TEST_CASE("transfer rejects invalid fields and options") {
     Dice dice(1);
     const auto mesh = quadratic(rough_box<2>(2, 1));
     const std::size_t nodes = node_count_of(mesh, 2), vertices = node_count_of(mesh, 1);
@@ -62,13 +62,18 @@ TEST_CASE("refused fields") {
     CHECK(refused(mesh, {{.components = 2, .degree = 3, .values = good.values}}, mesh).kind == ErrorKind::usage);
     CHECK(refused(mesh, {{.components = 0, .degree = 2, .values = {}}}, mesh).kind == ErrorKind::usage);
     CHECK(refused(mesh, {good}, mesh, {.points = 2}).kind == ErrorKind::usage);
+}
 
+TEST_CASE("transfer stops on request") {
+    Dice dice(1);
+    const auto mesh = quadratic(rough_box<2>(2, 1));
+    const auto good = rough_field(node_count_of(mesh, 2), 2, 2, dice);
     std::stop_source source;
     source.request_stop();
     CHECK(refused(mesh, {good}, mesh, {}, {.threads = 1, .stop = source.get_token()}).kind == ErrorKind::stopped);
 }
 
-TEST_CASE("refused meshes") {
+TEST_CASE("transfer rejects invalid meshes") {
     Dice dice(1);
     const auto mesh = quadratic(rough_box<2>(2, 1));
     const auto field = rough_field(node_count_of(mesh, 2), 2, 1, dice);
@@ -90,7 +95,7 @@ TEST_CASE("refused meshes") {
     CHECK(refused(mesh, {field}, broken).kind == ErrorKind::usage);
 }
 
-TEST_CASE("little meshes") {
+TEST_CASE("transfer handles empty meshes and a mesh of one element") {
     Dice dice(1);
     const auto mesh = quadratic(rough_box<3>(2, 1));
     const QuadraticMesh<3> empty;
@@ -101,7 +106,7 @@ TEST_CASE("little meshes") {
         CHECK(transferred<3>(mesh, {rough_field(node_count_of(mesh, 2), 2, 1, dice)}, empty, options)
                   .fields[0]
                   .values.empty());
-        // One tetrahedron that lies across many.
+        // One tetrahedron across many elements.
         const auto one = quadratic(
             mesh_of<3>(Buffer<Vec<3>>{{{0.1, 0.1, 0.1}}, {{0.9, 0.2, 0.1}}, {{0.2, 0.8, 0.1}}, {{0.1, 0.2, 0.9}}},
                        Buffer<SimplexVertices<3>>{{VertexId(0), VertexId(1), VertexId(2), VertexId(3)}}));

@@ -1,4 +1,4 @@
-// Boxes and fields on them for the tests of transfer.
+// Boxes and fields for the tests of transfer.
 #pragma once
 
 #include <algorithm>
@@ -20,7 +20,7 @@ import camber.transfer;
 
 namespace camber::testing {
 
-/// The unit box in n cells a side, its inner vertices anywhere within a third of a cell, numbered at random.
+/// The unit box with n cells a side. Inner vertices are displaced by up to a fifth of a cell and numbered at random.
 template <int D>
 LinearMesh<D> rough_box(int n, std::uint64_t seed) {
     LatticeOptions<D> options;
@@ -38,10 +38,10 @@ LinearMesh<D> rough_box(int n, std::uint64_t seed) {
 
 template <int D>
 QuadraticMesh<D> quadratic(LinearMesh<D> mesh) {
-    return must(elevate(std::move(mesh), alone));
+    return must(elevate(std::move(mesh), one_thread));
 }
 
-/// Each edge's node inside of the unit box off the middle by up to a share of its chord; those of the sides stay.
+/// Displaces the edge nodes inside the unit box by up to a share of their chords.
 template <int D>
 QuadraticMesh<D> bent_inside(QuadraticMesh<D> mesh, double share, Dice& dice) {
     auto nodes = take(std::move(mesh.mid_nodes));
@@ -62,7 +62,7 @@ Vec<D> node_place(const QuadraticMesh<D>& mesh, std::size_t n) {
     return n < vertices ? mesh.linear.points[n] : mesh.mid_nodes[n - vertices].point;
 }
 
-/// The nodal values of functions, one a component.
+/// A scalar function of position.
 template <int D>
 using Function = std::function<double(const Vec<D>&)>;
 template <int D>
@@ -89,7 +89,7 @@ Function<D> polynomial(int degree, Dice& dice) {
     };
 }
 
-/// The lattice of n cells a side of the unit box: that of 2n is a cut of it.
+/// The lattice of n cells a side in the unit box. That of 2n cells is a refinement.
 template <int D>
 LinearMesh<D> lattice_in_box(int n) {
     LatticeOptions<D> options;
@@ -98,7 +98,7 @@ LinearMesh<D> lattice_in_box(int n) {
     return lattice_mesh(options);
 }
 
-/// A quadratic map of space near the identity, and meshes under it: their elements are the map of straight ones.
+/// A quadratic map of space near the identity. It maps straight elements to exact quadratic ones.
 template <int D>
 class QuadraticMap {
   public:
@@ -126,7 +126,7 @@ class QuadraticMap {
     std::array<Sym<D>, D> bends_{};
 };
 
-/// Near the corner (1, 1, …) of the unit box, of three cells a side.
+/// True near the corner (1, 1, …) of the unit box with three cells a side.
 template <int D>
 bool is_at_corner(const Vec<D>& p) {
     for (const double x : p.c)
@@ -134,7 +134,7 @@ bool is_at_corner(const Vec<D>& p) {
     return true;
 }
 
-/// The inner vertices near that corner moved a bit; edges' nodes go along.
+/// Moves the inner vertices near that corner. Edge nodes move with them.
 template <int D>
 QuadraticMesh<D> moved_at_corner(QuadraticMesh<D> mesh, Dice& dice) {
     auto points = take(std::move(mesh.linear.points));
@@ -157,7 +157,7 @@ QuadraticMesh<D> moved_at_corner(QuadraticMesh<D> mesh, Dice& dice) {
     return mesh;
 }
 
-/// The same mesh with its vertices, and so its edges, in another order.
+/// The same mesh with its vertices and edges in another order.
 template <int D>
 QuadraticMesh<D> renumbered(const QuadraticMesh<D>& mesh, Dice& dice) {
     std::vector<std::size_t> order(mesh.linear.points.size());
@@ -181,7 +181,7 @@ QuadraticMesh<D> renumbered(const QuadraticMesh<D>& mesh, Dice& dice) {
     return out;
 }
 
-/// The node at a place, or the number of nodes.
+/// The number of the node at a position, or the number of nodes if there is none.
 template <int D>
 std::size_t node_at(const QuadraticMesh<D>& mesh, const Vec<D>& p) {
     std::size_t n = 0;
@@ -189,7 +189,7 @@ std::size_t node_at(const QuadraticMesh<D>& mesh, const Vec<D>& p) {
     return n;
 }
 
-/// Whether an element of the node has a vertex near the corner.
+/// True if an element of the node has a vertex near the corner.
 template <int D>
 bool touches_corner(const QuadraticMesh<D>& mesh, std::size_t n) {
     for (std::size_t e = 0; e < mesh.linear.elements.size(); ++e) {

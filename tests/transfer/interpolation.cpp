@@ -1,4 +1,4 @@
-// Fields interpolated at the nodes of another mesh.
+// Interpolation of fields at the nodes of another mesh.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -24,8 +24,8 @@ using namespace camber::testing;
 namespace {
 
 template <int D>
-void polynomial_laws() {
-    property("polynomials of the field's degree are what they were, at the nodes of any mesh",
+void check_polynomials() {
+    property("polynomials of the degree of the field are reproduced at the nodes of any mesh",
              [](std::uint64_t seed) {
                  Dice dice(seed);
                  const auto from = quadratic(rough_box<D>(3, seed + 1));
@@ -39,7 +39,7 @@ void polynomial_laws() {
                  }
              },
              {.count = 10});
-    property("on curved meshes, functions of degree 2 in the reference element",
+    property("functions of degree 2 in the reference are reproduced on curved meshes",
              [](std::uint64_t seed) {
                  Dice dice(seed);
                  const QuadraticMap<D> map(dice);
@@ -53,8 +53,8 @@ void polynomial_laws() {
 }
 
 template <int D>
-void kept_laws() {
-    property("what did not change keeps its bits",
+void check_unchanged_nodes() {
+    property("values of unchanged nodes are preserved to the last bit",
              [](std::uint64_t seed) {
                  Dice dice(seed);
                  const auto from = bent_inside(quadratic(rough_box<D>(3, seed + 1)), 0.05, dice);
@@ -68,7 +68,7 @@ void kept_laws() {
                          const std::size_t o = node_at(from, node_place(to, n));
                          if (o == node_count_of(from, 2)) continue;
                          ++same;
-                         // A node that stays, of elements that changed, is projected.
+                         // An unchanged node of changed elements is projected.
                          if (method.value == TransferMethod::conserve && touches_corner(to, n)) continue;
                          for (std::size_t c = 0; c < 3; ++c)
                              RC_ASSERT(out.fields[0].values[3 * n + c] == fields[0].values[3 * o + c]);
@@ -80,7 +80,7 @@ void kept_laws() {
                  }
              },
              {.count = 10});
-    property("a mesh that is the same changes nothing",
+    property("transfer to the same mesh changes nothing",
              [](std::uint64_t seed) {
                  Dice dice(seed);
                  const auto mesh = bent_inside(quadratic(rough_box<D>(2, seed + 1)), 0.1, dice);
@@ -91,7 +91,7 @@ void kept_laws() {
                  RC_ASSERT(out.statistics.patches + out.statistics.changed_elements + out.statistics.projected == 0U);
              },
              {.count = 5});
-    SUBCASE("to a mesh cut finer and back: the old nodes are vertices there") {
+    SUBCASE("interpolation to a refined mesh and back returns the same values") {
         Dice dice(3);
         const auto coarse = quadratic(lattice_in_box<D>(4)), fine = quadratic(lattice_in_box<D>(8));
         const std::vector fields{rough_field(node_count_of(coarse, 2), 2, 2, dice)};
@@ -104,8 +104,8 @@ void kept_laws() {
 }
 
 template <int D>
-void outside_laws() {
-    SUBCASE("beyond the boundary its nearest point speaks, and is told") {
+void check_outside_nodes() {
+    SUBCASE("nodes outside take the value of the nearest boundary point and are counted") {
         Dice dice(5);
         const auto from = quadratic(rough_box<D>(3, 1));
         auto linear = rough_box<D>(3, 1);
@@ -151,16 +151,17 @@ QuadraticMesh<D> two_materials(double wall) {
 }
 
 template <int D>
-void material_laws() {
+void check_material_values() {
     SUBCASE("a node takes the value of its own material") {
-        // u is x on the left and its mirror on the right: what the left says beyond its wall is u at the wall.
+        // u is x on the left and its mirror image on the right. The left material extended beyond its wall has the
+        // value at the wall.
         constexpr double wall = 0.5, moved = 0.7;
         const auto from = two_materials<D>(wall), to = two_materials<D>(moved);
         const Function<D> tent = [](const Vec<D>& x) { return std::min(x[0], 1 - x[0]); };
         const auto out = transferred<D>(from, {field_of(from, 2, {tent})}, to);
         for (std::size_t n = 0; n < node_count_of(to, 2); ++n) {
             const double x = node_place(to, n)[0];
-            // On the wall both are asked: the right one holds it.
+            // On the wall both materials are evaluated; the right one contains the node.
             const double left = std::min(x, wall), right = 1 - x;
             CHECK(out.fields[0].values[n] == doctest::Approx(x < moved - 1e-9 ? left : right).epsilon(1e-12));
         }
@@ -169,7 +170,7 @@ void material_laws() {
         CHECK(*out.statistics.integrals[0][0].reference == 3);
         CHECK(out.statistics.integrals[0][0].before[0] == doctest::Approx(0.125).epsilon(1e-12));
     }
-    SUBCASE("where one of the meshes has one material, all are asked") {
+    SUBCASE("a mesh with one material is interpolated from all materials") {
         const auto from = two_materials<D>(0.5);
         auto to = two_materials<D>(0.55);
         to.linear.elements.references = Buffer<Reference>(to.linear.elements.size(), 3);
@@ -179,7 +180,7 @@ void material_laws() {
         CHECK(out.statistics.outside == 0);
         CHECK(!out.statistics.integrals[0][0].reference);
     }
-    SUBCASE("a material that was not there is read from all") {
+    SUBCASE("a new material is interpolated from all materials") {
         const auto from = two_materials<D>(0.5);
         auto to = two_materials<D>(0.55);
         auto references = take(std::move(to.linear.elements.references));
@@ -195,13 +196,13 @@ void material_laws() {
 
 }  // namespace
 
-TEST_CASE("interpolation of polynomials") {
-    polynomial_laws<2>();
-    polynomial_laws<3>();
+TEST_CASE("interpolation reproduces polynomials of the degree of the field") {
+    check_polynomials<2>();
+    check_polynomials<3>();
 }
-TEST_CASE("nodes that stay, 2D") { kept_laws<2>(); }
-TEST_CASE("nodes that stay, 3D") { kept_laws<3>(); }
-TEST_CASE("nodes outside, 2D") { outside_laws<2>(); }
-TEST_CASE("nodes outside, 3D") { outside_laws<3>(); }
-TEST_CASE("materials, 2D") { material_laws<2>(); }
-TEST_CASE("materials, 3D") { material_laws<3>(); }
+TEST_CASE("transfer keeps the values of unchanged nodes, 2D") { check_unchanged_nodes<2>(); }
+TEST_CASE("transfer keeps the values of unchanged nodes, 3D") { check_unchanged_nodes<3>(); }
+TEST_CASE("interpolation handles nodes outside the old mesh, 2D") { check_outside_nodes<2>(); }
+TEST_CASE("interpolation handles nodes outside the old mesh, 3D") { check_outside_nodes<3>(); }
+TEST_CASE("interpolation respects materials, 2D") { check_material_values<2>(); }
+TEST_CASE("interpolation respects materials, 3D") { check_material_values<3>(); }

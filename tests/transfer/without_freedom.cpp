@@ -1,4 +1,4 @@
-// Patches that have no free nodes, and where the integrals that they would lose are kept.
+// Patches without free nodes: their integral defects are distributed over other patches.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -36,8 +36,8 @@ LinearMesh<D> bar(const std::function<Vec<D>(const Vec<D>&)>& move) {
     return lattice_mesh(options);
 }
 
-/// The diagonal of the cell's square at z = 0 (all of it, in 2D) swapped: two elements change, and no vertex has but
-/// these. `cell`: its place along the bar.
+/// Swaps the diagonal of the square at z = 0 of a cell along the bar. Two elements change, and no vertex belongs only
+/// to them.
 template <int D>
 LinearMesh<D> swapped(const LinearMesh<D>& mesh, int cell) {
     const auto corner = [&](double x, double y) {
@@ -64,7 +64,7 @@ LinearMesh<D> swapped(const LinearMesh<D>& mesh, int cell) {
     return out;
 }
 
-/// Whether lattice coordinates are those of the inner vertex there; one that may move.
+/// True for the lattice coordinates of the inner vertex at x, which may move.
 template <int D>
 bool is_inner_at(const Vec<D>& p, double x) {
     bool is_inner = p[0] == x;
@@ -72,7 +72,7 @@ bool is_inner_at(const Vec<D>& p, double x) {
     return is_inner;
 }
 
-/// References by thirds of the bar.
+/// Sets references by thirds of the bar.
 template <int D>
 LinearMesh<D> painted(LinearMesh<D> mesh, const std::array<Reference, 3>& references) {
     Buffer<Reference> of(mesh.elements.size());
@@ -85,7 +85,7 @@ LinearMesh<D> painted(LinearMesh<D> mesh, const std::array<Reference, 3>& refere
     return mesh;
 }
 
-/// By how much an integral changed, by what the field may be.
+/// The largest change of an integral.
 inline double worst_defect(const Transferred& out, std::size_t field) {
     double worst = 0;
     for (const MaterialIntegrals& row : out.statistics.integrals[field])
@@ -94,7 +94,7 @@ inline double worst_defect(const Transferred& out, std::size_t field) {
     return worst;
 }
 
-/// Bits of all nodes but those of elements that changed alone: here those of vertices that moved.
+/// All nodes but those that `is_free` selects keep their bits.
 template <int D>
 void check_bits(const QuadraticMesh<D>& to, const TransferField& before, const TransferField& after,
                 const std::function<bool(const Vec<D>&)>& is_free) {
@@ -113,43 +113,43 @@ Vec<D> moved_at(const Vec<D>& p, std::initializer_list<double> where, int axis) 
     return x;
 }
 
-/// A swap and two moved vertices: what the swap takes from the integral goes to these.
+/// One swap and two moved vertices. The integral defect of the swap is distributed over the moved vertices.
 template <int D>
-void spread_laws() {
-    const auto still = bar<D>([](const Vec<D>& p) { return p; });
+void check_distribution() {
+    const auto initial = bar<D>([](const Vec<D>& p) { return p; });
     const auto with = [&](std::initializer_list<double> where) {
         return bar<D>([&](const Vec<D>& p) { return moved_at<D>(p, where, 0); });
     };
-    SUBCASE("of one material") {
+    SUBCASE("the integral defect is distributed over the other patches of a single material") {
         Dice dice(1);
-        const auto from = quadratic(LinearMesh<D>(still)), to = quadratic(swapped(with({6, 12}), 2));
+        const auto from = quadratic(LinearMesh<D>(initial)), to = quadratic(swapped(with({6, 12}), 2));
         const std::vector fields{rough_field(node_count_of(from, 1), 1, 2, dice),
                                  rough_field(node_count_of(from, 2), 2, 1, dice)};
         const auto out = transferred<D>(from, fields, to, conserving);
-        CHECK(out.statistics.patches == 3);
+        CHECK(out.statistics.patches == 3);  // one swap and two moved vertices
         CHECK(out.statistics.spread == 1);
         CHECK(out.statistics.unkept == 0);
         CHECK(worst_defect(out, 0) < 1e-13);
         CHECK(worst_defect(out, 1) < 1e-13);
         check_bits<D>(to, fields[0], out.fields[0],
                       [](const Vec<D>& p) { return std::abs(p[0] - 2.05) < 1e-9 || std::abs(p[0] - 4.05) < 1e-9; });
-        // Both of them have a share.
-        const auto alone_out =
-            transferred<D>(quadratic(LinearMesh<D>(still)), fields, quadratic(with({6, 12})), conserving);
+        // Both moved vertices take a part of the defect.
+        const auto without_swap =
+            transferred<D>(quadratic(LinearMesh<D>(initial)), fields, quadratic(with({6, 12})), conserving);
         std::size_t differ = 0;
         for (std::size_t n = 0; n < node_count_of(to, 1); ++n)
-            differ += out.fields[0].values[2 * n] != alone_out.fields[0].values[2 * n] ? 1 : 0;
+            differ += out.fields[0].values[2 * n] != without_swap.fields[0].values[2 * n] ? 1 : 0;
         CHECK(differ == 2);
         CHECK(transferred<D>(from, fields, to, conserving, 3).fields == out.fields);
     }
-    SUBCASE("each material keeps its own, and one without any free node is told") {
+    SUBCASE("each material conserves its integral, and a material without free nodes is counted") {
         Dice dice(2);
         const std::array<Reference, 3> thirds{1, 2, 3};
-        const auto from = quadratic(painted(still, thirds));
+        const auto from = quadratic(painted(initial, thirds));
         const auto to = quadratic(painted(swapped(swapped(swapped(with({3, 8}), 0), 6), 12), thirds));
         const std::vector fields{rough_field(node_count_of(from, 1), 1, 1, dice)};
         const auto out = transferred<D>(from, fields, to, conserving);
-        CHECK(out.statistics.patches == 5);
+        CHECK(out.statistics.patches == 5);  // three swaps and two moved vertices
         CHECK(out.statistics.spread == 3);
         CHECK(out.statistics.unkept == 1);
         const auto& rows = out.statistics.integrals[0];
@@ -158,11 +158,11 @@ void spread_laws() {
         CHECK(std::abs(rows[1].after[0] - rows[1].before[0]) < 1e-13);
         CHECK(std::abs(rows[2].after[0] - rows[2].before[0]) > 1e-4);
     }
-    SUBCASE("a node of two materials can keep but one of them") {
+    SUBCASE("a node shared by two materials corrects only one of them") {
         Dice dice(3);
         const std::array<Reference, 3> thirds{1, 2, 3};
-        const auto from = quadratic(painted(still, thirds));
-        // Along the wall between the first two, which stays a plane; each has a node of its own elsewhere.
+        const auto from = quadratic(painted(initial, thirds));
+        // The middle vertex moves within the wall between the first two materials. Each material has another free node.
         const auto to = quadratic(
             painted(bar<D>([](const Vec<D>& p) { return moved_at<D>(moved_at<D>(p, {2, 8}, 0), {5}, 1); }), thirds));
         const std::vector fields{rough_field(node_count_of(from, 1), 1, 1, dice)};
@@ -172,9 +172,9 @@ void spread_laws() {
         CHECK(out.statistics.unkept == 0);
         CHECK(worst_defect(out, 0) < 1e-13);
     }
-    SUBCASE("with limits, as far as these allow") {
+    SUBCASE("limited values distribute the integral defect") {
         Dice dice(4);
-        const auto from = quadratic(LinearMesh<D>(still)), to = quadratic(swapped(with({6, 12}), 2));
+        const auto from = quadratic(LinearMesh<D>(initial)), to = quadratic(swapped(with({6, 12}), 2));
         const std::vector fields{field_of<D>(from, 1, {[](const Vec<D>& x) { return x[0] * x[1]; }})};
         auto options = conserving;
         options.bounds = TransferBounds::local;
@@ -186,5 +186,5 @@ void spread_laws() {
 
 }  // namespace
 
-TEST_CASE("patches without free nodes, 2D") { spread_laws<2>(); }
-TEST_CASE("patches without free nodes, 3D") { spread_laws<3>(); }
+TEST_CASE("integral defects of patches without free nodes are distributed, 2D") { check_distribution<2>(); }
+TEST_CASE("integral defects of patches without free nodes are distributed, 3D") { check_distribution<3>(); }

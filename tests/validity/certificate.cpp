@@ -29,8 +29,8 @@ namespace {
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
 template <int D>
-std::string in(const std::string& law) {
-    return law + " (" + std::to_string(D) + "D)";
+std::string in(const std::string& name) {
+    return name + " (" + std::to_string(D) + "D)";
 }
 
 template <int D>
@@ -41,7 +41,7 @@ NodalSimplex<D> tuned(std::mt19937_64& random, double bound) {
     });
 }
 
-/// What must hold between a certificate and the oracle's answer.
+/// Checks the consistency of a certificate with the verdict of exact arithmetic.
 template <int D>
 void compare(const NodalSimplex<D>& s, double bound, const Certificate<D>& certificate, Answer answer) {
     if (certificate.verdict == Verdict::valid) RC_ASSERT(answer != Answer::invalid);
@@ -60,7 +60,7 @@ double some_bound(std::mt19937_64& random) {
 template <int D>
 void test_families() {
     for (int f = 0; f < families::count; ++f)
-        property(in<D>(std::string("certify: as the oracle says, with witnesses that fail: ") + families::names[f]),
+        property(in<D>(std::string("certificates agree with the oracle, and witnesses fail: ") + families::names[f]),
                  [f] {
                      auto random = random_source();
                      const double bound = some_bound(random);
@@ -87,7 +87,7 @@ void test_families() {
 
 template <int D>
 void test_lattice() {
-    property(in<D>("certify: as 128-bit integers say on the lattice, where many are singular"),
+    property(in<D>("certificates of lattice elements agree with 128-bit integers"),
              [] {
                  auto random = random_source();
                  const auto n =
@@ -105,11 +105,10 @@ void test_lattice() {
              {4000});
 }
 
-/// Moves that do not change det J: translations of whole numbers, permutations of the axes and, with the right sign, of
-/// the vertices.
+/// Moves that preserve det J: integer translations, permutations of the axes and, with the right sign, of the vertices.
 template <int D>
 void test_symmetries() {
-    property(in<D>("certify: the same after translations and permutations"),
+    property(in<D>("verdicts do not change under translations and permutations"),
              [] {
                  auto random = random_source();
                  const auto n = families::lattice_element<D>(random, 1, 2);
@@ -129,7 +128,7 @@ void test_symmetries() {
                          auto& q = other.nodes[elements::node_of<D>(i, j)];
                          for (int c = 0; c < D; ++c) q[c] = p[(c + 1) % D] + shift;
                      }
-                 // Axes turned round: even in 3D, odd in 2D.
+                 // A cyclic permutation of the axes is even in 3D and odd in 2D.
                  if (odd != (D == 2))
                      for (auto& p : other.nodes) p[0] = -p[0];
                  RC_ASSERT(certify(other, bound).verdict == certify(s, bound).verdict);
@@ -139,23 +138,23 @@ void test_symmetries() {
 
 }  // namespace
 
-TEST_CASE("certificates and the oracle") {
+TEST_CASE("certificates agree with exact arithmetic") {
     test_families<2>();
     test_families<3>();
 }
 
-TEST_CASE("certificates of lattice elements") {
+TEST_CASE("certificates of lattice elements agree with 128-bit integer arithmetic") {
     test_lattice<2>();
     test_lattice<3>();
 }
 
-TEST_CASE("certificates under symmetries") {
+TEST_CASE("certificates are invariant under translations and permutations") {
     test_symmetries<2>();
     test_symmetries<3>();
 }
 
-TEST_CASE("the oracle's triangles by formula are those by bisection") {
-    property("oracle: closed form and bisection agree",
+TEST_CASE("the exact check of triangles by formula agrees with bisection") {
+    property("the closed form of the oracle agrees with bisection",
              [] {
                  auto random = random_source();
                  const auto n = families::lattice_element<2>(random, 1, 2);
@@ -175,8 +174,9 @@ TEST_CASE("the oracle's triangles by formula are those by bisection") {
              {1000});
 }
 
-TEST_CASE("exact: elements that touch 0") {
-    // z ↦ z²/2 about a point has det J = |z|²: 0 there and nowhere else. 72 times that about (1/3, 1/3): whole nodes.
+TEST_CASE("exact certificates decide elements whose Jacobian touches 0") {
+    // z ↦ z²/2 about a point has det J = |z|², which vanishes only there. The map is scaled by 72 about (1/3, 1/3), so
+    // nodes are integers.
     const auto squared = [](auto s) {
         for (auto& p : s.nodes) {
             const double x = 6 * p[0] - 2;
@@ -193,13 +193,13 @@ TEST_CASE("exact: elements that touch 0") {
             s.nodes[D + 1 + e] = midpoint(s.nodes[local_edges<D>[e][0]], s.nodes[local_edges<D>[e][1]]);
         return s;
     };
-    SUBCASE("a triangle, in its centre, which has no doubles") {
+    SUBCASE("a triangle whose Jacobian vanishes at its centroid is invalid") {
         const auto c = certify(squared(unit_simplex(std::integral_constant<int, 2>{})), 0);
         CHECK(c.verdict == Verdict::invalid);
         CHECK(c.level == Level::exact);
         CHECK(c.witness == Barycentric<2>{1, 1, 1});
     }
-    SUBCASE("a tetrahedron, along a line that bisection does not meet") {
+    SUBCASE("a tetrahedron whose Jacobian vanishes along a line is invalid") {
         const auto s = squared(unit_simplex(std::integral_constant<int, 3>{}));
         const auto c = certify(s, 0);
         CHECK(c.verdict == Verdict::invalid);
@@ -207,7 +207,7 @@ TEST_CASE("exact: elements that touch 0") {
         REQUIRE(c.witness.has_value());
         CHECK_FALSE(oracle::holds_at<3>(s, *c.witness, 0));
     }
-    SUBCASE("flat") {
+    SUBCASE("a flat tetrahedron is invalid") {
         NodalSimplex<3> s;
         for (int e = 0; e < 6; ++e)
             s.nodes[4 + e] = midpoint(s.nodes[local_edges<3>[e][0]], s.nodes[local_edges<3>[e][1]]);
@@ -216,7 +216,7 @@ TEST_CASE("exact: elements that touch 0") {
         CHECK(c.level == Level::exact);
         CHECK(c.witness.has_value());
     }
-    SUBCASE("straight, with the bound 1: equality everywhere is enough") {
+    SUBCASE("a straight element is valid for the bound 1 and invalid above it") {
         NodalSimplex<3> s;
         for (int a = 1; a <= 3; ++a) s.nodes[a][a - 1] = a;
         for (int e = 0; e < 6; ++e)
@@ -229,8 +229,8 @@ TEST_CASE("exact: elements that touch 0") {
     }
 }
 
-TEST_CASE("exact: numbers at the ends of the doubles' range") {
-    property("certify: any powers of two on the axes, denormal and huge, change nothing",
+TEST_CASE("certificates are exact for very small and very large coordinates") {
+    property("powers of two on the axes do not change the verdict",
              [] {
                  auto random = random_source();
                  const auto n = families::lattice_element<3>(random, 1, 2);
@@ -245,7 +245,7 @@ TEST_CASE("exact: numbers at the ends of the doubles' range") {
                  if (after.witness) RC_ASSERT(!oracle::holds_at<3>(s, *after.witness, 0));
              },
              {300});
-    property("certify: wild exponents within an axis are decided as the oracle does",
+    property("random exponents within an axis are decided as by the oracle",
              [] {
                  auto random = random_source();
                  NodalSimplex<2> s;
@@ -262,7 +262,7 @@ TEST_CASE("exact: numbers at the ends of the doubles' range") {
              {100});
 }
 
-TEST_CASE("certificates of what is no element") {
+TEST_CASE("certificates reject coordinates and bounds that are not finite") {
     NodalSimplex<3> s;
     for (int a = 1; a <= 3; ++a) s.nodes[a][a - 1] = 1;
     for (int e = 0; e < 6; ++e) s.nodes[4 + e] = midpoint(s.nodes[local_edges<3>[e][0]], s.nodes[local_edges<3>[e][1]]);
@@ -279,8 +279,8 @@ TEST_CASE("certificates of what is no element") {
     CHECK(certify(s, 0).verdict == Verdict::valid);
 }
 
-TEST_CASE("certificates of Bézier points") {
-    property("certify: control points and the nodes that they make exactly", [] {
+TEST_CASE("certificates of Bézier points equal those of the Lagrange nodes") {
+    property("certificates of control points equal those of their exact nodes", [] {
         auto random = random_source();
         const auto n = families::lattice_element<3>(random, 1, 2);
         const auto s = families::in_doubles<3>(n);

@@ -29,7 +29,7 @@ double largest(const std::array<double, jacobian_coefficients<D>>& c) {
 
 template <int D>
 void test_values_at_points() {
-    property("coefficients: their Bernstein sum is det J (" + std::to_string(D) + "D)", [] {
+    property("the Bernstein sum of the coefficients is det J (" + std::to_string(D) + "D)", [] {
         auto random = random_source();
         const auto s = element<D>(random, 0.4);
         const auto c = jacobian(s);
@@ -42,7 +42,7 @@ void test_values_at_points() {
 
 template <int D>
 void test_interpolation() {
-    property("coefficients: the same by interpolation of values (" + std::to_string(D) + "D)", [] {
+    property("the coefficients equal those of interpolated values (" + std::to_string(D) + "D)", [] {
         auto random = random_source();
         const auto s = element<D>(random, 0.4);
         const auto c = jacobian(s);
@@ -61,7 +61,7 @@ void test_interpolation() {
 
 template <int D>
 void test_affine_maps() {
-    property("coefficients: an affine map multiplies them by its determinant (" + std::to_string(D) + "D)", [] {
+    property("an affine map multiplies the coefficients by its determinant (" + std::to_string(D) + "D)", [] {
         auto random = random_source();
         const auto s = element<D>(random, 0.4);
         std::array<Vec<D>, D> map;
@@ -86,7 +86,7 @@ void test_affine_maps() {
 
 template <int D>
 void test_straight() {
-    property("coefficients: all equal on a straight element (" + std::to_string(D) + "D)", [] {
+    property("the coefficients of a straight element are equal (" + std::to_string(D) + "D)", [] {
         auto random = random_source();
         auto s = element<D>(random, 0);
         const auto j = bounded_jacobian(s);
@@ -96,7 +96,7 @@ void test_straight() {
 
 template <int D>
 void test_relabelling() {
-    property("coefficients: relabelling the vertices permutes them, with the sign (" + std::to_string(D) + "D)", [] {
+    property("relabelling the vertices permutes the coefficients with the sign (" + std::to_string(D) + "D)", [] {
         auto random = random_source();
         const auto s = element<D>(random, 0.4);
         std::array<int, D + 1> order{};
@@ -131,7 +131,8 @@ bool within_bound(const BoundedJacobian<D>& j, const std::vector<elements::Integ
     return true;
 }
 
-/// Thin, oblique, far from the origin: the last axis scaled down by up to 2^20, sheared into the others, then shifted.
+/// A thin, oblique element far from the origin: the last axis is scaled down by up to 2^20, sheared into the others,
+/// then shifted.
 template <int D>
 elements::IntegerNodes<D> hard_element(std::mt19937_64& random) {
     const std::int64_t size = std::int64_t{1} << (4 + random() % 17);
@@ -150,7 +151,7 @@ elements::IntegerNodes<D> hard_element(std::mt19937_64& random) {
 template <int D>
 void test_error_bound() {
     property(
-        "coefficients: rounding stays within the bound, thin and far elements included (" + std::to_string(D) + "D)",
+        "rounding errors stay within the bound, also of thin and distant elements (" + std::to_string(D) + "D)",
         [] {
             auto random = random_source();
             const auto n = hard_element<D>(random);
@@ -169,25 +170,37 @@ void test_error_bound() {
 
 }  // namespace
 
-TEST_CASE("Jacobian coefficients") {
+TEST_CASE("the Bernstein sum of the coefficients is the Jacobian determinant") {
     test_values_at_points<2>();
     test_values_at_points<3>();
+}
+
+TEST_CASE("the coefficients equal those of interpolated values") {
     test_interpolation<2>();
     test_interpolation<3>();
+}
+
+TEST_CASE("an affine map multiplies the coefficients by its determinant") {
     test_affine_maps<2>();
     test_affine_maps<3>();
+}
+
+TEST_CASE("the coefficients of a straight element are equal") {
     test_straight<2>();
     test_straight<3>();
+}
+
+TEST_CASE("relabelling the vertices permutes the coefficients") {
     test_relabelling<2>();
     test_relabelling<3>();
 }
 
-TEST_CASE("the error bound of the coefficients") {
+TEST_CASE("rounding errors of the coefficients stay within their bound") {
     test_error_bound<2>();
     test_error_bound<3>();
 }
 
-TEST_CASE("the error is relative to the element, not to its place") {
+TEST_CASE("the error bound does not depend on the distance from the origin") {
     auto n = elements::IntegerNodes<3>{};
     std::mt19937_64 random(1);
     n = integer_element<3>(random, 8, 1);

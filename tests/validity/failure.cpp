@@ -1,5 +1,5 @@
-// Where an invalid element fails: points that are proved by integers that the library does not share, of few digits;
-// and lower bounds that show the sign which the verdict has.
+// Failure points of invalid elements, confirmed by independent integer arithmetic, and lower bounds with the sign of
+// the verdict.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -22,7 +22,7 @@ using camber::testing::property;
 
 namespace {
 
-/// Near the end of validity, in any family, stretched by powers of two.
+/// An element close to invalid, from any family, scaled by a power of two.
 template <int D>
 NodalSimplex<D> near_invalid(std::mt19937_64& random) {
     const auto family = static_cast<families::Family>(random() % families::count);
@@ -37,9 +37,9 @@ NodalSimplex<D> near_invalid(std::mt19937_64& random) {
 }
 
 template <int D>
-void laws_of_failures() {
+void check_failures() {
     const std::string d = D == 2 ? " (2D)" : " (3D)";
-    property("find_failure: what is invalid fails there, in whole numbers, and the value has that sign" + d,
+    property("find_failure returns an exact point that violates the bound" + d,
              [] {
                  auto random = random_source();
                  const auto s = near_invalid<D>(random);
@@ -59,7 +59,7 @@ void laws_of_failures() {
                  RC_ASSERT(sum == 1.0 || sum == std::floor(sum));
              },
              {.count = 300});
-    property("min_scaled_jacobian: not negative where det J > 0, whatever the bound; below the value at a point" + d,
+    property("min_scaled_jacobian is nonnegative if det J > 0 and at most the value at a point" + d,
              [] {
                  auto random = random_source();
                  const auto s = near_invalid<D>(random);
@@ -74,15 +74,15 @@ void laws_of_failures() {
 
 }  // namespace
 
-// Guards against printed places of invalid elements at which det J is positive.
-TEST_CASE("where elements fail") {
-    laws_of_failures<2>();
-    laws_of_failures<3>();
+// Guards against reported points of invalid elements with a positive det J.
+TEST_CASE("find_failure returns a point where the exact Jacobian violates the bound") {
+    check_failures<2>();
+    check_failures<3>();
 }
 
-// Guards against a negative smallest scaled Jacobian beside "0 invalid".
-TEST_CASE("a bound that nobody asked for does not make a small positive Jacobian negative") {
-    // An edge's node almost at a quarter, where det J vanishes at the edge's end.
+// Guards against a negative minimum scaled Jacobian with "0 invalid".
+TEST_CASE("validation with a bound keeps a small positive minimum Jacobian positive") {
+    // The node of an edge close to a quarter of it, where det J vanishes at the end of the edge.
     for (const double least : {1e-3, 5e-4, 1e-5, 1e-9}) {
         NodalSimplex<3> s;
         for (int i = 1; i <= 3; ++i) s.nodes[i][i - 1] = 1;
@@ -100,12 +100,15 @@ TEST_CASE("a bound that nobody asked for does not make a small positive Jacobian
     }
 }
 
-TEST_CASE("a failure is told in few digits, and in whole weights where no doubles sum to 1") {
+TEST_CASE("a failure point has short binary coordinates") {
     NodalSimplex<2> s{
         {{Vec<2>{{0, 0}}, Vec<2>{{1, 0}}, Vec<2>{{0, 1}}, Vec<2>{{0.5, 0.9}}, Vec<2>{{0.5, 0.5}}, Vec<2>{{0, 0.5}}}}};
     const auto failure = find_failure(s, 0, certify(s, 0).witness.value());
     REQUIRE(failure);
     for (const double x : failure->at) CHECK(std::ldexp(x, 16) == std::floor(std::ldexp(x, 16)));
     CHECK(failure->jacobian < 0);
+}
+
+TEST_CASE("the failure of a degenerate triangle has Jacobian 0") {
     CHECK(find_failure(NodalSimplex<2>{}, 0, Barycentric<2>{1})->jacobian == 0);
 }

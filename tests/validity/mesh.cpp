@@ -22,7 +22,7 @@ namespace {
 template <int D>
 void test_against_elements() {
     property(
-        "validate: the verdicts and the smallest of the elements, " + std::to_string(D) + "D",
+        "validate returns the verdicts and the minimum of the elements, " + std::to_string(D) + "D",
         [] {
             auto random = random_source();
             const auto p = planned<D>(random, D == 2 ? 8 : 3, uniform(random, 0, 0.3), uniform(random, 0, 0.2));
@@ -35,16 +35,16 @@ void test_against_elements() {
             for (std::size_t e = 0; e < p.mesh.linear.elements.size(); ++e) {
                 const auto form = nodal_form<D>(p.mesh.linear.points, p.proposal.mid_nodes.view(),
                                                 p.mesh.linear.elements.vertices[e], p.mesh.edges.of_elements[e]);
-                const auto alone = check_element(form, bound);
-                RC_ASSERT(v.verdicts[e] == alone.verdict);
-                invalid += alone.verdict == Verdict::invalid;
-                undecided += alone.verdict == Verdict::undecided;
+                const auto single = check_element(form, bound);
+                RC_ASSERT(v.verdicts[e] == single.verdict);
+                invalid += single.verdict == Verdict::invalid;
+                undecided += single.verdict == Verdict::undecided;
                 if (const Verdict positive = check_element(form, 0).verdict; positive != Verdict::valid)
                     not_positive.emplace_back(ElementId(e), positive);
-                smallest = std::min(smallest, alone.min_scaled_jacobian);
-                // Both are lower bounds; that of the element alone is a close one.
+                smallest = std::min(smallest, single.min_scaled_jacobian);
+                // Both are lower bounds; that of the single element is close.
                 RC_ASSERT(v.min_scaled_jacobian[e] <=
-                          alone.min_scaled_jacobian + scaled_jacobian_tolerance * std::max(1.0, std::abs(smallest)));
+                          single.min_scaled_jacobian + scaled_jacobian_tolerance * std::max(1.0, std::abs(smallest)));
             }
             RC_ASSERT(v.invalid == invalid);
             RC_ASSERT(v.undecided == undecided);
@@ -67,17 +67,17 @@ void test_threads() {
 
 }  // namespace
 
-TEST_CASE("validate is check_element on every element") {
+TEST_CASE("validate agrees with check_element on each element") {
     test_against_elements<2>();
     test_against_elements<3>();
 }
 
-TEST_CASE("validate does not depend on threads") {
+TEST_CASE("validate does not depend on the number of threads") {
     test_threads<2>();
     test_threads<3>();
 }
 
-TEST_CASE("validate: a straight mesh is valid, and its smallest Jacobian 1") {
+TEST_CASE("a straight mesh is valid with minimum scaled Jacobian 1") {
     std::mt19937_64 random(1);
     const auto p = planned<3>(random, 4, 0, 0);
     const auto v = validate(p.mesh, 1e-12, Execution{1}).value();
@@ -87,18 +87,24 @@ TEST_CASE("validate: a straight mesh is valid, and its smallest Jacobian 1") {
     CHECK(v.verdicts.size() == p.mesh.linear.elements.size());
 }
 
-TEST_CASE("validate: no elements, a foreign proposal, the request to stop") {
+TEST_CASE("an empty mesh is valid") {
     const auto empty = validate(QuadraticMesh<3>{}, 0, Execution{1}).value();
     CHECK(empty.all_valid());
     CHECK(empty.smallest == 1);
     CHECK_FALSE(empty.worst.valid());
+}
 
+TEST_CASE("validate rejects the proposal of another mesh") {
     std::mt19937_64 random(1);
     const auto p = planned<2>(random, 3, 0, 0);
     const auto foreign = validate(p.mesh, Proposal<2>{}, 0, Execution{1});
     REQUIRE_FALSE(foreign.has_value());
     CHECK(foreign.error().kind == ErrorKind::internal);
+}
 
+TEST_CASE("validate stops on request") {
+    std::mt19937_64 random(1);
+    const auto p = planned<2>(random, 3, 0, 0);
     std::stop_source source;
     source.request_stop();
     const auto halted = validate(p.mesh, 0, Execution{1, source.get_token()});

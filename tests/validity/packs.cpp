@@ -1,4 +1,4 @@
-// Jacobians of eight elements at a time: those of each element, to the last bit, with any instructions.
+// Packed Jacobians of eight elements are bitwise those of the single elements, with any instruction set.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -24,7 +24,7 @@ namespace {
 
 constexpr std::array every_set{Instructions::baseline, Instructions::avx2, Instructions::avx512};
 
-/// Elements of all kinds: fair, folded, thin, flat, of huge numbers and of none.
+/// Elements of all kinds: regular, folded, thin, flat, very large and not finite.
 template <int D>
 NodalSimplex<D> any_element(std::mt19937_64& random) {
     NodalSimplex<D> s;
@@ -50,7 +50,7 @@ bool is_finite(const BoundedJacobian<D>& j) {
 
 template <int D>
 void test_lanes() {
-    property("low_jacobians: of each lane that of the element, " + std::to_string(D) + "D",
+    property("each lane of a pack has the Jacobian of its element, " + std::to_string(D) + "D",
              [] {
                  auto random = random_source();
                  std::array<NodalSimplex<D>, pack_size> elements;
@@ -64,16 +64,16 @@ void test_lanes() {
                      if (!has(set)) continue;
                      const auto jacobians = low_jacobians(pack, set);
                      for (std::size_t lane = 0; lane < elements.size(); ++lane) {
-                         const BoundedJacobian<D> alone = bounded_jacobian(elements[lane]);
+                         const BoundedJacobian<D> single = bounded_jacobian(elements[lane]);
                          const LowJacobian& low = jacobians[lane];
-                         RC_ASSERT(low.is_finite() == is_finite(alone));
+                         RC_ASSERT(low.is_finite() == is_finite(single));
                          RC_ASSERT(is_clear(low, bound) ==
-                                   (decide_by_coefficients(alone, bound) == Verdict::valid && !blurred(alone)));
+                                   (decide_by_coefficients(single, bound) == Verdict::valid && !blurred(single)));
                          if (!low.is_finite()) continue;
-                         RC_ASSERT(low.lowest == *std::ranges::min_element(alone.coefficients));
-                         RC_ASSERT(low.straight == alone.straight);
-                         RC_ASSERT(low.error == alone.error);
-                         RC_ASSERT(smallest_scaled_coefficient(low) == smallest_scaled_coefficient(alone));
+                         RC_ASSERT(low.lowest == *std::ranges::min_element(single.coefficients));
+                         RC_ASSERT(low.straight == single.straight);
+                         RC_ASSERT(low.error == single.error);
+                         RC_ASSERT(smallest_scaled_coefficient(low) == smallest_scaled_coefficient(single));
                      }
                  }
              },
@@ -82,7 +82,7 @@ void test_lanes() {
 
 template <int D>
 void test_runs() {
-    property("each_low_jacobian: every element once, in any run, " + std::to_string(D) + "D", [] {
+    property("each_low_jacobian visits each element of any run once, " + std::to_string(D) + "D", [] {
         auto random = random_source();
         std::vector<NodalSimplex<D>> elements(random() % 40);
         for (auto& s : elements) s = any_element<D>(random);
@@ -102,9 +102,12 @@ void test_runs() {
 
 }  // namespace
 
-TEST_CASE("Jacobians in packs") {
+TEST_CASE("packed Jacobians equal those of the single elements") {
     test_lanes<2>();
     test_lanes<3>();
+}
+
+TEST_CASE("each_low_jacobian visits each element of a run once") {
     test_runs<2>();
     test_runs<3>();
 }

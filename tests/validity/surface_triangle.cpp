@@ -32,15 +32,15 @@ BigVec cross_of(const BigVec& u, const BigVec& v) {
 Big dot_of(const BigVec& u, const BigVec& v) { return u[0] * v[0] + u[1] * v[1] + u[2] * v[2]; }
 
 constexpr int fraction = 1200;
-/// x as a whole number of 2⁻¹²⁰⁰.
+/// x as a multiple of 2⁻¹²⁰⁰.
 Big whole(double x) {
     int exponent = 0;
     const auto mantissa = static_cast<std::int64_t>(std::ldexp(std::frexp(x, &exponent), 53));
     return mantissa == 0 ? Big(0) : Big(mantissa) << (exponent - 53 + fraction);
 }
 
-/// Whether N · n ≥ bound |N_straight| and > 0 at the point of these weights, in whole numbers, from the shape functions
-/// of the six nodes: q ∂_a x = (4 w_a − q) p_a + 4 Σ_j w_j n_aj with q = Σw.
+/// True if N · n ≥ bound |N_straight| and > 0 at the point with these weights, in integer arithmetic. From the shape
+/// functions of the six nodes: q ∂_a x = (4 w_a − q) p_a + 4 Σ_j w_j n_aj with q = Σw.
 bool holds_at(const SurfaceTriangle& t, const std::array<Big, 3>& w, double bound) {
     std::array<BigVec, 6> n;
     for (int i = 0; i < 6; ++i)
@@ -72,7 +72,7 @@ bool holds_at(const SurfaceTriangle& t, const std::array<Big, 3>& w, double boun
 
 std::array<Big, 3> weights(const Barycentric<2>& xi) { return {whole(xi[0]), whole(xi[1]), whole(xi[2])}; }
 
-/// A triangle in space, its nodes thrown about by a share of its size.
+/// A triangle in space with randomly displaced nodes.
 SurfaceTriangle random_triangle(std::mt19937_64& random, double amplitude) {
     SurfaceTriangle t;
     for (int i = 0; i < 3; ++i)
@@ -122,20 +122,20 @@ void check_verdict(const SurfaceTriangle& t, double bound) {
 
 }  // namespace
 
-TEST_CASE("surface triangle: verdicts are those of whole numbers") {
-    property("triangles in general position",
+TEST_CASE("verdicts of surface triangles agree with integer arithmetic") {
+    property("triangles in general position have the verdict of integer arithmetic",
              [] {
                  auto random = random_source();
                  check_verdict(random_triangle(random, uniform(random, 0, 0.6)), uniform(random, 0, 0.5));
              },
              {300});
-    property("triangles on a lattice, many of them singular",
+    property("triangles on a lattice have the verdict of integer arithmetic",
              [] {
                  auto random = random_source();
                  check_verdict(lattice_triangle(random, 4), uniform(random, 0, 1) < 0.5 ? 0 : 0.25);
              },
              {1500});
-    property("far from the origin, and of any size",
+    property("distant triangles of any size have the verdict of integer arithmetic",
              [] {
                  auto random = random_source();
                  SurfaceTriangle t = random_triangle(random, 0.4);
@@ -146,7 +146,7 @@ TEST_CASE("surface triangle: verdicts are those of whole numbers") {
                  check_verdict(t, uniform(random, 0, 0.5));
              },
              {200});
-    property("a corner where validity ends, to the last bit",
+    property("a corner at the limit of validity is decided to the last bit",
              [] {
                  auto random = random_source();
                  // The tangents at vertex 0 are parallel: 4 n − 3 p0 − p1 of both edges.
@@ -161,8 +161,8 @@ TEST_CASE("surface triangle: verdicts are those of whole numbers") {
              {500});
 }
 
-TEST_CASE("surface triangle: the scaled Jacobian is below every sample, and close") {
-    property("sampling",
+TEST_CASE("the minimum scaled Jacobian of a surface triangle is a close lower bound") {
+    property("the minimum scaled Jacobian is a close lower bound of the samples",
              [] {
                  auto random = random_source();
                  const SurfaceTriangle t = random_triangle(random, uniform(random, 0, 0.4));
@@ -192,8 +192,8 @@ TEST_CASE("surface triangle: the scaled Jacobian is below every sample, and clos
              {60});
 }
 
-TEST_CASE("surface triangle: plain, sharp and stated errors agree") {
-    property("coefficients within their errors",
+TEST_CASE("plain and sharp Jacobians of surface triangles agree within their errors") {
+    property("plain and sharp coefficients agree within their errors",
              [] {
                  auto random = random_source();
                  const SurfaceTriangle t = random_triangle(random, 0.5);
@@ -206,8 +206,8 @@ TEST_CASE("surface triangle: plain, sharp and stated errors agree") {
              {300});
 }
 
-TEST_CASE("surface triangle: in a plane of two axes it is the triangle in 2D, to the last bit") {
-    property("either side up",
+TEST_CASE("a surface triangle in a plane has the verdict of the 2D triangle") {
+    property("a triangle in a coordinate plane has the 2D verdict with either side up",
              [] {
                  auto random = random_source();
                  const NodalSimplex<2> flat = flat_triangle(random, uniform(random, 0, 0.5));
@@ -230,7 +230,7 @@ TEST_CASE("surface triangle: in a plane of two axes it is the triangle in 2D, to
                  }
              },
              {300});
-    property("turned in space: the same but for rounding",
+    property("a triangle rotated in space has the 2D minimum up to rounding",
              [] {
                  auto random = random_source();
                  const NodalSimplex<2> flat = flat_triangle(random, uniform(random, 0, 0.3));
@@ -245,7 +245,7 @@ TEST_CASE("surface triangle: in a plane of two axes it is the triangle in 2D, to
              {200});
 }
 
-TEST_CASE("surface triangle: what has no normal, or no numbers, is not valid") {
+TEST_CASE("surface triangles without a normal or with non-finite nodes are invalid") {
     SurfaceTriangle t;
     t.nodes = {Vec<3>{{0, 0, 0}}, Vec<3>{{1, 1, 1}},       Vec<3>{{2, 2, 2}},
                Vec<3>{{1, 0, 0}}, Vec<3>{{1.5, 1.6, 1.4}}, Vec<3>{{1, 1, 1}}};
@@ -261,7 +261,7 @@ TEST_CASE("surface triangle: what has no normal, or no numbers, is not valid") {
     CHECK(certify(t, 0).verdict == Verdict::invalid);
     t.nodes[4][2] = std::numeric_limits<double>::infinity();
     CHECK(check_element(t, 0).verdict == Verdict::invalid);
-    // Larger than squares of doubles, and smaller: whole numbers tell.
+    // Squares of these coordinates overflow or underflow, so integer arithmetic decides.
     for (const double size : {1e200, 1e-200}) {
         t.nodes = {Vec<3>{{0, 0, 0}}, Vec<3>{{1, 0, 0.5}}, Vec<3>{{0, 1, 0.2}}, {}, {}, {}};
         for (int e = 0; e < 3; ++e)
@@ -273,7 +273,7 @@ TEST_CASE("surface triangle: what has no normal, or no numbers, is not valid") {
 
 namespace {
 
-/// A bumpy square of triangles in space, nodes thrown about.
+/// A bumpy square of triangles in space with randomly displaced nodes.
 QuadraticMesh<3> sheet(std::mt19937_64& random, int n, double amplitude) {
     LinearMesh<3> mesh;
     Buffer<Vec<3>> points;
@@ -300,9 +300,9 @@ QuadraticMesh<3> sheet(std::mt19937_64& random, int n, double amplitude) {
 
 }  // namespace
 
-TEST_CASE("surface alone: validate tells the verdicts of its triangles, with any threads") {
+TEST_CASE("validate of a standalone surface returns the verdicts of its triangles") {
     property(
-        "verdicts, counts, the smallest",
+        "validate returns verdicts, counts and the minimum of the triangles",
         [] {
             auto random = random_source();
             const auto mesh = sheet(random, 7, uniform(random, 0, 0.3));
@@ -312,10 +312,10 @@ TEST_CASE("surface alone: validate tells the verdicts of its triangles, with any
             std::size_t invalid = 0;
             double smallest = 1e300;
             for (std::size_t t = 0; t < v.verdicts.size(); ++t) {
-                const auto alone = check_element(surface_triangle(mesh, mesh.mid_nodes.view(), t), bound);
-                RC_ASSERT(v.verdicts[t] == alone.verdict);
-                invalid += alone.verdict == Verdict::invalid;
-                smallest = std::min(smallest, alone.min_scaled_jacobian);
+                const auto single = check_element(surface_triangle(mesh, mesh.mid_nodes.view(), t), bound);
+                RC_ASSERT(v.verdicts[t] == single.verdict);
+                invalid += single.verdict == Verdict::invalid;
+                smallest = std::min(smallest, single.min_scaled_jacobian);
             }
             RC_ASSERT(v.invalid == invalid);
             RC_ASSERT(v.undecided == 0);
@@ -325,7 +325,7 @@ TEST_CASE("surface alone: validate tells the verdicts of its triangles, with any
         {25});
 }
 
-TEST_CASE("surface alone: commit refuses what is not valid, and calls it a triangle") {
+TEST_CASE("commit rejects a standalone surface with invalid triangles") {
     std::mt19937_64 random(3);
     const auto mesh = sheet(random, 6, 0.45);
     const std::size_t edges = mesh.edges.size();

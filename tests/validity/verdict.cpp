@@ -22,8 +22,8 @@ namespace {
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
 template <int D>
-std::string in(const char* law) {
-    return std::string(law) + " (" + std::to_string(D) + "D)";
+std::string in(const char* name) {
+    return std::string(name) + " (" + std::to_string(D) + "D)";
 }
 
 template <int D>
@@ -40,7 +40,7 @@ double sampled_minimum(const QuadraticSimplex<D, D>& s, int n) {
 
 template <int D>
 void test_against_sampling() {
-    property(in<D>("verdict: never valid with a sample below the bound, never invalid without a witness"),
+    property(in<D>("valid elements have no sample below the bound, and invalid ones a witness"),
              [] {
                  auto random = random_source();
                  const auto s = element<D>(random, uniform(random, 0, 0.35));
@@ -54,7 +54,7 @@ void test_against_sampling() {
                  if (point) RC_ASSERT(elements::jacobian_at<D>(s, *point) < bound * std::abs(j.straight) + 4 * j.error);
              },
              {400});
-    property(in<D>("min_scaled_jacobian: below every sample, and close to the smallest"),
+    property(in<D>("min_scaled_jacobian is below every sample and close to the minimum"),
              [] {
                  auto random = random_source();
                  const auto s = element<D>(random, uniform(random, 0, 0.5));
@@ -62,8 +62,8 @@ void test_against_sampling() {
                  const double sampled = sampled_minimum<D>(s, n);
                  const auto validity = check_element<D>(s, 0);
                  RC_ASSERT(validity.min_scaled_jacobian <= sampled + 1e-12);
-                 // det J is a polynomial: between samples 1/n apart it can dip by D²/(8 n²) of its second derivative,
-                 // at most D (D − 1) · 4 times the largest coefficient.
+                 // det J is a polynomial: between samples 1/n apart it can decrease by D²/(8 n²) of its second
+                 // derivative, which is at most D (D − 1) · 4 times the largest coefficient.
                  double most = 0;
                  for (const double c : jacobian(s)) most = std::max(most, std::abs(c) / std::abs(straight_det<D>(s)));
                  const double dip = D * D * D * (D - 1) * most / (2.0 * n * n);
@@ -75,7 +75,7 @@ void test_against_sampling() {
 
 template <int D>
 void test_against_exact() {
-    property(in<D>("verdict: agrees with exact bisection of small integers"),
+    property(in<D>("verdicts agree with exact bisection of small integers"),
              [] {
                  auto random = random_source();
                  const auto n = integer_element<D>(random, 4, 1 + static_cast<std::int64_t>(random() % 3));
@@ -83,8 +83,7 @@ void test_against_exact() {
                  const Verdict verdict = check_element<D>(elements::nodal<D>(n), 0).verdict;
                  if (verdict == Verdict::valid) RC_ASSERT(exact != Verdict::invalid);
                  if (verdict == Verdict::invalid) RC_ASSERT(exact != Verdict::valid);
-                 // Undecided only where det J comes within rounding of 0 (exact: touches it), or near enough for the
-                 // depth.
+                 // A verdict is undecided only if det J is within rounding of 0, or too close to it for the depth.
                  if (exact == Verdict::valid) RC_ASSERT(verdict == Verdict::valid);
                  RC_CLASSIFY(verdict == Verdict::valid, "valid");
                  RC_CLASSIFY(verdict == Verdict::invalid, "invalid");
@@ -93,11 +92,11 @@ void test_against_exact() {
              {3000});
 }
 
-/// The same element under a unimodular shear by 2^20 and a shift by 2^30: exactly the same det J, but thin, oblique
-/// (one part in a million of its length) and far away.
+/// The same element under a unimodular shear by 2^20 and a shift by 2^30: det J is exactly the same, but the element is
+/// thin, oblique (one part in a million of its length) and distant.
 template <int D>
 void test_anisotropy() {
-    property(in<D>("verdict: thin, oblique and far elements are judged as their plain images"),
+    property(in<D>("thin, oblique and distant elements have the verdict of their plain images"),
              [] {
                  auto random = random_source();
                  auto n = integer_element<D>(random, 64, 1 + static_cast<std::int64_t>(random() % 40));
@@ -116,7 +115,7 @@ void test_anisotropy() {
 
 template <int D>
 void test_scaling() {
-    property(in<D>("verdict: does not change with the unit of length"), [] {
+    property(in<D>("the verdict does not change with the unit of length"), [] {
         auto random = random_source();
         auto s = element<D>(random, uniform(random, 0, 0.4));
         const auto before = check_element<D>(s, 0.1);
@@ -128,8 +127,7 @@ void test_scaling() {
     });
 }
 
-/// The minimum of a quadratic on a triangle in closed form: inside, where its gradient vanishes, on an edge, or at a
-/// vertex.
+/// The minimum of a quadratic on a triangle in closed form: at a stationary point inside, on an edge, or at a vertex.
 double closed_form_minimum(const std::array<double, 6>& c) {
     // c_200 c_110 c_101 c_020 c_011 c_002
     double low = std::min({c[0], c[3], c[5]});
@@ -156,25 +154,28 @@ double closed_form_minimum(const std::array<double, 6>& c) {
 
 }  // namespace
 
-TEST_CASE("verdicts and sampling") {
+TEST_CASE("verdicts and minimum Jacobians agree with samples") {
     test_against_sampling<2>();
     test_against_sampling<3>();
 }
 
-TEST_CASE("verdicts and exact arithmetic") {
+TEST_CASE("verdicts agree with exact bisection") {
     test_against_exact<2>();
     test_against_exact<3>();
 }
 
-TEST_CASE("verdicts of thin elements and in other units") {
+TEST_CASE("verdicts of thin, oblique and distant elements equal those of their plain images") {
     test_anisotropy<2>();
     test_anisotropy<3>();
+}
+
+TEST_CASE("verdicts do not depend on the unit of length") {
     test_scaling<2>();
     test_scaling<3>();
 }
 
-TEST_CASE("the smallest Jacobian of a triangle is that of the closed form") {
-    property("min_scaled_jacobian: closed form in 2D",
+TEST_CASE("the minimum Jacobian of a triangle equals the closed form") {
+    property("min_scaled_jacobian equals the closed form in 2D",
              [] {
                  auto random = random_source();
                  const auto s = element<2>(random, uniform(random, 0, 0.6));
@@ -186,8 +187,8 @@ TEST_CASE("the smallest Jacobian of a triangle is that of the closed form") {
              {500});
 }
 
-TEST_CASE("subdivision keeps the polynomial") {
-    property("subdivide: a half has the values of the whole", [] {
+TEST_CASE("subdivision preserves the Jacobian polynomial") {
+    property("subdivision preserves the values of the polynomial", [] {
         auto random = random_source();
         auto part = whole(bounded_jacobian(element<3>(random, 0.4)));
         const auto first = part;
@@ -206,48 +207,49 @@ TEST_CASE("subdivision keeps the polynomial") {
     });
 }
 
-TEST_CASE("straight elements") {
+TEST_CASE("check_element classifies straight elements") {
     QuadraticSimplex<3, 3> s;
     for (int a = 1; a <= 3; ++a) s.control[a][a - 1] = 1;
     for (int e = 0; e < 6; ++e)
         s.control[4 + e] = midpoint(s.control[local_edges<3>[e][0]], s.control[local_edges<3>[e][1]]);
-    SUBCASE("sound") {
+    SUBCASE("a positively oriented element is valid with minimum scaled Jacobian 1") {
         const auto v = check_element<3>(s, 0.999);
         CHECK(v.verdict == Verdict::valid);
         CHECK(v.min_scaled_jacobian == doctest::Approx(1));
         CHECK_FALSE(v.straight_inverted);
         CHECK(check_element<3>(s, 1.001).verdict == Verdict::invalid);
     }
-    SUBCASE("inverted") {
+    SUBCASE("an inverted element is invalid with minimum scaled Jacobian -1") {
         for (auto& p : s.control) p[0] = -p[0];
         const auto v = check_element<3>(s, 0);
         CHECK(v.verdict == Verdict::invalid);
         CHECK(v.min_scaled_jacobian == doctest::Approx(-1));
         CHECK(v.straight_inverted);
     }
-    SUBCASE("flat: invalid, and no number") {
+    SUBCASE("a flat element is invalid with minimum scaled Jacobian minus infinity") {
         for (auto& p : s.control) p[2] = 0;
         const auto v = check_element<3>(s, 0);
         CHECK(v.verdict == Verdict::invalid);
         CHECK(v.min_scaled_jacobian == -infinity);
         CHECK(v.straight_inverted);
     }
-    SUBCASE("not finite") {
+    SUBCASE("an element with a NaN node is invalid") {
         NodalSimplex<3> n;
         for (int i = 0; i < 10; ++i) n.nodes[i] = s.control[i];
         n.nodes[7][1] = std::numeric_limits<double>::quiet_NaN();
         CHECK(check_element<3>(n, 0).verdict == Verdict::invalid);
         CHECK(check_element<3>(n, 0).min_scaled_jacobian == -infinity);
     }
-    SUBCASE("too large for doubles") {
+    SUBCASE("a valid element whose Jacobian overflows gets the bound as its minimum") {
         for (auto& p : s.control) p *= 1e150;
         CHECK(check_element<3>(s, 0).verdict == Verdict::valid);
-        CHECK(check_element<3>(s, 0.999).min_scaled_jacobian == 0.999);  // what the verdict says; no more is computed
+        CHECK(check_element<3>(s, 0.999).min_scaled_jacobian == 0.999);  // the bound of the verdict; no closer minimum
+                                                                         // is computed
     }
 }
 
-TEST_CASE("a triangle whose straight one is flat may be valid") {
-    // Three vertices on a line, the middle one's edges bowed to the sides: a half disc, near enough.
+TEST_CASE("a triangle with collinear vertices may be valid") {
+    // Three vertices on a line. The edges of the middle one are bowed outwards: nearly a half disc.
     NodalSimplex<2> n;
     n.nodes = {Vec<2>{{-1, 0}}, Vec<2>{{1, 0}},     Vec<2>{{0, 0}},
                Vec<2>{{0, -1}}, Vec<2>{{0.6, 0.3}}, Vec<2>{{-0.6, 0.3}}};

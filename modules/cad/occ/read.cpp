@@ -122,10 +122,10 @@ std::size_t open_shells_of(const TopoDS_Shape& shape) {
 
 Read read_step(const char* path) {
     STEPControl_Reader reader;
-    if (reader.ReadFile(path) != IFSelect_RetDone) return failed("it is no STEP file, or a broken one");
+    if (reader.ReadFile(path) != IFSelect_RetDone) return failed("it is not a STEP file, or it is damaged");
     TColStd_SequenceOfAsciiString lengths, angles, solid_angles;
     reader.FileUnits(lengths, angles, solid_angles);
-    if (reader.TransferRoots() == 0) return failed("no shape could be made of what it holds");
+    if (reader.TransferRoots() == 0) return failed("its entities cannot be converted to a shape");
     Read out = in_unit(reader.OneShape(), lengths.IsEmpty() ? "" : lengths.First().ToCString());
     out.losses = losses_of(reader.WS());
     return out;
@@ -145,11 +145,11 @@ TopoDS_Shape sewn(const TopoDS_Shape& shape) {
 
 Read read_iges(const char* path) {
     IGESControl_Reader reader;
-    if (reader.ReadFile(path) != IFSelect_RetDone) return failed("it is no IGES file, or a broken one");
+    if (reader.ReadFile(path) != IFSelect_RetDone) return failed("it is not an IGES file, or it is damaged");
     std::string unit;
     if (const auto model = reader.IGESModel(); !model.IsNull())
         if (const auto name = model->GlobalSection().UnitName(); !name.IsNull()) unit = name->ToCString();
-    if (reader.TransferRoots() == 0) return failed("no shape could be made of what it holds");
+    if (reader.TransferRoots() == 0) return failed("its entities cannot be converted to a shape");
     Read out = in_unit(sewn(reader.OneShape()), unit);
     out.losses = losses_of(reader.WS());
     return out;
@@ -157,7 +157,7 @@ Read read_iges(const char* path) {
 
 Read read_brep(const char* path) {
     TopoDS_Shape shape;
-    if (!BRepTools::Read(shape, path, BRep_Builder())) return failed("it is no BREP file, or a broken one");
+    if (!BRepTools::Read(shape, path, BRep_Builder())) return failed("it is not a BREP file, or it is damaged");
     return in_unit(std::move(shape), "");
 }
 
@@ -165,7 +165,7 @@ Read read_brep(const char* path) {
 
 Read read(const char* path, Format format) {
     Read out = format == Format::step ? read_step(path) : format == Format::iges ? read_iges(path) : read_brep(path);
-    if (out.fault.empty() && out.shape.IsNull()) return failed("it holds no shape");
+    if (out.fault.empty() && out.shape.IsNull()) return failed("it contains no shape");
     if (out.fault.empty()) BRepLib::BuildCurves3d(out.shape);
     if (out.fault.empty()) out.losses.open_shells = open_shells_of(out.shape);
     return out;
@@ -193,11 +193,11 @@ Read unpacked(const std::string& bytes) {
     std::string word;
     in >> word >> read.millimetres >> read.losses.faces >> read.losses.entities >> read.losses.open_shells;
     if (!in || word != magic || in.get() != ' ' || !std::getline(in, read.unit)) {
-        read.fault = "it was not handed over whole";
+        read.fault = "the serialised model is incomplete";
         return read;
     }
     BinTools::Read(read.shape, in);
-    if (read.shape.IsNull()) read.fault = "it holds no shape";
+    if (read.shape.IsNull()) read.fault = "it contains no shape";
     return read;
 }
 
@@ -222,7 +222,7 @@ void open_with(camber::occ::Opened& opened, double millimetres, Make&& make) {
     } catch (const std::bad_alloc&) {
         opened.is_out_of_memory = true;
     } catch (const Standard_Failure& failure) {
-        opened.fault = std::string("OpenCASCADE gives up: ") + failure.GetMessageString();
+        opened.fault = std::string("OpenCASCADE failed: ") + failure.GetMessageString();
     } catch (const std::exception& failure) {
         opened.fault = std::string("it cannot be read: ") + failure.what();
     }

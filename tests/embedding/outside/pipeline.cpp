@@ -1,5 +1,5 @@
-// A whole pipeline in memory, by one call: a shell between two spheres, curved by its own metric and its own surface,
-// repaired, committed.
+// A whole pipeline in memory by one call: a shell between two spheres is curved with its natural metric and surrogate,
+// repaired and committed.
 #include <cstdio>
 #include <utility>
 

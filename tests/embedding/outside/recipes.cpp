@@ -1,5 +1,5 @@
-// recipes VERB IN OUT: a mesh is read, curved, remeshed, repaired or adapted in memory by one call, and written. The
-// bytes are those of `camber VERB IN -o OUT`, whose defaults these are, for `adapt` with the target and the numbers
+// Usage: recipes VERB IN OUT. Reads a mesh, curves, remeshes, repairs or adapts it in memory by one call, and writes
+// it. The bytes equal those of `camber VERB IN -o OUT` with default options; `adapt` uses the field and the numbers
 // below.
 #include <cstddef>
 #include <cstdio>

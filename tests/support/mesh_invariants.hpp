@@ -1,5 +1,5 @@
-// What holds of a mesh whatever is done to it, and what it keeps. Each law gives a sentence on what breaks it, and
-// nothing where it holds: tests and the program `laws` ask the same.
+// Invariants of a mesh under operations. Each function returns a sentence that describes the violation, or an empty
+// string. Tests and the program `laws` use them.
 #pragma once
 
 #include <algorithm>
@@ -21,7 +21,7 @@ import camber.cavity;
 
 namespace camber::testing {
 
-/// V − E + F − T of the elements.
+/// Euler characteristic V − E + F − T of the elements.
 template <int D>
 std::ptrdiff_t euler(const DynamicMesh<D>& mesh) {
     std::size_t faces = 0;
@@ -38,11 +38,11 @@ std::ptrdiff_t euler(const DynamicMesh<D>& mesh) {
     return n(vertices) - n(mesh.edge_count()) + n(faces) - n(mesh.element_count());
 }
 
-/// Euler's characteristic of what each reference has: materials, surfaces, lines.
+/// Euler characteristics of materials, surfaces and lines by reference.
 using Characteristics = std::map<std::pair<int, Reference>, std::ptrdiff_t>;
 template <int D>
 Characteristics characteristics(const DynamicMesh<D>& mesh) {
-    // Every simplex with all of its faces, by their vertices.
+    // All faces of every simplex, as sorted vertices.
     using Face = std::array<VertexId, D + 1>;
     std::vector<std::tuple<int, Reference, Face>> faces;
     const auto add = [&](const auto& simplex, int dimension, Reference reference) {
@@ -51,7 +51,7 @@ Characteristics characteristics(const DynamicMesh<D>& mesh) {
             std::size_t n = 0;
             for (std::size_t i = 0; i < simplex.size(); ++i)
                 if ((some >> i & 1U) != 0) face[n++] = simplex[i];
-            std::sort(face.begin(), face.end());  // places that are not taken come last
+            std::sort(face.begin(), face.end());  // unused entries are last
             faces.emplace_back(dimension, reference, face);
         }
     };
@@ -71,51 +71,51 @@ Characteristics characteristics(const DynamicMesh<D>& mesh) {
     return sums;
 }
 
-/// What a mesh keeps.
+/// Invariants of a mesh.
 template <int D>
-struct Kept {
-    Sizes sizes;  ///< of flat domains
+struct Invariants {
+    Sizes sizes;  ///< constant for flat domains
     std::ptrdiff_t characteristic = 0;
     Characteristics by_reference;
-    std::vector<std::pair<VertexId, Vec<D>>> vertices;  ///< corners, those that are required, those that are held
+    std::vector<std::pair<VertexId, Vec<D>>> vertices;  ///< corners, required and frozen vertices
     std::vector<std::pair<EdgeId, std::array<VertexId, 2>>> lines;
     std::vector<std::pair<FacetId, SimplexVertices<D - 1>>> facets;
     std::vector<std::pair<ElementId, SimplexVertices<D>>> elements;
 };
 template <int D>
-Kept<D> kept_by(const DynamicMesh<D>& mesh) {
-    Kept<D> kept{measures(mesh), euler(mesh), characteristics(mesh), {}, {}, {}, {}};
+Invariants<D> invariants_of(const DynamicMesh<D>& mesh) {
+    Invariants<D> invariants{measures(mesh), euler(mesh), characteristics(mesh), {}, {}, {}, {}};
     for (std::size_t v = 0; v < mesh.points.size(); ++v) {
         const auto& [place, marks] = mesh.states[v];
         if (place == VertexPlace::corner || marks.has(Mark::required) || marks.has(Mark::frozen))
-            kept.vertices.emplace_back(VertexId(v), mesh.points[v]);
+            invariants.vertices.emplace_back(VertexId(v), mesh.points[v]);
     }
     for (std::size_t l = 0; l < mesh.lines.size(); ++l)
-        if (mesh.line_marks[l].has(Mark::required)) kept.lines.emplace_back(mesh.lines[l], mesh.edges[mesh.lines[l]]);
+        if (mesh.line_marks[l].has(Mark::required)) invariants.lines.emplace_back(mesh.lines[l], mesh.edges[mesh.lines[l]]);
     for (std::size_t f = 0; f < mesh.facets.size(); ++f)
-        if (mesh.facets.marks[f].has(Mark::required)) kept.facets.emplace_back(FacetId(f), mesh.facets.vertices[f]);
+        if (mesh.facets.marks[f].has(Mark::required)) invariants.facets.emplace_back(FacetId(f), mesh.facets.vertices[f]);
     for (std::size_t e = 0; e < mesh.elements.size(); ++e)
         if (mesh.elements.marks[e].has(Mark::required))
-            kept.elements.emplace_back(ElementId(e), mesh.elements.vertices[e]);
-    return kept;
+            invariants.elements.emplace_back(ElementId(e), mesh.elements.vertices[e]);
+    return invariants;
 }
 
 template <int D>
-std::string unless_sound(const DynamicMesh<D>& mesh) {
-    const auto consistent = check_consistency(mesh, alone);
+std::string consistency_violation(const DynamicMesh<D>& mesh) {
+    const auto consistent = check_consistency(mesh, one_thread);
     return consistent ? "" : describe(consistent.error());
 }
 template <int D>
-std::string unless_euler_holds(const DynamicMesh<D>& mesh, const Kept<D>& kept) {
-    return euler(mesh) == kept.characteristic ? "" : "Euler's characteristic is another";
+std::string euler_violation(const DynamicMesh<D>& mesh, const Invariants<D>& invariants) {
+    return euler(mesh) == invariants.characteristic ? "" : "Euler's characteristic is another";
 }
 
-/// A surface stays a disc or a sphere or what it was, and so do materials and lines.
+/// The Euler characteristics of surfaces, materials and lines are unchanged.
 template <int D>
-std::string unless_parts_stay(const DynamicMesh<D>& mesh, const Kept<D>& kept) {
+std::string characteristics_violation(const DynamicMesh<D>& mesh, const Invariants<D>& invariants) {
     const Characteristics now = characteristics(mesh);
-    if (now.size() != kept.by_reference.size()) return "a reference came or went";
-    for (const auto& [key, value] : kept.by_reference)
+    if (now.size() != invariants.by_reference.size()) return "a reference came or went";
+    for (const auto& [key, value] : invariants.by_reference)
         if (const auto at = now.find(key); at == now.end() || at->second != value)
             return "what has dimension " + std::to_string(key.first) + " and reference " + std::to_string(key.second) +
                    " is of another shape: its Euler characteristic is " +
@@ -123,23 +123,23 @@ std::string unless_parts_stay(const DynamicMesh<D>& mesh, const Kept<D>& kept) {
     return "";
 }
 
-/// Corners where they were, and what is required with the vertices that it had.
+/// Corners and required vertices have not moved; required simplices have the same vertices.
 template <int D>
-std::string unless_required_stay(const DynamicMesh<D>& mesh, const Kept<D>& kept) {
-    for (const auto& [v, place] : kept.vertices)
+std::string required_violation(const DynamicMesh<D>& mesh, const Invariants<D>& invariants) {
+    for (const auto& [v, place] : invariants.vertices)
         if (mesh.is_free(v) || mesh.points[v] != place) return "a corner, or a required vertex, moved or went";
-    for (const auto& [edge, vertices] : kept.lines)
+    for (const auto& [edge, vertices] : invariants.lines)
         if (mesh.edges[edge] != vertices || !mesh.line_at(edge).valid()) return "a required line went";
-    for (const auto& [f, vertices] : kept.facets)
+    for (const auto& [f, vertices] : invariants.facets)
         if (mesh.facets.vertices[f] != vertices) return "a required facet went";
-    for (const auto& [e, vertices] : kept.elements)
+    for (const auto& [e, vertices] : invariants.elements)
         if (mesh.elements.vertices[e] != vertices) return "a required element went";
     return "";
 }
 
-/// Each edge (2D: vertex) of the boundary's facets has an even number of them.
+/// Each edge (2D: vertex) of boundary facets belongs to an even number of them.
 template <int D>
-std::string unless_boundary_is_closed(const DynamicMesh<D>& mesh) {
+std::string closure_violation(const DynamicMesh<D>& mesh) {
     std::vector<std::array<VertexId, D - 1>> sides;
     for (std::size_t f = 0; f < mesh.facets.size(); ++f) {
         if (mesh.is_free(FacetId(f)) || !mesh.sides[f][0].valid() || mesh.sides[f][1].valid()) continue;
@@ -160,19 +160,19 @@ std::string unless_boundary_is_closed(const DynamicMesh<D>& mesh) {
 }
 
 template <int D>
-std::string unless_elements_are_positive(const DynamicMesh<D>& mesh) {
+std::string orientation_violation(const DynamicMesh<D>& mesh) {
     for (std::size_t e = 0; e < mesh.elements.size(); ++e)
         if (!mesh.is_free(ElementId(e)) && !(volume_of(mesh, mesh.elements.vertices[e]) > 0))
             return "an element is inverted";
     return "";
 }
 
-/// Volumes of materials, areas and lengths of each reference.
+/// Volumes of materials, areas and lengths by reference are unchanged.
 template <int D>
-std::string unless_sizes_stay(const DynamicMesh<D>& mesh, const Kept<D>& kept, double tolerance = 1e-8) {
+std::string size_violation(const DynamicMesh<D>& mesh, const Invariants<D>& invariants, double tolerance = 1e-8) {
     const Sizes now = measures(mesh);
-    if (now.size() != kept.sizes.size()) return "a reference came or went";
-    for (const auto& [key, value] : kept.sizes) {
+    if (now.size() != invariants.sizes.size()) return "a reference came or went";
+    for (const auto& [key, value] : invariants.sizes) {
         const auto at = now.find(key);
         if (at == now.end() || !(std::abs(at->second - value) < tolerance))
             return "the size of dimension " + std::to_string(key.first) + ", reference " + std::to_string(key.second) +
@@ -181,11 +181,11 @@ std::string unless_sizes_stay(const DynamicMesh<D>& mesh, const Kept<D>& kept, d
     return "";
 }
 
-/// Kept up to date, and made anew from the simplices alone, it is the same.
+/// The mesh equals the mesh rebuilt from its simplices.
 template <int D>
-std::string unless_as_made_anew(const DynamicMesh<D>& mesh) {
-    const auto [compact, edges, nodes, maps] = must(compacted(mesh, alone));
-    const DynamicMesh<D> anew = must(make_dynamic(compact, edges, {}, alone));
+std::string rebuild_violation(const DynamicMesh<D>& mesh) {
+    const auto [compact, edges, nodes, maps] = must(compacted(mesh, one_thread));
+    const DynamicMesh<D> anew = must(make_dynamic(compact, edges, {}, one_thread));
     if (anew.edge_count() != mesh.edge_count() || by_places(anew) != by_places(mesh))
         return "made anew it has other simplices";
     for (std::size_t v = 0; v < mesh.points.size(); ++v)
@@ -202,9 +202,10 @@ std::string unless_as_made_anew(const DynamicMesh<D>& mesh) {
     return "";
 }
 
-/// Changes as they are told, against what is there before and after.
+/// The reported changes agree with the mesh before and after.
 template <int D>
-std::string unless_told(const DynamicMesh<D>& before, const DynamicMesh<D>& after, const TopologyChanges& changes) {
+std::string changes_violation(const DynamicMesh<D>& before, const DynamicMesh<D>& after,
+                                 const TopologyChanges& changes) {
     const auto fits = [](const auto& ids, std::size_t now, std::size_t then) {
         return now + ids.removed.size() == then + ids.created.size();
     };
@@ -223,19 +224,19 @@ std::string unless_told(const DynamicMesh<D>& before, const DynamicMesh<D>& afte
     return "";
 }
 
-/// Of topology; and, for flat domains, of geometry as well.
+/// Checks topology; `invariant_violation` also checks the geometry of flat domains.
 template <int D>
-std::string unless_topology_holds(const DynamicMesh<D>& mesh, const Kept<D>& kept) {
-    for (const std::string& broken : {unless_sound(mesh), unless_euler_holds(mesh, kept),
-                                      unless_boundary_is_closed(mesh), unless_required_stay(mesh, kept)})
+std::string topology_violation(const DynamicMesh<D>& mesh, const Invariants<D>& invariants) {
+    for (const std::string& broken : {consistency_violation(mesh), euler_violation(mesh, invariants),
+                                      closure_violation(mesh), required_violation(mesh, invariants)})
         if (!broken.empty()) return broken;
     return "";
 }
 template <int D>
-std::string unless_all_holds(const DynamicMesh<D>& mesh, const Kept<D>& kept) {
+std::string invariant_violation(const DynamicMesh<D>& mesh, const Invariants<D>& invariants) {
     for (const std::string& broken :
-         {unless_topology_holds(mesh, kept), unless_parts_stay(mesh, kept), unless_elements_are_positive(mesh),
-          unless_sizes_stay(mesh, kept), unless_as_made_anew(mesh)})
+         {topology_violation(mesh, invariants), characteristics_violation(mesh, invariants), orientation_violation(mesh),
+          size_violation(mesh, invariants), rebuild_violation(mesh)})
         if (!broken.empty()) return broken;
     return "";
 }

@@ -1,4 +1,4 @@
-// Laws of any sound mesh of a domain; each returns what is wrong, or nothing.
+// Checks that hold for any valid mesh of a domain.
 #pragma once
 
 #include <algorithm>
@@ -16,7 +16,7 @@ import camber.shapes;
 
 namespace camber::testing {
 
-/// V − E + F − … of the cells of a mesh.
+/// Euler characteristic V − E + F − … of the cells of a mesh.
 template <int D>
 long euler_characteristic(const LinearMesh<D>& mesh) {
     std::array<std::set<std::vector<VertexId>>, D + 1> cells;
@@ -40,7 +40,8 @@ double total_volume(const LinearMesh<D>& mesh) {
     return sum;
 }
 
-/// The flux of x through the facets over D: the same volume, when they are closed and outwards.
+/// The enclosed volume as the flux of x through the facets, divided by D; correct if the facets are closed and face
+/// outwards.
 inline double enclosed_volume(const LinearMesh<2>& mesh) {
     double sum = 0;
     for (const auto& [a, b] : mesh.facets.vertices) sum += cross(mesh.points[a], mesh.points[b]) / 2;
@@ -52,7 +53,7 @@ inline double enclosed_volume(const LinearMesh<3>& mesh) {
     return sum;
 }
 
-/// Each face of facets (edge in 3D, vertex in 2D) belongs to two.
+/// True if each face of facets (edge in 3D, vertex in 2D) belongs to two facets.
 template <int D>
 bool boundary_is_closed(const LinearMesh<D>& mesh) {
     std::map<std::vector<VertexId>, int> count;
@@ -68,7 +69,7 @@ bool boundary_is_closed(const LinearMesh<D>& mesh) {
 }
 
 template <int D>
-void check_sound(const LinearMesh<D>& mesh, long characteristic, std::set<Reference> references) {
+void check_valid_mesh(const LinearMesh<D>& mesh, long characteristic, std::set<Reference> references) {
     for (const auto& s : mesh.elements.vertices) CHECK(determinant(mesh.points, s) > 0);
     CHECK(euler_characteristic(mesh) == characteristic);
     CHECK(boundary_is_closed(mesh));
@@ -82,16 +83,16 @@ void check_sound(const LinearMesh<D>& mesh, long characteristic, std::set<Refere
     CHECK(unique_edges(mesh, Execution{.threads = 1}).has_value());
 }
 
-/// Vertices of the facets of this reference are on the sphere to rounding, and no other vertex is.
+/// Checks that the vertices of facets of this reference, and no others, are on the sphere to rounding.
 template <int D>
 void check_on_sphere(const LinearMesh<D>& mesh, Reference reference, const Vec<D>& centre, double radius) {
-    std::set<VertexId> on;
+    std::set<VertexId> on_facets;
     for (std::size_t f = 0; f < mesh.facets.size(); ++f)
         if (mesh.facets.references[f] == reference)
-            on.insert(mesh.facets.vertices[f].begin(), mesh.facets.vertices[f].end());
+            on_facets.insert(mesh.facets.vertices[f].begin(), mesh.facets.vertices[f].end());
     for (std::size_t v = 0; v < mesh.points.size(); ++v) {
         const double off = std::abs(distance(mesh.points[v], centre) - radius);
-        if (on.contains(VertexId(v)))
+        if (on_facets.contains(VertexId(v)))
             CHECK(off <= 4e-16 * (radius + 4 * norm(centre)));
         else
             CHECK(off > 1e-3 * radius);

@@ -1,5 +1,6 @@
-// What holds of an operation of degree 2, and of a mesh whose boundary is flat. The includer imports camber.core,
-// camber.bezier and camber.validity before (exact_oracle.hpp). Each law gives a sentence on what breaks it.
+// Properties of quadratic operations and of meshes with a flat boundary. Each function returns a sentence that
+// describes the violation, or an empty string. The includer imports camber.core, camber.bezier and camber.validity
+// before (exact_oracle.hpp).
 #pragma once
 
 #include <algorithm>
@@ -25,7 +26,7 @@ import camber.adapt;
 
 namespace camber::testing {
 
-/// D! times the volume: det J is of degree D, and so these rules are exact.
+/// D! times the volume. det J has degree D, so these quadrature rules are exact.
 template <int D>
 double curved_volume(const QuadraticNodes<D>& nodes) {
     oracle::Nodes<D, double> n;
@@ -42,7 +43,7 @@ double curved_volume(const QuadraticNodes<D>& nodes) {
     }
     return D == 2 ? middles / 3 : vertices / 40 + 9 * middles / 40;
 }
-/// D! times the area of a flat facet: its straight one and what its edges enclose beside their chords.
+/// D! times the area of a flat facet: the straight triangle plus the areas between its edges and their chords.
 template <int D>
 double curved_area(const DynamicMesh<D>& mesh, FacetId f) {
     const auto& v = mesh.facets.vertices[f];
@@ -57,14 +58,15 @@ double curved_area(const DynamicMesh<D>& mesh, FacetId f) {
             const int b = local_vertex(mesh.elements.vertices[e], v[(i + 1) % 3]);
             const Vec<3>& node = mesh.nodes[mesh.edges_of[e][edge_between<3>[a][b]]].point;
             const Vec<3>& from = mesh.points[v[i]];
-            // Archimedes: a parabola's segment is 4/3 of the triangle on its chord and top, and that is half of this.
+            // The area of a parabola segment is 4/3 of the triangle on its chord and vertex (Archimedes); this term is
+            // twice that.
             area += (4.0 / 3) * cross(node - from, mesh.points[v[(i + 1) % 3]] - from);
         }
         return norm(area);
     }
 }
 
-/// As `measures`, of the curved simplices.
+/// Like `measures`, for curved simplices.
 template <int D>
 Sizes curved_measures(const DynamicMesh<D>& mesh) {
     Sizes sums;
@@ -80,7 +82,7 @@ Sizes curved_measures(const DynamicMesh<D>& mesh) {
         }
     return sums;
 }
-inline std::string unless_same_sizes(const Sizes& now, const Sizes& then) {
+inline std::string curved_size_violation(const Sizes& now, const Sizes& then) {
     constexpr double tolerance = 1e-9;
     if (now.size() != then.size()) return "a reference came or went";
     for (const auto& [key, value] : then)
@@ -91,9 +93,10 @@ inline std::string unless_same_sizes(const Sizes& now, const Sizes& then) {
     return "";
 }
 
-/// New elements are valid by the certificate, and so many of them by exact arithmetic that shares no code with it.
+/// Elements are certified valid; the first `exactly` of them also by exact arithmetic that shares no code with the
+/// library.
 template <int D>
-std::string unless_valid(const DynamicMesh<D>& mesh, const std::vector<ElementId>& elements, std::size_t exactly) {
+std::string validity_violation(const DynamicMesh<D>& mesh, const std::vector<ElementId>& elements, std::size_t exactly) {
     for (std::size_t i = 0; i < elements.size(); ++i) {
         if (mesh.is_free(elements[i])) continue;
         const NodalSimplex<D> element{nodes_of(mesh, elements[i])};
@@ -103,13 +106,13 @@ std::string unless_valid(const DynamicMesh<D>& mesh, const std::vector<ElementId
     return "";
 }
 
-/// Edges around a cavity whose nodes may follow.
+/// Maximum number of edges around a cavity whose nodes may move with it.
 inline constexpr int bend_around = 4;
 
-/// What is neither in the cavity nor reshaped keeps its nodes. So does what is not at the point, but for the few inner
-/// edges that follow.
+/// Elements outside the cavity keep their nodes. Edges in it that do not touch the point do too, except for at most
+/// `bend_around` inner edges.
 template <int D>
-std::string unless_nodes_stay(const DynamicMesh<D>& before, const DynamicMesh<D>& after,
+std::string node_violation(const DynamicMesh<D>& before, const DynamicMesh<D>& after,
                               const TopologyChanges& changes) {
     const VertexId point = changes.points[0];
     std::vector<std::uint8_t> removed(before.elements.size(), 0);
@@ -137,20 +140,20 @@ std::string unless_nodes_stay(const DynamicMesh<D>& before, const DynamicMesh<D>
     return "";
 }
 
-/// The cavity is filled: each material has in it what it had.
+/// The new elements fill the cavity: the volume of each material is unchanged.
 template <int D>
-std::string unless_filled(const DynamicMesh<D>& before, const DynamicMesh<D>& after, const TopologyChanges& changes) {
+std::string filling_violation(const DynamicMesh<D>& before, const DynamicMesh<D>& after, const TopologyChanges& changes) {
     Sizes removed, created;
     for (const ElementId e : changes.elements.removed)
         removed[{D, before.elements.references[e]}] += curved_volume<D>(nodes_of(before, e));
     for (const ElementId e : changes.elements.created)
         if (!after.is_free(e)) created[{D, after.elements.references[e]}] += curved_volume<D>(nodes_of(after, e));
-    return unless_same_sizes(created, removed);
+    return curved_size_violation(created, removed);
 }
 
-/// The two edges of a split are the halves of the curve: where the cavity is as it was, to rounding.
+/// The two edges of a split are the halves of the curve, up to rounding.
 template <int D>
-std::string unless_halved(const DynamicMesh<D>& after, const TopologyChanges& changes, const MeantSplit<D>& split,
+std::string split_violation(const DynamicMesh<D>& after, const TopologyChanges& changes, const MeantSplit<D>& split,
                           const Vec<D>& stretch) {
     const VertexId point = changes.points[0];
     const double length = norm(unstretched(split.curve.p02 - split.curve.p20, stretch));
@@ -168,9 +171,9 @@ std::string unless_halved(const DynamicMesh<D>& after, const TopologyChanges& ch
     return "";
 }
 
-/// A vertex that is put in where it was leaves the boundary as it is.
+/// Reinserting a vertex at its place does not change the boundary.
 template <int D>
-std::string unless_boundary_stays(const DynamicMesh<D>& before, const DynamicMesh<D>& after,
+std::string boundary_curve_violation(const DynamicMesh<D>& before, const DynamicMesh<D>& after,
                                   const TopologyChanges& changes, const Vec<D>& stretch) {
     for (const ElementId e : changes.elements.created) {
         if (after.is_free(e)) continue;

@@ -1,5 +1,5 @@
-// Laws of interpolation errors: what is exact, orders of convergence, invariance, and a second evaluation with the
-// gradient in closed form.
+// Properties of interpolation errors: exactness, orders of convergence, invariance, and a second evaluation with the
+// exact gradient.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -30,7 +30,7 @@ bool is_rounding(const ErrorNorm& norm) { return norm.value <= 4 * norm.rounding
 
 template <int D>
 void check_exact_spaces() {
-    property("polynomials of degree 2 on straight meshes",
+    property("quadratic polynomials have only rounding errors on straight meshes",
              [](std::uint64_t seed) {
                  const auto c = *rc::gen::arbitrary<std::array<int, 6>>();
                  const auto mesh = mesh_of_cells<D>(2, 0.1, seed);
@@ -44,7 +44,7 @@ void check_exact_spaces() {
                  RC_ASSERT(is_rounding(error.curved.l2));
              },
              {.count = 20});
-    property("linear fields on curved meshes",
+    property("linear fields have only rounding errors on curved meshes",
              [](std::uint64_t seed) {
                  const auto c = *rc::gen::arbitrary<std::array<int, 4>>();
                  const auto mesh = bent<D>(mesh_of_cells<D>(2, 0.1, seed), 0.08, seed);
@@ -77,7 +77,7 @@ template <int D>
 void check_affine() {
     const auto mesh = bent<D>(mesh_of_cells<D>(2, 0.1, 7), 0.08, 8);
     const auto before = error_of<D>(mesh, field_of<D>(wave<D>), 1e-4);
-    // x -> 3 x + shift, turned: distances grow threefold.
+    // x -> 3 x + shift, rotated: distances grow threefold.
     const double c = std::cos(0.7), s = std::sin(0.7);
     const auto moved = mapped<D>(mesh, [=](const Vec<D>& x) {
         Vec<D> y = x * 3;
@@ -116,8 +116,8 @@ void check_threads() {
     CHECK(one.evaluations == two.evaluations);
 }
 
-/// The H1 error of the interpolant on one curved element, by the gradient in closed form and a plain rule of 60 points
-/// a direction in a square's coordinates.
+/// The H1 error of the interpolant on one curved element, by the exact gradient and a tensor rule of 60 points a
+/// direction.
 double h1_by_gradient(const QuadraticSimplex<2, 2>& element, const std::function<double(const Vec<2>&)>& u,
                       const std::function<Vec<2>(const Vec<2>&)>& gradient, bool linear) {
     const GaussJacobi line = gauss_jacobi(60, 0);
@@ -157,25 +157,25 @@ QuadraticMesh<2> one_triangle(double size) {
     mesh.elements.vertices =
         Buffer<SimplexVertices<2>>{{VertexId(std::size_t{0}), VertexId(std::size_t{1}), VertexId(std::size_t{2})}};
     mesh.elements.references = Buffer<Reference>(1, 0);
-    auto curved = elevate(std::move(mesh), alone);
+    auto curved = elevate(std::move(mesh), one_thread);
     REQUIRE(curved.has_value());
     return bent<2>(*curved, 0.08 * size, 5);
 }
 
 }  // namespace
 
-TEST_CASE("what is in the space has no error but rounding, in 2D") { check_exact_spaces<2>(); }
-TEST_CASE("what is in the space has no error but rounding, in 3D") { check_exact_spaces<3>(); }
-TEST_CASE("halving h divides the errors by powers of two, in 2D") { check_orders<2>(); }
-TEST_CASE("halving h divides the errors by powers of two, in 3D") { check_orders<3>(); }
-TEST_CASE("errors follow a similarity, in 2D") { check_affine<2>(); }
-TEST_CASE("errors follow a similarity, in 3D") { check_affine<3>(); }
-TEST_CASE("the same bytes for any number of threads, in 2D") { check_threads<2>(); }
-TEST_CASE("the same bytes for any number of threads, in 3D") { check_threads<3>(); }
+TEST_CASE("functions of the space have only rounding errors, 2D") { check_exact_spaces<2>(); }
+TEST_CASE("functions of the space have only rounding errors, 3D") { check_exact_spaces<3>(); }
+TEST_CASE("errors converge with the order of the space, 2D") { check_orders<2>(); }
+TEST_CASE("errors converge with the order of the space, 3D") { check_orders<3>(); }
+TEST_CASE("errors scale under similarity transformations, 2D") { check_affine<2>(); }
+TEST_CASE("errors scale under similarity transformations, 3D") { check_affine<3>(); }
+TEST_CASE("errors do not depend on the number of threads, 2D") { check_threads<2>(); }
+TEST_CASE("errors do not depend on the number of threads, 3D") { check_threads<3>(); }
 
 namespace {
 
-/// The function's values at all nodes, vertices first.
+/// The values of the function at all nodes, vertices first.
 template <int D, class F>
 Buffer<double> at_nodes(const QuadraticMesh<D>& mesh, F&& f) {
     Buffer<double> values;
@@ -196,8 +196,7 @@ void check_functions() {
     REQUIRE(same);
     CHECK(agree(same->l2.value, interpolated->curved.l2.value, 2e-3));
     CHECK(agree(same->h1.value, interpolated->curved.h1.value, 2e-3));
-    // One that is 3 beside it errs by 3 where the interpolant's own error is small: Pythagoras but for the mean of
-    // that.
+    // A function shifted by 3 has the L2 error 3 √volume, up to the small error of the interpolant.
     Buffer<double> shifted(values.begin(), values.end());
     for (double& x : shifted) x += 3;
     const auto beside = function_error<D>(as_mesh(mesh), shifted, field, {}, {});
@@ -211,10 +210,10 @@ void check_functions() {
 
 }  // namespace
 
-TEST_CASE("a function at the nodes has the error of the interpolant where it is that, in 2D") { check_functions<2>(); }
-TEST_CASE("a function at the nodes has the error of the interpolant where it is that, in 3D") { check_functions<3>(); }
+TEST_CASE("function_error of the nodal interpolant equals the interpolation error, 2D") { check_functions<2>(); }
+TEST_CASE("function_error of the nodal interpolant equals the interpolation error, 3D") { check_functions<3>(); }
 
-TEST_CASE("H1 errors are those of the gradient in closed form, to 1e-4 of themselves") {
+TEST_CASE("H1 errors equal those of the exact gradient to 1e-4") {
     for (const double width : {0.005, 0.02, 1.0}) {
         const auto u = [=](const Vec<2>& x) { return std::tanh((norm(x) - 0.5) / width); };
         const auto gradient = [=](const Vec<2>& x) {
@@ -226,7 +225,7 @@ TEST_CASE("H1 errors are those of the gradient in closed form, to 1e-4 of themse
         const auto exact = h1_by_gradient(element_of(mesh, ElementId(std::size_t{0})), u, gradient, false);
         CHECK(agree(error.curved.h1.value, exact, 1e-4));
         CHECK(error.curved.h1.uncertainty <= 1e-3);
-        auto straightened = elevate(mesh.linear, alone);
+        auto straightened = elevate(mesh.linear, one_thread);
         REQUIRE(straightened.has_value());
         const auto straight = element_of(*straightened, ElementId(std::size_t{0}));
         CHECK(agree(error.straight.h1.value, h1_by_gradient(straight, u, gradient, false), 1e-4));
@@ -234,7 +233,7 @@ TEST_CASE("H1 errors are those of the gradient in closed form, to 1e-4 of themse
     }
 }
 
-TEST_CASE("details of 1e-6 at 1e6 have their errors to the digits that their places have") {
+TEST_CASE("errors of details of 1e-6 at a distance of 1e6 equal those at the origin") {
     const double far = 1e6, detail = 1e-6;
     const auto distant = mapped<3>(bent<3>(mesh_of_cells<3>(2, 0.1, 1), 0.08, 2), [=](const Vec<3>& x) {
         return Vec<3>{{far + detail * x[0], -far + detail * x[1], detail * x[2]}};
@@ -254,15 +253,15 @@ TEST_CASE("details of 1e-6 at 1e6 have their errors to the digits that their pla
     CHECK(there.unresolved == 0);
 }
 
-TEST_CASE("a kink is found out, at a bounded cost") {
-    // |x - 0.3| on one element: the L2 error by 2000 strips of the triangle, across which u varies with x alone.
+TEST_CASE("the error of a kink is accurate at a bounded number of evaluations") {
+    // |x - 0.3| on one element. The L2 error is integrated over strips of the triangle, since u depends on x alone.
     LinearMesh<2> mesh;
     mesh.points = Buffer<Vec<2>>{{{0, 0}}, {{1, 0}}, {{0, 1}}};
     mesh.point_references = Buffer<Reference>(3, 0);
     mesh.elements.vertices =
         Buffer<SimplexVertices<2>>{{VertexId(std::size_t{0}), VertexId(std::size_t{1}), VertexId(std::size_t{2})}};
     mesh.elements.references = Buffer<Reference>(1, 0);
-    auto elevated = elevate(mesh, alone);
+    auto elevated = elevate(mesh, one_thread);
     REQUIRE(elevated.has_value());
     const auto error = error_of<2>(*elevated, field_of<2>([](const Vec<2>& x) { return std::abs(x[0] - 0.3); }));
     double square = 0;
@@ -279,25 +278,33 @@ TEST_CASE("a kink is found out, at a bounded cost") {
     CHECK(error.evaluations < 3000000);
 }
 
-TEST_CASE("a field that is nothing has no error; a field that is not finite is an error with its place") {
+TEST_CASE("a zero field has no error") {
     const auto mesh = bent<2>(mesh_of_cells<2>(2, 0, 0), 0.05, 1);
     const auto nothing = error_of<2>(mesh, field_of<2>([](const Vec<2>&) { return 0.0; }));
     CHECK(nothing.curved.l2.value == 0);
     CHECK(nothing.curved.h1.value == 0);
+}
+
+TEST_CASE("a field that is not finite is an error with its position") {
+    const auto mesh = bent<2>(mesh_of_cells<2>(2, 0, 0), 0.05, 1);
     const auto pole =
         field_of<2>([](const Vec<2>& x) { return x[0] > 1.5 ? std::numeric_limits<double>::infinity() : x[1]; });
-    const auto failed = interpolation_error<2>(as_mesh(mesh), pole, {}, alone);
+    const auto failed = interpolation_error<2>(as_mesh(mesh), pole, {}, one_thread);
     REQUIRE_FALSE(failed.has_value());
     CHECK(failed.error().kind == ErrorKind::usage);
     CHECK(failed.error().what.find("the field is inf at (") == 0);
-    const auto huge = interpolation_error<2>(
-        as_mesh(mesh), field_of<2>([](const Vec<2>& x) { return 1e200 * x[0] * x[0]; }), {}, alone);
-    REQUIRE_FALSE(huge.has_value());
-    CHECK(huge.error().what.find("range of numbers") != std::string::npos);
-    CHECK_FALSE(interpolation_error<2>(as_mesh(mesh), pole, {.tolerance = 1}, alone).has_value());
+    CHECK_FALSE(interpolation_error<2>(as_mesh(mesh), pole, {.tolerance = 1}, one_thread).has_value());
 }
 
-TEST_CASE("elements where det J is not positive are counted, and do not keep the quadrature busy") {
+TEST_CASE("a field whose error overflows is an error") {
+    const auto mesh = bent<2>(mesh_of_cells<2>(2, 0, 0), 0.05, 1);
+    const auto huge = interpolation_error<2>(
+        as_mesh(mesh), field_of<2>([](const Vec<2>& x) { return 1e200 * x[0] * x[0]; }), {}, one_thread);
+    REQUIRE_FALSE(huge.has_value());
+    CHECK(huge.error().what.find("too large for a floating-point number") != std::string::npos);
+}
+
+TEST_CASE("elements with non-positive Jacobians are counted and need no extra quadrature") {
     auto mesh = mesh_of_cells<2>(2, 0, 0);
     auto nodes = take(std::move(mesh.mid_nodes));
     for (std::size_t e = 0; e < nodes.size(); ++e) {

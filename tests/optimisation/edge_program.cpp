@@ -1,4 +1,4 @@
-// The programmes of a single edge on generated shells, against samples of the node's places.
+// Optimal nodes of a single edge on generated shells, compared with samples of node positions.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -31,7 +31,7 @@ Vec<D> vector(std::mt19937_64& random, double most) {
     return v;
 }
 
-/// An element with these vertices in a random even order, its nodes given by node(i, j); the shell's edge is 0–1.
+/// An element with these vertices in a random even order and nodes node(i, j). The edge of the shell is 0–1.
 template <int D, class Node>
 ShellElement<D> shell_element(std::mt19937_64& random, const std::array<int, D + 1>& vertices, Node&& node) {
     std::array<int, D + 1> order{};
@@ -40,8 +40,8 @@ ShellElement<D> shell_element(std::mt19937_64& random, const std::array<int, D +
         const int first = static_cast<int>(random() % (D + 1));
         const int second = (first + 1) % (D + 1);
         const int third = (first + 2) % (D + 1);
-        const int kept = order[first];
-        order[first] = order[second], order[second] = order[third], order[third] = kept;
+        const int saved = order[first];
+        order[first] = order[second], order[second] = order[third], order[third] = saved;
     }
     ShellElement<D> s;
     for (int i = 0; i <= D; ++i) s.element.nodes[i] = node(vertices[order[i]], vertices[order[i]]);
@@ -54,8 +54,8 @@ ShellElement<D> shell_element(std::mt19937_64& random, const std::array<int, D +
     return s;
 }
 
-/// The elements around an edge: a ring of 3 to 7 tetrahedra (open now and then), two triangles; nodes off the middles
-/// by up to `amplitude`. `map` is applied to all.
+/// The elements around an edge: a ring of 3 to 7 tetrahedra (sometimes open), or two triangles. Nodes are displaced
+/// from the middles by up to `amplitude`, and all points are mapped by `map`.
 template <int D, class Map>
 EdgeShell<D> shell(std::mt19937_64& random, double amplitude, Map&& map) {
     const int ring = D == 2 ? 2 : 3 + static_cast<int>(random() % 5);
@@ -92,7 +92,7 @@ EdgeShell<D> plain_shell(std::mt19937_64& random, double amplitude) {
     return shell<D>(random, amplitude, [](const Vec<D>& p) { return p; });
 }
 
-/// Thin by 1e-6 in a direction that is no axis.
+/// Compresses by 1e-6 in an oblique direction.
 template <int D>
 Vec<D> squeezed(const Vec<D>& p) {
     Vec<D> normal;
@@ -101,7 +101,7 @@ Vec<D> squeezed(const Vec<D>& p) {
     return p - (1 - 1e-6) * dot(p, normal) * normal;
 }
 
-/// Smallest scaled coefficient; an upper bound of what a coefficient test can show.
+/// The minimum scaled coefficient: an upper limit for tests by coefficients.
 template <int D>
 double smallest_coefficient(const EdgeShell<D>& s, const LagrangeNode<D>& node) {
     double low = 1e300;
@@ -112,7 +112,7 @@ double smallest_coefficient(const EdgeShell<D>& s, const LagrangeNode<D>& node) 
     return low;
 }
 
-/// Not less than the largest smallest value of det J / |det straight| of the shell.
+/// An upper bound of the minimum of det J / |det straight| over the shell.
 template <int D>
 double sampled_minimum(const EdgeShell<D>& s, const LagrangeNode<D>& node) {
     double low = 1e300;
@@ -120,7 +120,7 @@ double sampled_minimum(const EdgeShell<D>& s, const LagrangeNode<D>& node) {
     return low + scaled_jacobian_tolerance * std::max(1.0, std::abs(low));
 }
 
-/// A random pattern search for the largest value(node).
+/// A random pattern search for the maximum of value(node).
 template <int D, class Value>
 std::pair<LagrangeNode<D>, double> searched(std::mt19937_64& random, LagrangeNode<D> start, double size, int tries,
                                             Value&& value) {
@@ -155,8 +155,8 @@ std::vector<double> sorted(const std::array<double, jacobian_coefficients<D>>& c
 }
 
 template <int D>
-void shell_laws() {
-    property("affine_jacobian: the coefficients with the node anywhere",
+void check_edge_programs() {
+    property("affine_jacobian gives the coefficients for any position of the node",
              [] {
                  auto random = random_source();
                  const auto s = plain_shell<D>(random, 0.3);
@@ -178,7 +178,7 @@ void shell_laws() {
                  }
              },
              {100});
-    property("highest_node: no other place is higher, by coefficients",
+    property("highest_node: no other node has a higher minimum coefficient",
              [] {
                  auto random = random_source();
                  const auto s = plain_shell<D>(random, uniform(random, 0, 0.5));
@@ -191,7 +191,7 @@ void shell_laws() {
                      RC_ASSERT(searched<D>(random, start, 0.3, 300, value).second <= highest->lower + 1e-9);
              },
              {60});
-    property("highest_node: asked for more than some value, the same or none",
+    property("highest_node with a required minimum returns the same node or none",
              [] {
                  auto random = random_source();
                  const auto s = plain_shell<D>(random, uniform(random, 0, 0.5));
@@ -203,7 +203,7 @@ void shell_laws() {
                  RC_ASSERT(!highest_node(s, {.max_cuts = 0, .least = highest->upper + off}).has_value());
              },
              {60});
-    property("highest_node: cuts bracket what the node can do, and are never worse",
+    property("highest_node: cuts bracket the attainable minimum and never lower it",
              [] {
                  auto random = random_source();
                  const auto s = plain_shell<D>(random, uniform(random, 0.1, 0.5));
@@ -219,7 +219,7 @@ void shell_laws() {
                  RC_ASSERT(searched<D>(random, highest->node, 0.3, 60, value).second <= highest->upper + slack);
              },
              {60});
-    property("nearest_node: valid, and no sampled valid node is nearer",
+    property("nearest_node is valid, and no sampled valid node is nearer",
              [] {
                  auto random = random_source();
                  const auto s = plain_shell<D>(random, uniform(random, 0, 0.35));
@@ -238,13 +238,13 @@ void shell_laws() {
                  };
                  const double best = -searched<D>(random, nearest->node, 0.3, 200, value).second;
                  RC_ASSERT(best >= nearest->cost * (1 - 1e-9));
-                 // Among all valid nodes it is nearest to the tolerance of the cuts.
+                 // Among all valid nodes it is nearest up to the tolerance of the cuts.
                  const auto valid = [&](const LagrangeNode<D>& n) { return holds(s, n, bound) ? -q(n.point) : -1e300; };
                  const double nearer = -searched<D>(random, nearest->node, 0.3, 60, valid).second;
                  RC_ASSERT(nearest->cuts >= 50 || nearest->cost - nearer <= 1.01e-3 * nearest->cost);
              },
              {60});
-    property("an anisotropy of 1e6, far from the origin: the same values",
+    property("the values do not change at an anisotropy of 1e6 or far from the origin",
              [] {
                  auto random = random_source();
                  auto again = random;
@@ -265,7 +265,7 @@ void shell_laws() {
                  RC_ASSERT(std::abs(a->lower - b->lower) <= 5e-3 * (1 + std::abs(a->lower)));
                  RC_ASSERT(std::abs(a->lower - c->lower) <= 5e-3 * (1 + std::abs(a->lower)));
                  if (a->lower < 0.05) return;
-                 // The squeezed shell's own energy: the metric in which it is not thin.
+                 // The energy of the squeezed shell in the metric in which it is not thin.
                  QuadraticModel<D> q{thin.node.point, 1e-12 * Sym<D>::identity(), 1};
                  Vec<D> normal;
                  for (int i = 0; i < D; ++i) normal[i] = 1 + 0.3 * i;
@@ -281,32 +281,34 @@ void shell_laws() {
                  RC_ASSERT(other.has_value() && holds(remote, other->node, bound));
              },
              {60});
-    property("keep: elements that keep something do, the others are raised",
-             [] {
-                 auto random = random_source();
-                 auto s = plain_shell<D>(random, 0.15);
-                 const double now = smallest_scaled_jacobian(s, s.node, 1e300);
-                 RC_PRE(now > 0.01);
-                 auto kept = s;
-                 kept.elements.front().keep = 0.9 * now;
-                 const auto all = highest_node(s);
-                 const auto some = highest_node(kept);
-                 RC_ASSERT(some.has_value());
-                 RC_ASSERT(some->upper >= all->lower - 1e-9);
-                 RC_ASSERT(decide(with_node(kept.elements.front(), some->node), 0.9 * now - 1e-6) == Verdict::valid);
-                 const auto nearest = nearest_node(kept, QuadraticModel<D>{s.node.point}, now / 2);
-                 RC_ASSERT(nearest && holds(kept, nearest->node, now / 2));
-             },
-             {60, 100, 30});
+    property(
+        "elements with a required minimum keep it while the others are raised",
+        [] {
+            auto random = random_source();
+            auto s = plain_shell<D>(random, 0.15);
+            const double now = smallest_scaled_jacobian(s, s.node, 1e300);
+            RC_PRE(now > 0.01);
+            auto constrained = s;
+            constrained.elements.front().keep = 0.9 * now;
+            const auto all = highest_node(s);
+            const auto some = highest_node(constrained);
+            RC_ASSERT(some.has_value());
+            RC_ASSERT(some->upper >= all->lower - 1e-9);
+            RC_ASSERT(decide(with_node(constrained.elements.front(), some->node), 0.9 * now - 1e-6) == Verdict::valid);
+            const auto nearest = nearest_node(constrained, QuadraticModel<D>{s.node.point}, now / 2);
+            RC_ASSERT(nearest && holds(constrained, nearest->node, now / 2));
+        },
+        {60, 100, 30});
 }
 
 }  // namespace
 
-TEST_CASE_TEMPLATE("edge programmes", Dimension, std::integral_constant<int, 2>, std::integral_constant<int, 3>) {
-    shell_laws<Dimension::value>();
+TEST_CASE_TEMPLATE("optimal nodes of edge shells agree with samples", Dimension, std::integral_constant<int, 2>,
+                   std::integral_constant<int, 3>) {
+    check_edge_programs<Dimension::value>();
 }
 
-TEST_CASE("edge programmes: cuts repair what coefficients cannot") {
+TEST_CASE("cuts reach bounds that coefficients alone do not") {
     std::mt19937_64 random(5);
     int more = 0;
     int reached = 0;

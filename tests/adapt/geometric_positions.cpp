@@ -1,4 +1,4 @@
-// Vertices of the boundary know what they lie on and where: the geometry gives each of them back from what it carries.
+// Boundary vertices store their geometric entity and parameters. Evaluating the geometry there returns the vertex.
 #include <cstddef>
 #include <utility>
 #include <vector>
@@ -25,18 +25,18 @@ namespace {
 template <int D>
 Features<D> features_of(const NamedDomain<D>& domain, const EdgeSet<D>& edges) {
     const FeatureOptions<D> options{.ridge_angle_degrees = domain.ridge_angle_degrees};
-    return must(find_features(domain.mesh, edges, options, alone));
+    return must(find_features(domain.mesh, edges, options, one_thread));
 }
 
 template <int D>
 Adaptation<D> remeshed(const NamedDomain<D>& domain, const AdaptationGoal<D>& goal) {
-    const auto edges = must(unique_edges(domain.mesh, alone));
+    const auto edges = must(unique_edges(domain.mesh, one_thread));
     const auto features = features_of(domain, edges);
     std::vector<VertexId> corners;
     for (std::size_t v = 0; v < domain.mesh.points.size(); ++v)
         if (features.vertex_kinds[v] == VertexKind::corner) corners.emplace_back(v);
-    auto begun = must(begin_adaptation(domain.mesh, edges, {features.edge_kinds.view(), corners}, goal, alone));
-    return must(bring_to_metric<D>(std::move(begun), goal, {.rounds = 2}, alone)).state;
+    auto initial = must(begin_adaptation(domain.mesh, edges, {features.edge_kinds.view(), corners}, goal, one_thread));
+    return must(bring_to_metric<D>(std::move(initial), goal, {.rounds = 2}, one_thread)).state;
 }
 
 template <int D>
@@ -50,7 +50,7 @@ struct Counts {
     std::size_t on_surfaces = 0, on_curves = 0, with_parameters = 0;
 };
 
-/// Each vertex lies on what its facets lie on, and where it says.
+/// Each vertex lies on the entity of its facets, at its stored parameters.
 template <int D>
 Counts expect_places(const Adaptation<D>& r, const Geometry<D>& geometry) {
     Counts counts;
@@ -71,9 +71,9 @@ Counts expect_places(const Adaptation<D>& r, const Geometry<D>& geometry) {
             counts.on_curves += place == VertexPlace::line ? 1 : 0;
             if (!parameters) continue;
             ++counts.with_parameters;
-            const auto given_back = geometry->evaluate(entity, *parameters);
-            REQUIRE(given_back);
-            CHECK(distance(given_back->point, r.mesh.points[v]) < 1e-9);
+            const auto evaluated = geometry->evaluate(entity, *parameters);
+            REQUIRE(evaluated);
+            CHECK(distance(evaluated->point, r.mesh.points[v]) < 1e-9);
         }
     }
     return counts;
@@ -99,12 +99,12 @@ void expect_on_analytic_ball(int cells, double size) {
 
 }  // namespace
 
-TEST_CASE("vertices on analytic surfaces carry entity and parameters") {
+TEST_CASE("vertices on analytic surfaces store their entity and parameters") {
     expect_on_analytic_ball<2>(8, 0.12);
     expect_on_analytic_ball<3>(4, 0.6);
 }
 
-TEST_CASE("vertices of a ridge know both of its faces") {
+TEST_CASE("vertices of a ridge store both of its faces") {
     const NamedDomain<3> domain = quarter_shell<3>(4);
     const Geometry<3> geometry(domain.surfaces);
     const Adaptation<3> r = remeshed(domain, goal_on(domain, 0.6 * domain.cell, geometry));
@@ -117,11 +117,11 @@ TEST_CASE("vertices of a ridge know both of its faces") {
     }
 }
 
-TEST_CASE("vertices on a surrogate carry their place on its patches and curves") {
+TEST_CASE("vertices on a surrogate store parameters on its patches and curves") {
     const NamedDomain<3> domain = quarter_shell<3>(4);
-    const auto edges = must(unique_edges(domain.mesh, alone));
+    const auto edges = must(unique_edges(domain.mesh, one_thread));
     const Geometry<3> geometry(
-        must(build_surrogate(domain.mesh, edges, features_of(domain, edges), SurrogateOptions{}, alone)));
+        must(build_surrogate(domain.mesh, edges, features_of(domain, edges), SurrogateOptions{}, one_thread)));
     const Adaptation<3> r = remeshed(domain, goal_on(domain, 0.6 * domain.cell, geometry));
     const Counts counts = expect_places(r, geometry);
     CHECK(counts.on_surfaces > 50);

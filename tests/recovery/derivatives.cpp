@@ -1,4 +1,4 @@
-// Laws of recovery: linear in the field, scales, orders of convergence, a second evaluation, threads, thin meshes.
+// Properties of recovery: linearity, scaling, orders of convergence, comparison with dense QR, threads, thin meshes.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -72,7 +72,7 @@ void check_scales() {
             }
             CHECK(equal);
         }
-        // Constants have no derivatives, not even by rounding.
+        // Constants have exactly zero derivatives.
         const auto flat = recovered<D>(mesh, {values_of<D>(mesh, degree, [](const Vec<D>&) { return 0.1; }), times(0)});
         for (std::size_t r = 0; r < flat.rows.size(); ++r) {
             CHECK(flat.fields[0].gradients[r] == Vec<D>{});
@@ -85,7 +85,7 @@ void check_scales() {
 
 template <int D>
 void check_together() {
-    property("fields of one call have the bytes that each has alone, with any number of threads",
+    property("fields recovered together equal those recovered alone, for any threads",
              [](std::uint64_t seed) {
                  Dice dice(seed);
                  const auto mesh = bent_mesh<D>(cells_of<D>(D == 2 ? 8 : 4), seed);
@@ -104,7 +104,7 @@ void check_together() {
              {.count = 4});
 }
 
-/// Errors of the highest derivative asked for, on a lattice of that many cells in the unit box.
+/// Errors of the highest recovered derivative on a lattice with the given number of cells in the unit box.
 template <int D>
 double error_of_order(int degree, int cells) {
     Frame<D> frame;
@@ -124,8 +124,8 @@ double error_of_order(int degree, int cells) {
     return error;
 }
 
-/// Least squares over so many rings as they stand in the book: dense QR of the monomials in coordinates that are
-/// whitened by the symmetric root of the covariance.
+/// Least squares over a number of rings by a dense QR of monomials. Coordinates are whitened with the symmetric root of
+/// the covariance.
 template <int D>
 CubicForm<D> by_dense_qr(const QuadraticMesh<D>& mesh, const Column<double>& u, std::size_t v, int count, int degree) {
     const auto rings = [&] {
@@ -197,7 +197,7 @@ CubicForm<D> by_dense_qr(const QuadraticMesh<D>& mesh, const Column<double>& u, 
 
 template <int D>
 void check_second_evaluation() {
-    property("an inner vertex has the third derivatives of a dense QR",
+    property("third derivatives at inner vertices equal those of a dense QR",
              [](std::uint64_t seed) {
                  Dice dice(seed);
                  Frame<D> frame;
@@ -210,7 +210,7 @@ void check_second_evaluation() {
                      const std::size_t row = out.rows.first(VertexId(v));
                      if (out.sources[row] != RowSource::own_fit) continue;
                      ++compared;
-                     // How many rings were taken is not told: one of these numbers it is.
+                     // Recovery does not report the number of rings, so each possible number is compared.
                      double least = 1;
                      for (const int rings : {2, 3, 4, 5}) {
                          const CubicForm<D> t = by_dense_qr<D>(mesh, u, v, rings, out.polynomial_degrees[row]);
@@ -223,12 +223,12 @@ void check_second_evaluation() {
              {.count = 3});
 }
 
-/// Meshes with nothing inside: one element, a layer of cells.
+/// Meshes without inner vertices: one element, and a layer of cells.
 template <int D>
 void check_thin() {
     const Frame<D> frame;
     for (const int degree : {1, 2}) {
-        // One element determines a polynomial of the field's own degree.
+        // One element determines a polynomial of the degree of the field.
         LinearMesh<D> one = mesh_of<D>(
             [] {
                 Buffer<Vec<D>> corners(D + 1, Vec<D>{});
@@ -240,7 +240,7 @@ void check_thin() {
                 for (std::size_t i = 0; i <= D; ++i) simplex[0][i] = VertexId(i);
                 return simplex;
             }());
-        const auto mesh = must(elevate(std::move(one), alone));
+        const auto mesh = must(elevate(std::move(one), one_thread));
         Dice dice(7);
         const RandomPolynomial<D> u(degree, dice);
         const auto out = recovered<D>(mesh, {values_of<D>(mesh, degree, u)});
@@ -253,7 +253,7 @@ void check_thin() {
             CHECK(error_at<D>(out.fields[0], r, frame, mesh.linear.points[r], u) < 1e-12);
         }
 
-        // A plate of one layer of cells has no inner vertices; across it there are degree + 1 places.
+        // A plate of one layer of cells has no inner vertices, and degree + 1 nodes across.
         auto cells = cells_of<D>(7);
         cells[D - 1] = 1;
         const auto plate = bent_mesh<D>(cells, 3, 0, 0);
@@ -269,36 +269,43 @@ void check_thin() {
 
 }  // namespace
 
-TEST_CASE("derivatives scale with the field") {
+TEST_CASE("recovered derivatives scale with the field and vanish for constants") {
     check_scales<2>();
     check_scales<3>();
 }
-TEST_CASE("fields together and threads, in 2D") { check_together<2>(); }
-TEST_CASE("fields together and threads, in 3D") { check_together<3>(); }
-TEST_CASE("third derivatives of degree 2 and Hessians of degree 1 converge with h², boundary included") {
+TEST_CASE("recovery of several fields equals that of each field, for any number of threads, 2D") {
+    check_together<2>();
+}
+TEST_CASE("recovery of several fields equals that of each field, for any number of threads, 3D") {
+    check_together<3>();
+}
+TEST_CASE("third derivatives of quadratic and Hessians of linear fields converge with h²") {
     for (const int degree : {1, 2}) {
         CHECK(error_of_order<2>(degree, 32) < error_of_order<2>(degree, 16) / 3);
         CHECK(error_of_order<3>(degree, 12) < error_of_order<3>(degree, 6) / 3);
     }
 }
-TEST_CASE("a second evaluation") {
+TEST_CASE("third derivatives agree with a dense QR solution") {
     check_second_evaluation<2>();
     check_second_evaluation<3>();
 }
-TEST_CASE("thin meshes have what their nodes determine") {
+TEST_CASE("recovery on thin meshes lowers the degree to what the nodes determine") {
     check_thin<2>();
     check_thin<3>();
 }
-TEST_CASE("an empty mesh has no rows, and vertices of no element none") {
+TEST_CASE("recovery of an empty mesh returns no rows") {
     QuadraticMesh<2> empty;
     CHECK(recovered<2>(empty, {}).rows.size() == 0U);
     CHECK(recovered<2>(empty, {Column<double>()}).fields.size() == 1U);
+}
+
+TEST_CASE("a vertex without elements has no rows") {
     auto mesh = lattice_mesh<3>({.cells = {1, 1, 1}});
     auto points = take(std::move(mesh.points));
     points.push_back({{9, 9, 9}});
     mesh.points = std::move(points);
     const auto out = must(
-        recover_derivatives<3>(mesh, std::array{Column<double>(Buffer<double>(mesh.points.size(), 1.0))}, {}, alone));
+        recover_derivatives<3>(mesh, std::array{Column<double>(Buffer<double>(mesh.points.size(), 1.0))}, {}, one_thread));
     CHECK(out.rows.size() == 8U);
     CHECK(out.rows.materials[VertexId(std::size_t{8})].empty());
 }

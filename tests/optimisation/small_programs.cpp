@@ -1,4 +1,4 @@
-// The linear and the quadratic programme, against all their bases and against each other.
+// The linear and the quadratic program, compared with all bases and with each other.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -30,7 +30,7 @@ Vec<M> vector(std::mt19937_64& random) {
     return v;
 }
 
-/// Functions with a bounded largest minimum: −Σ of the first M gradients is among the gradients.
+/// Functions with a bounded maximum of the minimum: −Σ of the first M gradients is among the gradients.
 template <int M>
 std::vector<RaisedFunction<M>> raised_functions(std::mt19937_64& random, std::size_t more) {
     std::vector<RaisedFunction<M>> functions;
@@ -88,7 +88,7 @@ void subsets(int n, int count, Visit&& visit) {
     more(more, 0);
 }
 
-/// The largest smallest value by all vertices of the programme.
+/// The maximum of the minimum over all vertices of the linear program.
 template <int M>
 double highest_by_vertices(const std::vector<RaisedFunction<M>>& functions) {
     double best = -1e300;
@@ -122,18 +122,18 @@ QuadraticModel<M> model(std::mt19937_64& random) {
     return q;
 }
 
-/// The least cost over all feasible minimisers with up to M functions held at 0; none if nothing is feasible.
+/// The minimum cost over all feasible minimisers with up to M active functions; none if nothing is feasible.
 template <int M>
 std::optional<double> nearest_by_active_sets(const QuadraticModel<M>& q,
                                              const std::vector<AffineFunction<M>>& functions) {
     std::optional<double> best;
-    const auto judge = [&](const Vec<M>& x) {
+    const auto consider = [&](const Vec<M>& x) {
         for (const auto& f : functions)
             if (f(x) < -1e-9) return;
         if (!best || q(x) < *best) best = q(x);
     };
-    judge(q.centre);
-    const auto held = [&]<int K>(std::integral_constant<int, K>) {
+    consider(q.centre);
+    const auto with_active = [&]<int K>(std::integral_constant<int, K>) {
         subsets(static_cast<int>(functions.size()), K, [&](const std::vector<int>& chosen) {
             // H (x − centre) = Σ u_i g_i and g_i · x = −o_i.
             std::array<std::array<double, M + K + 1>, M + K> rows{};
@@ -148,13 +148,13 @@ std::optional<double> nearest_by_active_sets(const QuadraticModel<M>& q,
             if (const auto z = solved<M + K>(rows)) {
                 Vec<M> x = q.centre;
                 for (int c = 0; c < M; ++c) x[c] += (*z)[c];
-                judge(x);
+                consider(x);
             }
         });
     };
-    held(std::integral_constant<int, 1>{});
-    if constexpr (M > 1) held(std::integral_constant<int, 2>{});
-    if constexpr (M > 2) held(std::integral_constant<int, 3>{});
+    with_active(std::integral_constant<int, 1>{});
+    if constexpr (M > 1) with_active(std::integral_constant<int, 2>{});
+    if constexpr (M > 2) with_active(std::integral_constant<int, 3>{});
     return best;
 }
 
@@ -177,8 +177,8 @@ Mat<M> anisotropic_map(std::mt19937_64& random) {
 }
 
 template <int M>
-void linear_laws() {
-    property("highest_point: the best vertex of the programme",
+void check_linear_program() {
+    property("highest_point is the best vertex of the linear program",
              [] {
                  auto random = random_source();
                  const auto functions = raised_functions<M>(random, random() % 7);
@@ -190,7 +190,7 @@ void linear_laws() {
                  RC_ASSERT(highest->upper <= highest->lower + 1e-9 * (1 + std::abs(expected)));
              },
              {200});
-    property("highest_point: the order of the functions and their frame do not matter",
+    property("highest_point does not depend on the order or frame of the functions",
              [] {
                  auto random = random_source();
                  const auto functions = raised_functions<M>(random, 90);
@@ -209,7 +209,7 @@ void linear_laws() {
                  RC_ASSERT(std::abs(other->upper - value) <= 1e-7);
              },
              {200});
-    property("highest_point: asked for more than some value, the same or none",
+    property("highest_point with a required minimum returns the same point or none",
              [] {
                  auto random = random_source();
                  const auto functions = raised_functions<M>(random, 40);
@@ -221,7 +221,7 @@ void linear_laws() {
                  RC_ASSERT(!highest_point<M>(functions, 1e6, highest->upper + off).has_value());
              },
              {100});
-    property("highest_point: functions of weight 0 hold",
+    property("highest_point keeps functions of weight 0 nonnegative",
              [] {
                  auto random = random_source();
                  auto functions = raised_functions<M>(random, 20);
@@ -244,8 +244,8 @@ void linear_laws() {
 }
 
 template <int M>
-void quadratic_laws() {
-    property("nearest_point: the best of all active sets",
+void check_quadratic_program() {
+    property("nearest_point is the best of all active sets",
              [] {
                  auto random = random_source();
                  const auto q = model<M>(random);
@@ -257,7 +257,7 @@ void quadratic_laws() {
                  const auto nearest = nearest_point<M>(q, functions);
                  const auto expected = nearest_by_active_sets<M>(q, functions);
                  if (nearest.feasible != expected.has_value()) {
-                     // Both may be right where the feasible set is a point.
+                     // Both verdicts are correct if the feasible set is a point.
                      std::vector<RaisedFunction<M>> raised;
                      raised.reserve(functions.size());
                      for (const auto& f : functions) raised.push_back({f, 1});
@@ -269,7 +269,7 @@ void quadratic_laws() {
                  RC_ASSERT(std::abs(q.value + nearest.cost - q(nearest.x)) <= 1e-9 * (1 + nearest.cost));
              },
              {300});
-    property("nearest_point: feasible exactly where the largest smallest value is not negative",
+    property("nearest_point is feasible exactly if the highest minimum is nonnegative",
              [] {
                  auto random = random_source();
                  const auto q = model<M>(random);
@@ -287,7 +287,7 @@ void quadratic_laws() {
                  if (nearest.feasible)
                      for (const auto& f : functions) RC_ASSERT(f(nearest.x) >= -1e-9);
                  else {
-                     // What it names contradicts itself.
+                     // The active functions contradict each other.
                      std::vector<RaisedFunction<M>> named;
                      named.reserve(M + 1);
                      for (int i = 0; i < nearest.active_count; ++i) named.push_back({functions[nearest.active[i]], 1});
@@ -298,8 +298,8 @@ void quadratic_laws() {
 }
 
 template <int M>
-void anisotropic_laws() {
-    property("nearest_point: at an anisotropy of 1e6 the same point",
+void check_anisotropy() {
+    property("nearest_point is the same point at an anisotropy of 1e6",
              [] {
                  auto random = random_source();
                  const auto q = model<M>(random);
@@ -321,7 +321,7 @@ void anisotropic_laws() {
                  for (auto& f : mapped) f.gradient = transposed_times(map, f.gradient);
                  const auto other = nearest_point<M>(p, mapped);
                  RC_ASSERT(other.feasible);
-                 // The entries of the Hessian hold its small eigenvalues to 1e-16 · 1e12 only.
+                 // The Hessian entries resolve its small eigenvalues only to 1e-16 · 1e12.
                  RC_ASSERT(std::abs(q(map * other.x) - q(nearest.x)) <= 1e-2 * (1e-3 + nearest.cost));
                  for (const auto& f : functions) RC_ASSERT(f(map * other.x) >= -1e-8);
              },
@@ -330,30 +330,30 @@ void anisotropic_laws() {
 
 }  // namespace
 
-TEST_CASE_TEMPLATE("linear programme", Dimension, std::integral_constant<int, 1>, std::integral_constant<int, 2>,
-                   std::integral_constant<int, 3>) {
-    linear_laws<Dimension::value>();
+TEST_CASE_TEMPLATE("the linear program finds the best vertex", Dimension, std::integral_constant<int, 1>,
+                   std::integral_constant<int, 2>, std::integral_constant<int, 3>) {
+    check_linear_program<Dimension::value>();
 }
 
-TEST_CASE_TEMPLATE("quadratic programme", Dimension, std::integral_constant<int, 1>, std::integral_constant<int, 2>,
-                   std::integral_constant<int, 3>) {
-    quadratic_laws<Dimension::value>();
+TEST_CASE_TEMPLATE("the quadratic program finds the best active set", Dimension, std::integral_constant<int, 1>,
+                   std::integral_constant<int, 2>, std::integral_constant<int, 3>) {
+    check_quadratic_program<Dimension::value>();
 }
 
-TEST_CASE_TEMPLATE("quadratic programme: anisotropic", Dimension, std::integral_constant<int, 2>,
-                   std::integral_constant<int, 3>) {
-    anisotropic_laws<Dimension::value>();
+TEST_CASE_TEMPLATE("the quadratic program finds the same point at an anisotropy of 1e6", Dimension,
+                   std::integral_constant<int, 2>, std::integral_constant<int, 3>) {
+    check_anisotropy<Dimension::value>();
 }
 
-TEST_CASE("programmes: degenerate ones") {
-    // No function: the centre; no function to raise: none.
+TEST_CASE("linear and quadratic programs handle degenerate functions") {
+    // Without functions: the centre of the model, and no highest point.
     CHECK(nearest_point<2>(QuadraticModel<2>{{{3, 4}}}, {}).x == Vec<2>{{3, 4}});
     CHECK_FALSE(highest_point<2>({}, 1).has_value());
-    // Bounded by the reach alone: the coordinate may change the function by 5.
+    // Only the reach bounds the point: the coordinate may change the function by 5.
     const std::vector<RaisedFunction<2>> one{{{{{2, 0}}, 1}, 1}};
     REQUIRE(highest_point<2>(one, 5).has_value());
     CHECK(highest_point<2>(one, 5)->lower == doctest::Approx(6));
-    // The same function many times, parallel and opposite ones, constants.
+    // The same function many times, parallel and opposite ones, and constants.
     std::vector<RaisedFunction<3>> many;
     for (int i = 0; i < 50; ++i)
         for (const double sign : {1.0, -1.0}) many.push_back({{{{sign, 0, 0}}, 1}, 1});
@@ -367,7 +367,7 @@ TEST_CASE("programmes: degenerate ones") {
     const auto between = nearest_point<3>(QuadraticModel<3>{{{4, 5, 6}}}, planes);
     REQUIRE(between.feasible);
     CHECK(distance(between.x, Vec<3>{{0, 5, 6}}) < 1e-12);
-    // A constant that is negative: contradicts by itself.
+    // A negative constant is infeasible.
     planes.push_back({{}, -1});
     CHECK_FALSE(nearest_point<3>(QuadraticModel<3>{{{4, 5, 6}}}, planes).feasible);
 }
