@@ -237,7 +237,8 @@ Outcome<std::string> plan(const config::Pipeline& given, const Fit& fit) {
     const run::PlanSize size = run::plan_size(inputs->mesh.mesh);
     const auto found = forecast(pipeline, std::move(*inputs), size, meter, execution);
     if (!found) return fail(of_input(found.error(), pipeline));
-    std::string text = run::plan_text(pipeline, size, found->growth, found->seconds, threads_used(pipeline));
+    std::string text = run::plan_text(pipeline, config::parts_of(pipeline), size, found->growth, found->seconds,
+                                      threads_used(pipeline));
     for (const std::string& path : named_outputs(pipeline.output))
         text += "  " + called_output(path) + ": " + writable(path) + "\n";
     if (const std::string& plots = pipeline.output.plots; !plots.empty()) {

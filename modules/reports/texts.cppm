@@ -109,10 +109,16 @@ struct ReportKey {
 [[nodiscard]] double expected_seconds(const config::Pipeline& pipeline, const Report& probe, double seconds,
                                       int threads);
 
+/// The parts of a pipeline as JSON in one line. Stages contain the options that differ from the defaults.
+struct PipelineTexts {
+    std::string input, metric, geometry;
+    std::vector<std::string> metric_operations, stages;
+};
+
 /// What a run would do, for `--dry-run`: input and sizes, metric, geometry, each stage with the options that are not
 /// the defaults, memory and time expected. `growth`: what passes will make, where that is known. `seconds`: the time
 /// that a probe predicts, if there was one.
-[[nodiscard]] std::string plan_text(const config::Pipeline& pipeline, const PlanSize& size,
+[[nodiscard]] std::string plan_text(const config::Pipeline& pipeline, const PipelineTexts& parts, const PlanSize& size,
                                     const std::optional<Growth>& growth, std::optional<double> seconds, int threads);
 
 /// The table for a terminal, whole or line by line, and as JSON, both ways. Errors of reading: input, with its path.

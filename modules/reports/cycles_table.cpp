@@ -18,7 +18,6 @@ module camber.reports;
 import camber.core;
 import camber.recipes;
 import camber.repair;
-import camber.config;
 import camber.solution_metric;
 import :json;
 
@@ -114,9 +113,8 @@ double expected_seconds(const config::Pipeline& pipeline, const Report& probe, d
     return seconds + work * seconds_of_work / (threads > 0 ? threads : 1);
 }
 
-std::string plan_text(const config::Pipeline& pipeline, const PlanSize& size, const std::optional<Growth>& growth,
-                      std::optional<double> seconds, int threads) {
-    const auto parts = config::parts_of(pipeline);
+std::string plan_text(const config::Pipeline& pipeline, const PipelineTexts& parts, const PlanSize& size,
+                      const std::optional<Growth>& growth, std::optional<double> seconds, int threads) {
     std::string text =
         row("input", parts.input) + row("dimension, degree", fmt::format("{}D, P{}", size.dimension, size.degree)) +
         row("vertices", fmt::format("{}", size.vertices)) +
