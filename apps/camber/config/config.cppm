@@ -46,7 +46,7 @@ export namespace camber::config {
 /// JSON Schema (draft 2020-12) of a config, for editors.
 [[nodiscard]] std::string pipeline_schema();
 
-/// What `explain` knows: pipeline, the stages, sources of mesh, metric and geometry.
+/// Topics that `explain` knows: pipeline, the stages, sources of mesh, metric and geometry.
 [[nodiscard]] std::vector<std::string> topics();
 
 /// Topics of one kind.

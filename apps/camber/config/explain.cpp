@@ -1,15 +1,12 @@
 // Explanations of keys, and texts of values
 module;
 #include <algorithm>
-#include <array>
 #include <cstddef>
 #include <filesystem>
-#include <functional>
 #include <span>
 #include <sstream>
 #include <string>
 #include <string_view>
-#include <type_traits>
 #include <utility>
 #include <variant>
 #include <vector>
