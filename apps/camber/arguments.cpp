@@ -211,10 +211,10 @@ void add_gradation(CLI::App* verb, std::optional<double>& gradation) {
 }
 
 void add_geometry(CLI::App* verb, GeometryArguments& a) {
-    add_option(verb, "--geometry", a.geometry,
-               "surrogate (from the mesh), straight, or JSON such as "
-               "'{\"analytic\": [{\"references\": [1], \"sphere\": {\"radius\": 5}}]}' or "
-               "'{\"mesh\": \"first.meshb\"}': the boundary of another mesh of the body")
+    add_option(
+        verb, "--geometry", a.geometry,
+        "surrogate (from the mesh), straight, or JSON such as '{\"analytic\": [{\"references\": [1], \"sphere\": "
+        "{\"radius\": 5}}]}' or '{\"mesh\": \"first.meshb\"}': the boundary of another mesh of the body")
         ->default_str("surrogate");
     add_option(verb, "--cad", a.cad,
                "The CAD model that the boundary is put onto (" + std::string(cad_endings) +
@@ -242,8 +242,8 @@ void add_geometry_tolerance(CLI::App* verb, GeometryArguments& a) {
 
 void add_bound(CLI::App* verb, PipelineArguments& a) {
     add_option(verb, "--min-scaled-jacobian", a.min_scaled_jacobian,
-               "Every element's scaled Jacobian must be at least this, from 0 and below 1; what is not: exit code "
-               "1. Without it 0.1 is recommended: what is below is a note")
+               "Every element's scaled Jacobian must be at least this, from 0 and below 1; what is not: exit code 1. "
+               "Without it 0.1 is recommended: what is below is a note")
         ->check(within<double>(option_of(&config::Validate::min_scaled_jacobian).limits));
 }
 

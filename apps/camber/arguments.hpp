@@ -114,7 +114,7 @@ void add_sizes(CLI::App* verb, std::vector<std::string>& sizes);
 void add_metric(CLI::App* verb, MetricChoice& choice);
 void add_gradation(CLI::App* verb, std::optional<double>& gradation);
 void add_geometry(CLI::App* verb, GeometryArguments& arguments);
-/// How far nodes of the boundary may be from it.
+/// The tolerance of boundary nodes.
 void add_geometry_tolerance(CLI::App* verb, GeometryArguments& arguments);
 /// The bound of the verbs that judge curved elements.
 void add_bound(CLI::App* verb, PipelineArguments& arguments);

@@ -9,7 +9,6 @@
 #include <set>
 #include <string>
 #include <string_view>
-#include <utility>
 #include <vector>
 #include <CLI/CLI.hpp>
 
@@ -183,9 +182,9 @@ std::string_view name_of(const Term& term) { return term.names.substr(0, term.na
 constexpr std::size_t most_suggestions = 3;
 
 std::string in_small_letters(std::string_view word) {
-    std::string small(word);
-    for (char& c : small) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-    return small;
+    std::string text(word);
+    std::ranges::transform(text, text.begin(), small);
+    return text;
 }
 
 std::string type_of(const CLI::Option& option) {
@@ -230,14 +229,14 @@ std::string option_text(const CLI::App& app, const std::string& name) {
     return text;
 }
 
-/// Long names of all options, without dashes.
-std::vector<std::string> option_names(const CLI::App& app) {
-    std::set<std::string> names;
+/// Long names of all options, by group of the help.
+std::map<std::string, std::set<std::string>> options_by_group(const CLI::App& app) {
+    std::map<std::string, std::set<std::string>> options;
     for (const CLI::App* const verb : app.get_subcommands({}))
         for (const CLI::Option* const option : verb->get_options())
             for (const std::string& name : option->get_lnames())
-                if (!name.starts_with("help")) names.insert(name);
-    return {names.begin(), names.end()};
+                if (!name.starts_with("help")) options[option->get_group()].insert("--" + name);
+    return options;
 }
 
 std::string term_text(const Term& term) {
@@ -262,8 +261,8 @@ std::string report_key_text(std::string name) {
 
 std::vector<std::string> all_words(const CLI::App& app) {
     std::vector<std::string> words = config::topics();
-    const auto options = option_names(app);
-    words.insert(words.end(), options.begin(), options.end());
+    for (const auto& [group, names] : options_by_group(app))
+        for (const std::string& name : names) words.push_back(name.substr(2));
     for (const Term& term : terms) words.emplace_back(name_of(term));
     for (const Verb& verb : verbs()) words.emplace_back(verb.name);
     std::ranges::sort(words);
@@ -318,12 +317,8 @@ Outcome<std::string> explanation_of(const CLI::App& app, std::string_view word) 
 std::string list_explained_words(const CLI::App& app) {
     std::string text = "camber explain WORD explains a word of these groups.\n\n";
     for (const config::TopicGroup& group : config::topic_groups()) text += list_of(group.title, group.topics);
-    std::map<std::string, std::set<std::string>> options;
-    for (const CLI::App* const verb : app.get_subcommands({}))
-        for (const CLI::Option* const option : verb->get_options())
-            for (const std::string& name : option->get_lnames())
-                if (!name.starts_with("help")) options[option->get_group()].insert("--" + name);
-    for (const auto& [group, names] : options) text += list_of(group + " options", {names.begin(), names.end()});
+    for (const auto& [group, names] : options_by_group(app))
+        text += list_of(group + " options", {names.begin(), names.end()});
     std::vector<std::string> names;
     names.reserve(std::size(terms));
     for (const Term& term : terms) names.emplace_back(name_of(term));

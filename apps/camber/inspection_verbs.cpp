@@ -14,12 +14,6 @@ import camber.reports;
 
 namespace camber::app {
 
-namespace {
-
-int print_or_report(const Outcome<std::string>& text) { return text ? end_with(*text) : report_error(text.error()); }
-
-}  // namespace
-
 Work declare_check(CLI::App* verb, Arguments& all) {
     add_details(
         verb,
@@ -31,18 +25,15 @@ Work declare_check(CLI::App* verb, Arguments& all) {
         "                                                   does curvature pay for a front on this sphere?\n"
         "  camber check wing.meshb --metric wing.solb       is it unit for this metric?\n"
         "  camber check wing-p2.meshb --metric wing.solb    the same straight and along its curves\n\n"
-        "An element of degree 2 is valid where det J is positive everywhere; its scaled Jacobian is the smallest "
-        "det J as a share of that of the straight element with the same vertices (other programs mean Knupp's measure "
-        "by the name). Of a straight mesh the quality is told: the mean ratio. Beyond its elements the mesh is "
-        "examined: conformity, orientation, nodes, boundary, and whether walls pass through each other, curved as they "
-        "are. "
-        "Of a field (x, y, z, pi, + - * / ^, c ? a : b, sqrt, exp, "
-        "tanh ...) the errors of its interpolants are told, in L2 and H1: of degree 1 and 2 with straight edges, and "
-        "of "
-        "the mesh as it is; a ratio straight / as it is above 1 says that curvature pays at equal unknowns "
-        "(docs/algorithms/interpolation-error.md). In a metric an element of degree 2 has the quality 1 / mean "
-        "distortion: 1 is unit, 0 folded (docs/algorithms/distortion.md). What each line means: "
-        "docs/algorithms/check.md");
+        "An element of degree 2 is valid where det J is positive everywhere; its scaled Jacobian is the smallest det J "
+        "as a share of that of the straight element with the same vertices (other programs mean Knupp's measure by the "
+        "name). Of a straight mesh the quality is told: the mean ratio. Beyond its elements the mesh is examined: "
+        "conformity, orientation, nodes, boundary, and whether walls pass through each other, curved as they are. Of a "
+        "field (x, y, z, pi, + - * / ^, c ? a : b, sqrt, exp, tanh ...) the errors of its interpolants are told, in L2 "
+        "and H1: of degree 1 and 2 with straight edges, and of the mesh as it is; a ratio straight / as it is above 1 "
+        "says that curvature pays at equal unknowns (docs/algorithms/interpolation-error.md). In a metric an element "
+        "of degree 2 has the quality 1 / mean distortion: 1 is unit, 0 folded (docs/algorithms/distortion.md). What "
+        "each line means: docs/algorithms/check.md");
     CheckArguments& a = all.check;
     using Options = run::CheckOptions;
     add_mesh(verb, a.input);
@@ -55,8 +46,8 @@ Work declare_check(CLI::App* verb, Arguments& all) {
         ->allow_extra_args(false)
         ->type_name("EXPRESSION");
     add_option(verb, "--metric", a.metric,
-               "A metric file: lengths of edges and qualities of elements in it are told, and how many edges are "
-               "of unit length; of degree 2 straight and along the curves, with a bound of the quality at every point");
+               "A metric file: lengths of edges and qualities of elements in it are told, and how many edges are of "
+               "unit length; of degree 2 straight and along the curves, with a bound of the quality at every point");
     add_option(verb, "--vtu", a.vtu,
                "Also write the mesh with each element's verdict, scaled Jacobian and quality for ParaView (.vtu)");
     add_threads(verb, a.threads);
@@ -82,19 +73,17 @@ Work declare_report(CLI::App* verb, Arguments& all) {
     using Options = run::CheckOptions;
     add_option(verb, "input", a.input,
                "The mesh (" + endings_of_input() +
-                   "), or the report.json of a run, whose "
-                   "mesh is where it was written or beside it")
+                   "), or the report.json of a run, whose mesh is where it was written or beside it")
         ->required();
     add_option(verb, "-o,--output", a.output, "The page (.html)")->required();
     add_described<double>(verb, a.options, option_of(&Options::min_scaled_jacobian));
     add_flat(verb, a.flat);
     add_described<int>(verb, a.options, option_of(&Options::worst));
     add_option(verb, "--metric", a.metric,
-               "A metric file: faces can be coloured by its anisotropy, and check tells "
-               "lengths and qualities in it");
+               "A metric file: faces can be coloured by its anisotropy, and check tells lengths and qualities in it");
     add_option(verb, "--solution", a.solution,
-               "Fields to colour by: a solution file, or a mesh file with the same "
-               "nodes. Default: those of the mesh's own file");
+               "Fields to colour by: a solution file, or a mesh file with the same nodes. Default: those of the mesh's "
+               "own file");
     add_described<int>(verb, a.page, option_of(&run::PageOptions::inner_faces));
     add_threads(verb, a.threads);
     return {[&a](const Host&) { return report_command(a); }};
@@ -119,16 +108,15 @@ Work declare_geometry(CLI::App* verb, Arguments& all) {
         "from the geometry to the boundary, what it has left out: of a CAD model points are taken on all its faces and "
         "edges, of other geometries only where the mesh has facets. Without a geometry it is the smooth surface "
         "through the mesh's own vertices, which says how much its facets, or its curves, differ from that, and nothing "
-        "of "
-        "the part that was meant. More: docs/algorithms/distances.md");
+        "of the part that was meant. More: docs/algorithms/distances.md");
     GeometryCommandArguments& a = all.geometry;
     using Options = run::InspectOptions;
     add_mesh(verb, a.input);
     add_option(verb, "-o,--output", a.output,
                "Also write the mesh with its patches and the distances of its facets for ParaView (.vtu)");
     add_option(verb, "--surface", a.surface,
-               "Also write the geometry over the mesh's facets for ParaView (.vtu): each facet in 36 small "
-               "ones, with normals");
+               "Also write the geometry over the mesh's facets for ParaView (.vtu): each facet in 36 small ones, with "
+               "normals");
     add_geometry(verb, a.geometry);
     add_described<double>(verb, a.options, option_of(&Options::ridge_angle));
     add_described<int>(verb, a.options, option_of(&Options::worst));
@@ -216,15 +204,15 @@ Work declare_explain(CLI::App* verb, Arguments& all) {
                 "  camber explain 'scaled Jacobian'     a word of the tables");
     add_option(verb, "topic", all.topic, "The word, such as curve, --geometry-error, complexity. Default: list all");
     return {[&topic = all.topic, program = verb->get_parent()](const Host&) {
-        return topic.empty() ? end_with(list_explained_words(*program))
-                             : print_or_report(explanation_of(*program, topic));
+        const auto text = topic.empty() ? list_explained_words(*program) : explanation_of(*program, topic);
+        return text.map([](const std::string& t) { return end_with(t); });
     }};
 }
 
 Work declare_help(CLI::App* verb, Arguments& all) {
     add_option(verb, "command", all.help_of, "The command, such as curve. Default: the program");
     return {[&name = all.help_of, program = verb->get_parent()](const Host&) {
-        return print_or_report(help_text_of(*program, name));
+        return help_text_of(*program, name).map([](const std::string& text) { return end_with(text); });
     }};
 }
 

@@ -2,7 +2,6 @@
 #include <cstddef>
 #include <cstdio>
 #include <exception>
-#include <memory>
 #include <new>
 #include <span>
 

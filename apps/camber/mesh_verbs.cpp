@@ -143,8 +143,8 @@ Work declare_convert(CLI::App* verb, Arguments& all) {
     add_flag(verb, "--straighten", a.straighten, "Degree 2 to 1 first: the nodes of edges are left out")
         ->excludes(elevate);
     add_option(verb, "--partition", a.partition,
-               "In so many parts for a solver, by Scotch: files OUT.1.EXT … with the numbers of nodes and cells "
-               "in the whole, beside it OUT with the field partition; or -o OUT.pvtu, which names its pieces")
+               "In so many parts for a solver, by Scotch: files OUT.1.EXT … with the numbers of nodes and cells in the "
+               "whole, beside it OUT with the field partition; or -o OUT.pvtu, which names its pieces")
         ->check(CLI::Range(std::size_t{1}, std::size_t{1} << 20U));
     add_read(verb, a.read);
     add_threads(verb, a.threads);

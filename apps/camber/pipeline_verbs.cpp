@@ -58,12 +58,10 @@ Work declare_repair(CLI::App* verb, Arguments& all) {
         "  camber repair broken.meshb -o valid.meshb --boundary-tolerance 1e-3\n\n"
         "The boundary stays as it is, bit for bit, interfaces between materials too: nodes of the volume move, and, if "
         "need be, its vertices. With --cad, or analytic surfaces, the boundary's nodes are first put onto these, and "
-        "slide on "
-        "them where nothing else helps. With --boundary-tolerance T the nodes of boundary edges may move too where "
-        "nothing "
-        "else helps, each by T at most (between them the surface then moves by 4/3 T at most); boundary vertices never "
-        "do. Elements that cannot be repaired are listed with the reason, the mesh is written with them, and the exit "
-        "code is 1. How it is done: docs/algorithms/repair.md");
+        "slide on them where nothing else helps. With --boundary-tolerance T the nodes of boundary edges may move too "
+        "where nothing else helps, each by T at most (between them the surface then moves by 4/3 T at most); boundary "
+        "vertices never do. Elements that cannot be repaired are listed with the reason, the mesh is written with "
+        "them, and the exit code is 1. How it is done: docs/algorithms/repair.md");
     RepairArguments& a = all.repair;
     add_option(verb, "input", a.input, "The curved mesh (" + endings_of_input() + ")")->required();
     add_option(verb, "-o,--output", a.output, "Where the repaired mesh goes (" + endings_of_output() + ")")->required();
@@ -81,19 +79,18 @@ Work declare_repair(CLI::App* verb, Arguments& all) {
 }
 
 Work declare_remesh(CLI::App* verb, Arguments& all) {
-    add_details(
-        verb,
-        "  camber remesh wing.meshb --metric wing.solb -o finer.meshb\n"
-        "  camber remesh wing.meshb --metric 0.1 -o even.meshb\n"
-        "  camber remesh wing.meshb --metric wing.solb -o finer.meshb --output-metric finer.solb\n"
-        "  camber remesh two.meshb -o three.meshb --geometry '{\"mesh\": \"one.meshb\"}'\n\n"
-        "References, materials, interfaces, ridges, listed curves, corners and whatever is required are kept; new "
-        "vertices of the boundary lie on the geometry: a smooth surface through its vertices, and nodes where it is "
-        "curved. Where a mesh is remeshed many times, each time from the one before, give the first "
-        "one as the geometry, or the CAD model: the boundary then stays where it was. A mesh of degree 2 stays one: "
-        "edges are measured along their curves, and every "
-        "element that is made is valid. To curve what comes of a straight one onto the same geometry, put \"remesh\" "
-        "before \"elevate\" in a config (configs/remesh.json). How it is done: docs/algorithms/cavity-operator.md");
+    add_details(verb,
+                "  camber remesh wing.meshb --metric wing.solb -o finer.meshb\n"
+                "  camber remesh wing.meshb --metric 0.1 -o even.meshb\n"
+                "  camber remesh wing.meshb --metric wing.solb -o finer.meshb --output-metric finer.solb\n"
+                "  camber remesh two.meshb -o three.meshb --geometry '{\"mesh\": \"one.meshb\"}'\n\n"
+                "References, materials, interfaces, ridges, listed curves, corners and whatever is required are kept; "
+                "new vertices of the boundary lie on the geometry: a smooth surface through its vertices, and nodes "
+                "where it is curved. Where a mesh is remeshed many times, each time from the one before, give the "
+                "first one as the geometry, or the CAD model: the boundary then stays where it was. A mesh of degree 2 "
+                "stays one: edges are measured along their curves, and every element that is made is valid. To curve "
+                "what comes of a straight one onto the same geometry, put \"remesh\" before \"elevate\" in a config "
+                "(configs/remesh.json). How it is done: docs/algorithms/cavity-operator.md");
     RemeshArguments& a = all.remesh;
     add_mesh(verb, a.input);
     add_option(verb, "-o,--output", a.output, "Where the new mesh goes (" + endings_of_output() + ")")->required();
@@ -125,8 +122,8 @@ namespace {
 void add_aims(CLI::App* verb, AdaptArguments& a) {
     add_option(verb, "--solution", a.solution.given,
                "The solution on MESH: a file of rows at its vertices or nodes (" + endings_of_solutions() +
-                   "), or of the same mesh with fields; one cycle, as the next mesh's is not known. Or an "
-                   "expression such as 'tanh((x-y)/0.05)', which is known everywhere");
+                   "), or of the same mesh with fields; one cycle, as the next mesh's is not known. Or an expression "
+                   "such as 'tanh((x-y)/0.05)', which is known everywhere");
     add_option(verb, "--fields", a.solution.fields, "Names of the fields to take, with commas. Default: all")
         ->delimiter(',');
     add_option(
@@ -135,9 +132,9 @@ void add_aims(CLI::App* verb, AdaptArguments& a) {
             a.adapt.solve = CLI::detail::split_up(given.front());
             return !a.adapt.solve.empty();
         },
-        "A command that solves, run without a shell on the first mesh and on every one that is made: its words "
-        "have {mesh}, the file to read, and {solution}, the file to write; {guess} is the solution before, brought "
-        "to the new mesh, {cycle} the number, {folder} the cycle's folder")
+        "A command that solves, run without a shell on the first mesh and on every one that is made: its words have "
+        "{mesh}, the file to read, and {solution}, the file to write; {guess} is the solution before, brought to the "
+        "new mesh, {cycle} the number, {folder} the cycle's folder")
         ->type_name("COMMAND");
     add_option(verb, "--metric", a.metric.metric,
                "A metric instead: a size, a file (" + endings_of_solutions() +
@@ -181,10 +178,9 @@ void add_metric_of_solution_options(CLI::App* verb, AdaptArguments& a) {
     add_described<double>(verb, a.of_solution, option_of(&S::max_anisotropy));
     add_sizes(verb, a.metric.sizes);
     add_option(verb, "--geometry-error", a.metric.geometry_error,
-               "Largest distance of the boundary from its geometry, both ways; what the result misses is exit "
-               "code 1. Default: by the expected error of the solution, what misses that is a note, and no facet is "
-               "made that is "
-               "farther than with remesh; none: any")
+               "Largest distance of the boundary from its geometry, both ways; what the result misses is exit code 1. "
+               "Default: by the expected error of the solution, what misses that is a note, and no facet is made that "
+               "is farther than with remesh; none: any")
         ->check(above<double>(0))
         ->transform(none_as("inf"));
     add_gradation(verb, a.metric.gradation);
@@ -233,8 +229,7 @@ Work declare_adapt(CLI::App* verb, Arguments& all) {
         "remeshes, puts the edges' nodes where it is interpolated best, and brings the solution to the new mesh; every "
         "mesh is valid. The boundary stays on the geometry: that of --geometry or --cad, else the first mesh's. Cycles "
         "end when the error has converged (--convergence-tolerance), after --cycles of them, or by Ctrl-C; the mesh "
-        "with the least "
-        "error is then in OUTPUT (--result). How it works: docs/algorithms/adaptation.md");
+        "with the least error is then in OUTPUT (--result). How it works: docs/algorithms/adaptation.md");
     AdaptArguments& a = all.adapt;
     add_mesh(verb, a.input);
     add_option(verb, "-o,--output", a.output, "Where the result goes (" + endings_of_output() + ")")->required();

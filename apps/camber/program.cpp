@@ -7,7 +7,6 @@
 #include <exception>
 #include <memory>
 #include <new>
-#include <optional>
 #include <span>
 #include <sstream>
 #include <string>
@@ -90,12 +89,9 @@ constexpr const char* description =
 
 constexpr const char* exit_codes =
     "Exit codes: 0 done; 1 done, but the result is not the requested one: elements are not certified valid or below "
-    "the "
-    "requested scaled Jacobian, the boundary is off its geometry, walls cross, or elements overlap (check: or the mesh "
-    "has other "
-    "defects); 2 bad usage or config; 3 bad input or output file; 4 not "
-    "enough memory, or an internal error; 130 "
-    "interrupted. What becomes of every kind of bad input: docs/input.md.";
+    "the requested scaled Jacobian, the boundary is off its geometry, walls cross, or elements overlap (check: or the "
+    "mesh has other defects); 2 bad usage or config; 3 bad input or output file; 4 not enough memory, or an internal "
+    "error; 130 interrupted. What becomes of every kind of bad input: docs/input.md.";
 
 /// The parser of the program, the values that it stores, and the work of each verb in the order of the table.
 struct Program {
@@ -181,7 +177,8 @@ int run_line(std::span<char*> arguments, const std::shared_ptr<Ranks>& ranks, co
     if (const auto* text = std::get_if<std::string>(&*parsed)) return end_with(*text);
     const Call& call = *std::get<std::unique_ptr<Call>>(*parsed);
     if (auto possible = check_ranks(*call.verb, *ranks); !possible) return report_error(possible.error());
-    return call.work.run({.ranks = ranks, .partition = partition});
+    const auto code = call.work.run({.ranks = ranks, .partition = partition});
+    return code ? *code : report_error(code.error());
 } catch (const std::bad_alloc& failure) {
     return report_error(out_of_memory(failure));
 } catch (const std::exception& error) {

@@ -2,7 +2,6 @@
 // The program's verbs: their arguments as values, from the words of a command line.
 #include <functional>
 #include <memory>
-#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -42,7 +41,7 @@ struct Arguments {
 
 /// Work of a verb with its arguments.
 struct Work {
-    std::function<int(const Host&)> run;  ///< returns the exit code
+    std::function<Outcome<int>(const Host&)> run;  ///< returns the exit code
     /// The pipeline that the verb runs; empty: the verb runs none.
     std::function<Outcome<config::Pipeline>()> pipeline = {};
 };

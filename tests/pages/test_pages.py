@@ -115,7 +115,7 @@ class Places(unittest.TestCase):
 
 LIBRARIES = {"tl::expected": "tl-expected", "TBB::tbb": "TBB", "range-v3::range-v3": "range-v3", "Boost::headers": "Boost",
              "ZLIB::ZLIB": "zlib", "LibLZMA::LibLZMA": "liblzma", "lz4": "lz4", "pugixml::pugixml": "pugixml", "muparser::muparser": "muparser", "Eigen3::Eigen": "Eigen",
-             "fmt::fmt-header-only": "fmt"}
+             "fmt::fmt-header-only": "fmt", "nlohmann_json::nlohmann_json": "nlohmann_json"}
 
 
 def manifest(module):
@@ -125,7 +125,7 @@ def manifest(module):
     words = text[begin:text.index(")\n", begin)].split()
     found, keyword = {}, "NAME"
     for word in words:
-        if word in ("INTERFACE", "IMPL", "USES", "LINK_PUBLIC", "LINK_PRIVATE"):
+        if word in ("INTERFACE", "PARTS", "IMPL", "USES", "LINK_PUBLIC", "LINK_PRIVATE"):
             keyword = word
         else:
             found.setdefault(keyword, []).append(word)

@@ -43,7 +43,7 @@ Outcome<Done> check_given(const AdaptArguments& a) {
     return Done{};
 }
 
-/// What arguments say other than by default.
+/// Copies the values of arguments that are not the defaults.
 void put_given(const config::SolutionMetric& given, config::SolutionMetric& metric) {
     const config::SolutionMetric by_default;
     const auto put = [&](auto member) {
@@ -83,38 +83,19 @@ Outcome<config::Pipeline> pipeline_of(const AdaptArguments& a) {
     return pipeline;
 }
 
-int adapt_command(const AdaptArguments& arguments) {
+Outcome<int> adapt_command(const AdaptArguments& arguments) {
     const auto pipeline = pipeline_of(arguments);
-    if (!pipeline) return report_error(pipeline.error());
-    // What arguments gave is as sound as what a config says.
-    if (auto sound = config::with_values(*pipeline, {}, "command line"); !sound) return report_error(sound.error());
+    if (!pipeline) return fail(pipeline.error());
+    // The values of arguments have the limits of a config.
+    if (auto sound = config::with_values(*pipeline, {}, "command line"); !sound) return fail(sound.error());
     if (arguments.print_config) return end_with(config::write_pipeline(*pipeline));
     return run_or_plan_cycles(*pipeline, files_of(*pipeline, words_of_options),
                               {.from = arguments.from, .degree = arguments.degree == 1 ? 1 : 0}, arguments.dry_run);
 }
 
-int run_or_plan_cycles(const config::Pipeline& pipeline, const std::vector<NamedFile>& files,
-                       const CyclesChoice& choice, bool dry_run) {
-    // Every cycle's mesh takes the place of the output: the input would be lost while it is still needed.
-    std::vector<NamedFile> named = files;
-    for (NamedFile& file : named) {
-        if (file.role == Role::input_mesh) file.role = Role::input;
-        if (file.path == standard_stream)
-            return report_error({ErrorKind::usage,
-                                 "cycles read and write their files again and again, which a stream cannot",
-                                 file.word + " -",
-                                 {},
-                                 "give a file"});
-    }
-    if (auto distinct = check_named_files(named); !distinct) return report_error(distinct.error());
-    if (!dry_run) return run_cycles(pipeline, choice);
-    const auto text = plan_cycles(pipeline, choice);
-    return text ? end_with(*text + "\n  nothing was done\n") : report_error(text.error());
-}
-
 namespace {
 
-/// What is known of the solver's solution on a mesh.
+/// The solver's solution on a mesh.
 struct Solved {
     DecodedMesh mesh;
     std::vector<NamedField> fields;
@@ -320,7 +301,7 @@ class Printed {
     [[nodiscard]] const std::optional<Error>& failed() const { return failed_; }
 
     /// Prints notes on the result, and what it misses. Returns the exit code.
-    int end(const run::EndedCycles& ended, const CyclesInFolders& store) {
+    Outcome<int> end(const run::EndedCycles& ended, const CyclesInFolders& store) {
         int code = ended.is_valid() ? 0 : 1;
         if (!ended.is_valid())
             tell(ended.reason + (ended.rows.size() == 1 ? ": mend it first (camber repair)"
@@ -335,8 +316,7 @@ class Printed {
             }
         const bool is_early = ended.is_valid() && !ended.reason.empty();
         say("\n" + (is_early ? "  " + ended.reason + "\n" : std::string()) + store.what_was_written());
-        const auto said = finish();
-        return said ? code : report_error(said.error());
+        return finish().map([&](Done) { return code; });
     }
 
   private:
@@ -349,6 +329,14 @@ class Printed {
     std::optional<Error> failed_;
     std::set<std::string> told_;  ///< notices
 };
+
+/// The folder in which cycles are stored; empty: none are.
+std::string kept_folder(const config::Pipeline& pipeline) {
+    if (!pipeline.adapt.folder.empty()) return pipeline.adapt.folder;
+    if (pipeline.adapt.solve.empty() && !pipeline.output.mesh.empty()) return {};
+    if (pipeline.output.mesh.empty()) return "camber.cycles";
+    return std::filesystem::path(pipeline.output.mesh).replace_extension(".cycles").string();
+}
 
 Outcome<CycleFolders> folders_of(const config::Pipeline& pipeline, const CyclesChoice& choice) {
     const std::string kept = kept_folder(pipeline);
@@ -363,20 +351,11 @@ Outcome<CycleFolders> folders_of(const config::Pipeline& pipeline, const CyclesC
     return choice.from ? CycleFolders::going_on(kept, *choice.from) : CycleFolders::anew(kept);
 }
 
-}  // namespace
-
-std::string kept_folder(const config::Pipeline& pipeline) {
-    if (!pipeline.adapt.folder.empty()) return pipeline.adapt.folder;
-    if (pipeline.adapt.solve.empty() && !pipeline.output.mesh.empty()) return {};
-    if (pipeline.output.mesh.empty()) return "camber.cycles";
-    return std::filesystem::path(pipeline.output.mesh).replace_extension(".cycles").string();
-}
-
-int run_cycles(const config::Pipeline& pipeline, const CyclesChoice& choice) {
-    if (auto possible = run::check_cycles(pipeline); !possible) return report_error(possible.error());
-    if (auto possible = check_outputs(pipeline.output); !possible) return report_error(possible.error());
+Outcome<int> run_cycles(const config::Pipeline& pipeline, const CyclesChoice& choice) {
+    if (auto possible = run::check_cycles(pipeline); !possible) return fail(possible.error());
+    if (auto possible = check_outputs(pipeline.output); !possible) return fail(possible.error());
     auto folders = folders_of(pipeline, choice);
-    if (!folders) return report_error(folders.error());
+    if (!folders) return fail(folders.error());
     CyclesInFolders store(pipeline, std::move(*folders));
     Printed printed(pipeline.adapt);
     for (const run::CycleRow& row : store.rows()) printed.row(row);
@@ -394,14 +373,14 @@ int run_cycles(const config::Pipeline& pipeline, const CyclesChoice& choice) {
     const auto ended = run::adapt(pipeline, store, pipeline.adapt.solve.empty() ? run::CycleSolver() : solve, listener,
                                   required_by(choice), plainly(execution));
     if (ended) return printed.end(*ended, store);
-    return report_error(printed.failed() ? *printed.failed() : store.told(ended.error()));
+    return fail(printed.failed() ? *printed.failed() : store.told(ended.error()));
 }
 
 Outcome<std::string> plan_cycles(const config::Pipeline& pipeline, const CyclesChoice& choice) {
     if (auto possible = run::check_cycles(pipeline); !possible) return fail(possible.error());
     config::Pipeline once = pipeline;
     once.adapt = {};
-    // What the solver will say is not known: the first mesh's plan.
+    // The solution is not known yet: the plan of the first mesh.
     if (!pipeline.adapt.solve.empty()) once = run::first_pipeline(pipeline, run::files_of_cycle(pipeline, ""));
     once.output = pipeline.output;
     auto text = plan(once, run::fit_of_cycle(1, required_by(choice)));
@@ -411,6 +390,25 @@ Outcome<std::string> plan_cycles(const config::Pipeline& pipeline, const CyclesC
                          pipeline.adapt.solve.empty() ? "" : ", each after the solver",
                          kept.empty() ? "" : "; kept in " + kept);
     return text;
+}
+
+}  // namespace
+
+Outcome<int> run_or_plan_cycles(const config::Pipeline& pipeline, const std::vector<NamedFile>& files,
+                                const CyclesChoice& choice, bool dry_run) {
+    // Every cycle's mesh takes the place of the output: the input would be lost while it is still needed.
+    std::vector<NamedFile> named = files;
+    for (NamedFile& file : named) {
+        if (file.role == Role::input_mesh) file.role = Role::input;
+        if (file.path == standard_stream)
+            return fail(ErrorKind::usage, "cycles read and write their files again and again, which a stream cannot",
+                        file.word + " -", {}, "give a file");
+    }
+    if (auto distinct = check_named_files(named); !distinct) return fail(distinct.error());
+    if (!dry_run) return run_cycles(pipeline, choice);
+    return plan_cycles(pipeline, choice).map([](const std::string& text) {
+        return end_with(text + "\n  nothing was done\n");
+    });
 }
 
 }  // namespace camber::app

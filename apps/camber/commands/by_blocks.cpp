@@ -1,21 +1,16 @@
 module;
 #include <algorithm>
 #include <cstddef>
-#include <cstdint>
 #include <ctime>
 #include <filesystem>
 #include <iterator>
-#include <memory>
-#include <optional>
 #include <string>
-#include <string_view>
 #include <system_error>
 #include <utility>
 #include <variant>
 #include <vector>
 module camber.commands;
 import camber.core;
-import camber.bezier;
 import camber.ordering;
 import camber.io;
 import camber.distributed;
@@ -114,29 +109,20 @@ class BlocksRun {
     }
 
     Outcome<run::Run> run_in_memory() {
-        std::optional<DecodedMesh> decoded;
         const auto* const file = std::get_if<config::FilePath>(&pipeline_.input.source);
-        auto read = steps_.around()(file != nullptr ? "read" : "generate", [&](const Execution& e) -> Outcome<Done> {
-            auto got = file != nullptr ? read_mesh(file->path, pipeline_.input.flat, e)
-                                       : run::generate_shape(std::get<config::Shape>(pipeline_.input.source), e);
-            if (!got) return fail(got.error());
-            decoded = std::move(*got);
-            return Done{};
+        auto decoded = run_step(steps_.around(), file != nullptr ? "read" : "generate", [&](const Execution& e) {
+            return file != nullptr ? read_mesh(file->path, pipeline_.input.flat, e)
+                                   : run::generate_shape(std::get<config::Shape>(pipeline_.input.source), e);
         });
-        if (!read) return fail(read.error());
+        if (!decoded) return fail(decoded.error());
         return std::visit(
             [&]<int D>(Mesh<D> mesh) -> Outcome<run::Run> {
                 if (mesh.degree > 1)
                     return fail(ErrorKind::unsupported, "the mesh is curved: blocks take a straight one", {}, {},
                                 "camber convert --straighten makes it one");
-                std::optional<Opened<D>> opened;
-                auto done = steps_.around()("prepare", [&](const Execution& e) -> Outcome<Done> {
-                    auto made = prepared<D>(std::move(mesh), notices_, e);
-                    if (!made) return fail(made.error());
-                    opened = std::move(*made);
-                    return Done{};
-                });
-                if (!done) return fail(done.error());
+                auto opened = run_step(steps_.around(), "prepare",
+                                       [&](const Execution& e) { return prepared<D>(std::move(mesh), notices_, e); });
+                if (!opened) return fail(opened.error());
                 opened->lift = decoded->lift;
                 return run_on(std::move(*opened));
             },

@@ -3,7 +3,6 @@ module;
 #include <algorithm>
 #include <cstddef>
 #include <optional>
-#include <stop_token>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -12,7 +11,6 @@ module;
 module camber.commands;
 import camber.core;
 import camber.io;
-import camber.cad;
 import camber.app_shell;
 import camber.recipes;
 import camber.reports;
@@ -70,46 +68,38 @@ Outcome<Done> write_verdicts(const DecodedMesh& mesh, const run::CheckReport& re
     return write_for_viewers(mesh.mesh, std::move(*fields), mesh.lift, path, execution);
 }
 
-/// `page`: what a page takes of the mesh, where one is asked for.
-Outcome<run::CheckReport> checked(const CheckArguments& arguments, run::PageSource& page) {
-    Progress progress;
-    const std::stop_token stop = stop_on_signals();
-    const Around around = steps_shown(progress, {.threads = arguments.threads, .stop = stop});
-    std::optional<DecodedMesh> mesh;
-    auto read = around("read", [&](const Execution& execution) -> Outcome<Done> {
-        auto decoded = read_mesh(arguments.input, arguments.flat, execution);
-        if (!decoded) return fail(decoded.error());
-        mesh = std::move(*decoded);
-        if (arguments.page.empty()) return Done{};
+/// The metric file of the arguments, rows at the vertices.
+Outcome<run::MetricFile> read_metric(const CheckArguments& a, DecodedMesh& mesh, const Execution& execution) {
+    auto sorted = read_metric_rows(mesh, a.metric, mesh.notices, execution);
+    if (!sorted) return fail(sorted.error());
+    if (sorted->is_at_nodes)
+        mesh.notices.push_back({a.metric +
+                                " has a metric at all nodes: lengths and qualities are told by what it has at the "
+                                "vertices, logarithms linear between them"});
+    return run::MetricFile{a.metric, run::rows_at_vertices(std::move(*sorted), mesh.mesh)};
+}
+
+/// Checks the mesh and writes its verdicts. `page`: receives the mesh and its fields, if a page is requested.
+Outcome<run::CheckReport> checked(const CheckArguments& a, run::PageSource& page) {
+    ShownSteps steps(a.threads);
+    auto mesh = steps.run("read", [&](const Execution& e) { return read_mesh(a.input, a.flat, e); });
+    if (!mesh) return fail(mesh.error());
+    if (!a.page.empty()) {
         page.mesh = mesh->mesh;
         page.fields = fields_at_nodes(*mesh, mesh->notices);
-        return Done{};
-    });
-    if (!read) return fail(read.error());
-    std::optional<run::MetricFile> metric;
-    read = around("read", [&](const Execution& execution) -> Outcome<Done> {
-        if (arguments.metric.empty()) return Done{};
-        auto sorted = read_metric_rows(*mesh, arguments.metric, mesh->notices, execution);
-        if (!sorted) return fail(sorted.error());
-        if (sorted->is_at_nodes)
-            mesh->notices.push_back({arguments.metric +
-                                     " has a metric at all nodes: lengths and qualities are told by what it has at the "
-                                     "vertices, logarithms linear between them"});
-        metric = run::MetricFile{arguments.metric, run::rows_at_vertices(std::move(*sorted), mesh->mesh)};
-        return Done{};
-    });
-    if (!read) return fail(read.error());
-    std::optional<DecodedMesh> given;
-    if (!arguments.vtu.empty()) given = *mesh;
-    auto report = run::check_mesh(std::move(*mesh), metric, arguments.options, around);
-    if (!report) return fail(of_file(report.error(), arguments.input));
-    if (given) {
-        auto written = around("write", [&](const Execution& execution) {
-            return write_verdicts(*given, *report, arguments.vtu, execution);
-        });
-        if (!written) return fail(written.error());
     }
-    progress.wipe();
+    std::optional<run::MetricFile> metric;
+    if (!a.metric.empty()) {
+        auto rows = steps.run("read", [&](const Execution& e) { return read_metric(a, *mesh, e); });
+        if (!rows) return fail(rows.error());
+        metric = std::move(*rows);
+    }
+    const DecodedMesh given = a.vtu.empty() ? DecodedMesh() : *mesh;
+    auto report = run::check_mesh(std::move(*mesh), metric, a.options, steps.around);
+    if (!report) return fail(of_file(report.error(), a.input));
+    if (a.vtu.empty()) return report;
+    auto written = steps.run("write", [&](const Execution& e) { return write_verdicts(given, *report, a.vtu, e); });
+    if (!written) return fail(written.error());
     return report;
 }
 
@@ -123,24 +113,23 @@ Outcome<Done> write_page_of(const run::CheckReport& report, run::PageSource page
 
 /// Before any work is done.
 Outcome<Done> check_names(const CheckArguments& a) {
-    std::vector<NamedFile> files{{a.input, "the input", Role::input}};
-    if (!a.metric.empty()) files.push_back({a.metric, "--metric", Role::input});
-    if (!a.vtu.empty()) files.push_back({a.vtu, "--vtu", Role::output});
-    if (!a.page.empty()) files.push_back({a.page, "--page", Role::output});
     if (a.vtu.empty() && a.page.empty()) return Done{};
-    return check_named_files(files)
-        .and_then([&](Done) { return a.vtu.empty() ? Outcome<Done>(Done{}) : check_viewer_output(a.vtu); })
+    return check_named_files({{a.input, "the input", Role::input},
+                              {a.metric, "--metric", Role::input},
+                              {a.vtu, "--vtu", Role::output},
+                              {a.page, "--page", Role::output}})
+        .and_then([&](Done) { return check_viewer_output(a.vtu); })
         .and_then([&](Done) { return a.page.empty() ? Outcome<Done>(Done{}) : check_page(a.page); });
 }
 
 }  // namespace
 
-int check_command(const CheckArguments& arguments) {
-    if (auto possible = check_names(arguments); !possible) return report_error(possible.error());
+Outcome<int> check_command(const CheckArguments& arguments) {
+    if (auto possible = check_names(arguments); !possible) return fail(possible.error());
     run::PageSource page;
     const auto report = checked(arguments, page);
-    if (!report) return report_error(report.error());
-    if (auto done = write_page_of(*report, std::move(page), arguments); !done) return report_error(done.error());
+    if (!report) return fail(report.error());
+    if (auto done = write_page_of(*report, std::move(page), arguments); !done) return fail(done.error());
     const int code = report->all_good() ? 0 : 1;
     if (!arguments.json)
         for (const std::string& notice : report->notices) tell_note(notice);
@@ -152,20 +141,19 @@ int check_command(const CheckArguments& arguments) {
         print_elements(*report, out);
     else
         print_report(*report, arguments, out);
-    if (auto done = out.finish(); !done) return report_error(done.error());
+    if (auto done = out.finish(); !done) return fail(done.error());
     return code;
 }
 
 namespace {
 
 Outcome<Done> check_files(const GeometryCommandArguments& a) {
-    std::vector<NamedFile> files{{a.input, "the input", Role::input}};
-    if (a.geometry.cad) files.push_back({*a.geometry.cad, "--cad", Role::input});
-    if (!a.output.empty()) files.push_back({a.output, "-o", Role::output});
-    if (!a.surface.empty()) files.push_back({a.surface, "--surface", Role::output});
-    return check_named_files(files).and_then([&](Done) { return check_viewer_output(a.output); }).and_then([&](Done) {
-        return check_viewer_output(a.surface);
-    });
+    return check_named_files({{a.input, "the input", Role::input},
+                              {a.geometry.cad.value_or(""), "--cad", Role::input},
+                              {a.output, "-o", Role::output},
+                              {a.surface, "--surface", Role::output}})
+        .and_then([&](Done) { return check_viewer_output(a.output); })
+        .and_then([&](Done) { return check_viewer_output(a.surface); });
 }
 
 /// The geometry of the arguments, its file read.
@@ -177,76 +165,52 @@ Outcome<run::ComparedGeometry> compared(const GeometryArguments& arguments, cons
     return run::ComparedGeometry{pipeline.geometry, std::move(*source)};
 }
 
-/// What was found, and what the file calls its references.
-struct Told {
-    run::GeometryReport report;
-    run::Groups groups;
-};
-
 /// The names behind the references of the table's patches and ridges.
-std::string names_row(const Told& told) {
+std::string names_row(const run::Groups& groups, int dimension) {
     std::string text;
-    for (const Group& group : told.groups)
-        if (group.dimension < told.report.mesh.dimension && group.dimension > 0)
-            text += (text.empty() ? "" : ", ") + run::called(told.groups, group.dimension, group.reference);
-    return text.empty() ? text : result_row("names of references", text);
-}
-
-Outcome<Told> inspected(const GeometryCommandArguments& arguments, Written& written) {
-    if (auto files = check_files(arguments); !files) return fail(files.error());
-    Progress progress;
-    const std::stop_token stop = stop_on_signals();
-    const Around around = steps_shown(progress, {.threads = arguments.threads, .stop = stop});
-    auto geometry = compared(arguments.geometry, {.threads = arguments.threads, .stop = stop});
-    if (!geometry) return fail(geometry.error());
-    if (!arguments.surface.empty()) geometry->surface = run::InspectedSurface::lattice;
-    std::optional<DecodedMesh> mesh;
-    auto done = around("read", [&](const Execution& execution) -> Outcome<Done> {
-        auto decoded = read_mesh(arguments.input, arguments.flat, execution);
-        if (!decoded) return fail(decoded.error());
-        mesh = std::move(*decoded);
-        return Done{};
-    });
-    if (!done) return fail(done.error());
-    const std::optional<Lift> lift = mesh->lift;
-    run::Groups groups = run::groups_of(mesh->mesh);
-    auto found = run::inspect_geometry(std::move(*mesh), *geometry, arguments.options, around);
-    if (!found) {
-        progress.wipe();
-        return fail(of_file(found.error(), arguments.input));
-    }
-    if (!arguments.output.empty())
-        done = written.add(arguments.output, around("write", [&](const Execution& execution) {
-                               return write_for_viewers(found->mesh, found->fields, lift, arguments.output, execution);
-                           }));
-    if (done && found->surface)
-        done =
-            written.add(arguments.surface, around("write", [&](const Execution& execution) {
-                            return write_for_viewers(std::move(found->surface->mesh), std::move(found->surface->fields),
-                                                     lift, arguments.surface, execution);
-                        }));
-    progress.wipe();
-    if (!done) return fail(done.error());
-    return Told{std::move(found->report), std::move(groups)};
+    for (const Group& group : groups)
+        if (group.dimension < dimension && group.dimension > 0)
+            text += (text.empty() ? "" : ", ") + run::called(groups, group.dimension, group.reference);
+    return text.empty() ? text : run::short_row("names of references", text);
 }
 
 }  // namespace
 
-int geometry_command(const GeometryCommandArguments& arguments) {
+Outcome<int> geometry_command(const GeometryCommandArguments& a) {
+    if (auto files = check_files(a); !files) return fail(files.error());
+    ShownSteps steps(a.threads);
+    auto geometry = compared(a.geometry, {.threads = a.threads, .stop = stop_on_signals()});
+    if (!geometry) return fail(geometry.error());
+    if (!a.surface.empty()) geometry->surface = run::InspectedSurface::lattice;
+    auto mesh = steps.run("read", [&](const Execution& e) { return read_mesh(a.input, a.flat, e); });
+    if (!mesh) return fail(mesh.error());
+    const std::optional<Lift> lift = mesh->lift;
+    const run::Groups groups = run::groups_of(mesh->mesh);
+    auto found = run::inspect_geometry(std::move(*mesh), *geometry, a.options, steps.around);
+    if (!found) return fail(of_file(found.error(), a.input));
     Written written;
-    const auto told = inspected(arguments, written);
-    if (!told) return report_error(told.error());
-    const run::GeometryReport* const report = &told->report;
-    if (arguments.json) return end_with(run::inspect_json(*report, arguments.input, CAMBER_VERSION), written);
-    for (const std::string& notice : report->notices) tell_note(notice);
-    return end_with(called_input(arguments.input) + "\n" + run::inspect_table(*report) + names_row(*told) +
-                        wrote_rows({arguments.output, arguments.surface}),
+    const auto write = [&](AnyMesh made, MeshFields fields, const std::string& path) {
+        return written.add(path, steps.run("write", [&](const Execution& e) {
+            return write_for_viewers(std::move(made), std::move(fields), lift, path, e);
+        }));
+    };
+    if (!a.output.empty())
+        if (auto done = write(found->mesh, found->fields, a.output); !done) return fail(done.error());
+    if (auto& surface = found->surface)
+        if (auto done = write(std::move(surface->mesh), std::move(surface->fields), a.surface); !done)
+            return fail(done.error());
+    steps.progress.wipe();
+    const run::GeometryReport& report = found->report;
+    if (a.json) return end_with(run::inspect_json(report, a.input, CAMBER_VERSION), written);
+    for (const std::string& notice : report.notices) tell_note(notice);
+    return end_with(called_input(a.input) + "\n" + run::inspect_table(report) +
+                        names_row(groups, report.mesh.dimension) + wrote_rows({a.output, a.surface}),
                     written);
 }
 
 namespace {
 
-/// How cells that no mesh here holds become such as it does, where some are of a higher degree, or no simplices.
+/// Commands that split or convert cells of higher degrees and other shapes into supported ones.
 std::string what_splits(const std::vector<CellCount>& unheld, const std::string& path) {
     const auto is_of_degree = [](const CellCount& cells) {
         for (const std::string_view simplices : {"riangles", "etrahedra", "dges", "ines", "egments"})
@@ -286,10 +250,10 @@ Outcome<run::FileInfo> solution_info(const std::string& path) {
 
 }  // namespace
 
-int info_command(const InfoArguments& arguments) {
+Outcome<int> info_command(const InfoArguments& arguments) {
     const auto found =
         is_solution_file(arguments.input) ? solution_info(arguments.input) : mesh_info(arguments.input, arguments.read);
-    if (!found) return report_error(found.error());
+    if (!found) return fail(found.error());
     if (arguments.json) return end_with(run::info_json(*found));
     return end_with(called_input(arguments.input) + "\n" + run::info_table(*found));
 }

@@ -2,11 +2,10 @@ module;
 #include <cstddef>
 #include <optional>
 #include <string>
-#include <string_view>
 #include <vector>
-/// The program's verbs. Each prints its result to standard output, messages to standard error, and returns the exit
-/// code: 0 done; 1 done, but the result misses what was asked; 2 bad usage or config; 3 bad input or output file; 4
-/// not enough memory, or internal; 130 interrupted.
+/// The program's verbs. Each prints its result to standard output, notes to standard error, and returns the exit code
+/// or an error, which the program prints. Codes: 0 done; 1 done, but the result misses what was asked; 2 bad usage or
+/// config; 3 bad input or output file; 4 not enough memory, or internal; 130 interrupted.
 export module camber.commands;
 import camber.core;
 import camber.transfer;
@@ -29,16 +28,16 @@ struct RunArguments {
     bool force = false;           ///< the output may replace the input
     std::optional<int> from;      ///< of its cycles: the one of an earlier run that is gone on from
 };
-[[nodiscard]] int run_command(const RunArguments& arguments);
+[[nodiscard]] Outcome<int> run_command(const RunArguments& arguments);
 
-/// Of the fields that go along: none, those of the input's own file.
+/// The fields that are transferred; none: those of the input's own file.
 struct SolutionChoice {
     std::string given, output;        ///< a file or an expression; empty: none
     std::vector<std::string> fields;  ///< names; empty: all
     std::optional<TransferMethod> method;
 };
 
-/// Of the verbs that are a pipeline from one mesh to another: `pipeline_of` their arguments is what they run.
+/// Arguments of the verbs that run a pipeline from one mesh to another: `pipeline_of` makes it.
 struct PipelineArguments {
     std::string input, output, report, vtu, plots, page;
     std::string format;  ///< of the output, by its name; empty: that of its ending, or the input's own
@@ -52,7 +51,7 @@ struct PipelineArguments {
     bool print_config = false, histogram = false, dry_run = false;
 };
 
-/// Of the geometry, all none: that of the settings, or the surrogate.
+/// The geometry; all none: that of the settings, or the surrogate.
 struct GeometryArguments {
     std::optional<std::string> geometry;  ///< a word or JSON
     std::optional<std::string> cad;       ///< a CAD file instead
@@ -62,7 +61,7 @@ struct GeometryArguments {
     std::optional<double> tolerance;         ///< of boundary nodes (shares of their edge's length)
 };
 
-/// Of the metric, all none: that of the settings, or natural.
+/// The metric; all none: that of the settings, or natural.
 struct MetricChoice {
     std::optional<std::string> metric;            ///< a word, a size, a file or JSON
     std::vector<std::string> sizes;               ///< [KIND:]REFERENCE=SIZE, intersected with it
@@ -78,14 +77,14 @@ struct CurveArguments : PipelineArguments {
     std::optional<std::size_t> memory;   ///< likewise; bytes
 };
 [[nodiscard]] Outcome<config::Pipeline> pipeline_of(const CurveArguments& arguments);
-[[nodiscard]] int curve_command(const CurveArguments& arguments, Host host = {});
+[[nodiscard]] Outcome<int> curve_command(const CurveArguments& arguments, Host host = {});
 
 struct RepairArguments : PipelineArguments {
     GeometryArguments geometry;
     std::optional<double> boundary_tolerance;  ///< none: that of the settings, or 0
 };
 [[nodiscard]] Outcome<config::Pipeline> pipeline_of(const RepairArguments& arguments);
-[[nodiscard]] int repair_command(const RepairArguments& arguments);
+[[nodiscard]] Outcome<int> repair_command(const RepairArguments& arguments);
 
 struct RemeshArguments : PipelineArguments {
     MetricChoice metric;
@@ -96,9 +95,9 @@ struct RemeshArguments : PipelineArguments {
     std::string output_metric;                         ///< the metric at the new vertices; empty: not written
 };
 [[nodiscard]] Outcome<config::Pipeline> pipeline_of(const RemeshArguments& arguments);
-[[nodiscard]] int remesh_command(const RemeshArguments& arguments, Host host = {});
+[[nodiscard]] Outcome<int> remesh_command(const RemeshArguments& arguments, Host host = {});
 
-/// Of a mesh that is adapted cycle after cycle.
+/// Arguments of adaptation in cycles.
 struct AdaptArguments : PipelineArguments {
     MetricChoice metric;  ///< none: `of_solution`, with what stands beside it here
     GeometryArguments geometry;
@@ -109,7 +108,7 @@ struct AdaptArguments : PipelineArguments {
     std::optional<int> from;        ///< the cycle of an earlier run that is gone on from
 };
 [[nodiscard]] Outcome<config::Pipeline> pipeline_of(const AdaptArguments& arguments);
-[[nodiscard]] int adapt_command(const AdaptArguments& arguments);
+[[nodiscard]] Outcome<int> adapt_command(const AdaptArguments& arguments);
 
 struct ConvertArguments {
     std::string input, output;
@@ -123,7 +122,7 @@ struct ConvertArguments {
     int threads = 0;
     bool force = false;  ///< the output may replace the input
 };
-[[nodiscard]] int convert_command(const ConvertArguments& arguments, const Host& host = {});
+[[nodiscard]] Outcome<int> convert_command(const ConvertArguments& arguments, const Host& host = {});
 
 struct GenerateArguments {
     std::string shape;                        ///< its name, its JSON, or a file of that or of a pipeline
@@ -138,12 +137,12 @@ struct GenerateArguments {
 [[nodiscard]] Outcome<config::Shape> shape_of(const GenerateArguments& arguments);
 /// The mesh of that shape, not written. Errors: usage, memory, stopped.
 [[nodiscard]] Outcome<DecodedMesh> generate_in_memory(const GenerateArguments& arguments, const Host& host);
-[[nodiscard]] int generate_command(const GenerateArguments& arguments, const Host& host = {});
+[[nodiscard]] Outcome<int> generate_command(const GenerateArguments& arguments, const Host& host = {});
 
 struct PlotArguments {
     std::string report, output;  ///< report.json; a folder, or one file .svg
 };
-[[nodiscard]] int plot_command(const PlotArguments& arguments);
+[[nodiscard]] Outcome<int> plot_command(const PlotArguments& arguments);
 
 /// A page of a mesh, or of a run and its mesh.
 struct ReportArguments {
@@ -154,7 +153,7 @@ struct ReportArguments {
     run::PageOptions page = {};
     int threads = 0;
 };
-[[nodiscard]] int report_command(const ReportArguments& arguments);
+[[nodiscard]] Outcome<int> report_command(const ReportArguments& arguments);
 
 struct CheckArguments {
     std::string input, metric;  ///< metric: a solution file; empty: none
@@ -164,7 +163,7 @@ struct CheckArguments {
     int threads = 0;
     bool json = false, elements = false, histogram = true;
 };
-[[nodiscard]] int check_command(const CheckArguments& arguments);
+[[nodiscard]] Outcome<int> check_command(const CheckArguments& arguments);
 
 struct GeometryCommandArguments {
     std::string input;
@@ -175,7 +174,7 @@ struct GeometryCommandArguments {
     int threads = 0;
     bool json = false;
 };
-[[nodiscard]] int geometry_command(const GeometryCommandArguments& arguments);
+[[nodiscard]] Outcome<int> geometry_command(const GeometryCommandArguments& arguments);
 
 /// The metric that a solution asks for.
 struct MetricArguments {
@@ -186,7 +185,7 @@ struct MetricArguments {
     std::vector<std::string> sizes;  ///< [KIND:]REFERENCE=SIZE
     int threads = 0;
 };
-[[nodiscard]] int metric_command(const MetricArguments& arguments);
+[[nodiscard]] Outcome<int> metric_command(const MetricArguments& arguments);
 
 /// A solution brought from a mesh to another one.
 struct TransferArguments {
@@ -197,16 +196,16 @@ struct TransferArguments {
     TransferOptions options = {};
     int threads = 0;
 };
-[[nodiscard]] int transfer_command(const TransferArguments& arguments);
+[[nodiscard]] Outcome<int> transfer_command(const TransferArguments& arguments);
 
 struct InfoArguments {
     std::string input;
     DecodeOptions read = {};
     bool json = false;
 };
-[[nodiscard]] int info_command(const InfoArguments& arguments);
+[[nodiscard]] Outcome<int> info_command(const InfoArguments& arguments);
 
-[[nodiscard]] int schema_command(const std::string& of);
+[[nodiscard]] Outcome<int> schema_command(const std::string& of);
 
 /// Sizes by reference, as arguments give them: [KIND:]REFERENCE,…=SIZE. Errors: usage.
 [[nodiscard]] Outcome<config::SizesMetric> read_sizes(const std::vector<std::string>& texts);
@@ -217,16 +216,10 @@ struct InfoArguments {
 
 namespace camber::app {
 
-/// The pipeline that a verb stands for (`base`, JSON without an input) with what the arguments say, but for metric and
-/// geometry.
-[[nodiscard]] config::Pipeline with_stages(std::vector<config::Stage> stages);
+/// Returns `base`, the pipeline of a verb, with the arguments, but for metric and geometry.
 [[nodiscard]] Outcome<config::Pipeline> pipeline_of(config::Pipeline base, const PipelineArguments& arguments);
 
 /// Puts a verb's metric, where there is one, into its pipeline.
 [[nodiscard]] Outcome<Done> set_metric(const MetricChoice& choice, config::Pipeline& pipeline);
-
-/// Prints the pipeline or the plan if that is asked for, else runs it, prints what came out, and returns the exit code.
-[[nodiscard]] int run_verb(const Outcome<config::Pipeline>& pipeline, const PipelineArguments& arguments,
-                           Host host = {});
 
 }  // namespace camber::app

@@ -1,10 +1,7 @@
 // Commands that convert meshes, fields and metrics
 module;
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
-#include <optional>
-#include <stop_token>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -32,10 +29,10 @@ void say(const std::vector<Notice>& notices) {
 }
 
 Outcome<Done> check_names(const ConvertArguments& a, bool solution) {
-    std::vector<NamedFile> files{{a.input, "the input", solution ? Role::input : Role::input_mesh}};
-    if (!a.metric.empty()) files.push_back({a.metric, "--metric", Role::input});
-    files.push_back({a.output, "-o", solution ? Role::output : Role::output_mesh});
-    return check_named_files(files, a.force);
+    return check_named_files({{a.input, "the input", solution ? Role::input : Role::input_mesh},
+                              {a.metric, "--metric", Role::input},
+                              {a.output, "-o", solution ? Role::output : Role::output_mesh}},
+                             a.force);
 }
 
 /// Fields with values that are not 0 along z.
@@ -160,9 +157,7 @@ Outcome<MeshFields> fields_of(const Solution& solution, const std::string& name,
     return run::solution_fields(solution, name, mesh, execution);
 }
 
-bool holds_fields(const MeshFormat& format) { return format.holds_fields; }
-
-/// What of the fields the format does not hold, and which of their names.
+/// Reports the fields that the format does not hold, and the names that it changes.
 void say_lost_fields(const MeshFields& fields, const MeshFormat& format) {
     std::vector<std::string_view> lost;
     for (const MeshField& field : fields)
@@ -193,52 +188,35 @@ Outcome<DecodedMesh> mesh_to_convert(const ConvertArguments& a, const MeshFormat
     return decoded;
 }
 
-/// Whether the format has what is chosen of it. Errors: usage.
+/// Checks that the format supports the options. Errors: usage.
 Outcome<Done> check_choices(const ConvertArguments& a, const MeshFormat& format) {
-    if ((!format.holds_fields && !a.metric.empty()) || (!format.chooses_cells && a.cells))
-        return fail(ErrorKind::usage,
-                    a.cells && !format.chooses_cells
-                        ? "--cells is for .vtu"
-                        : "--metric is for " + listed(endings_written(mesh_formats(), holds_fields)),
-                    a.output, {},
-                    a.cells && !format.chooses_cells
-                        ? "leave --cells out"
-                        : "the format has no place for fields: convert the .sol beside it");
-    return Done{};
+    if (!format.chooses_cells && a.cells)
+        return fail(ErrorKind::usage, "--cells is for .vtu", a.output, {}, "leave --cells out");
+    if (format.holds_fields || a.metric.empty()) return Done{};
+    const auto endings = endings_written(mesh_formats(), [](const MeshFormat& f) { return f.holds_fields; });
+    return fail(ErrorKind::usage, "--metric is for " + listed(endings), a.output, {},
+                "the format has no place for fields: convert the .sol beside it");
 }
 
-Outcome<Done> convert_mesh(const ConvertArguments& a, const Execution& execution) {
-    if (names_its_pieces(a.output)) return in_parts_alone(a.output);
-    const auto by_name = format_of_mesh(a.output, a.format);
-    if (!by_name) return fail(by_name.error());
-    if (auto writable = check_writable(a.output); !writable) return writable;
-    if (auto asked = check_choices(a, **by_name); !asked) return asked;
-    const auto decoded = mesh_to_convert(a, **by_name, execution);
-    if (!decoded) return fail(decoded.error());
-    // Of a format of the same ending: what was asked of the one is asked of the other.
-    const auto found = format_of_mesh(a.output, a.format, decoded->format);
-    if (!found) return fail(found.error());
-    const MeshFormat& format = **found;
-    say(decoded->notices);
-    say(format.losses(decoded->mesh));
-    say_lost_fields(decoded->fields, format);
-    return write_mesh(format, decoded->mesh, decoded->fields, EncodeOptions{a.cells.value_or(EncodeOptions{}.cells)},
-                      a.output, execution);
-}
-
-/// The same in parts for a solver.
-Outcome<Done> convert_in_parts(const ConvertArguments& a, Written& written, const Execution& execution) {
-    const auto format = format_of_parts(a.output, a.format);
+/// Converts a mesh into one file, or into parts for a solver.
+Outcome<Done> convert_mesh(const ConvertArguments& a, Written& written, const Execution& execution) {
+    const bool in_parts = a.partition > 0;
+    if (!in_parts && names_its_pieces(a.output)) return in_parts_alone(a.output);
+    auto format = in_parts ? format_of_parts(a.output, a.format) : format_of_mesh(a.output, a.format);
     if (!format) return fail(format.error());
     if (auto writable = check_writable(a.output); !writable) return writable;
     if (auto asked = check_choices(a, **format); !asked) return asked;
     const auto decoded = mesh_to_convert(a, **format, execution);
     if (!decoded) return fail(decoded.error());
+    // Formats that share an ending support the same options.
+    if (!in_parts) format = format_of_mesh(a.output, a.format, decoded->format);
+    if (!format) return fail(format.error());
     say(decoded->notices);
     say((*format)->losses(decoded->mesh));
     say_lost_fields(decoded->fields, **format);
-    return write_in_parts(**format, *decoded, {a.output, a.partition, {a.cells.value_or(EncodeOptions{}.cells)}},
-                          written, execution);
+    const EncodeOptions options{a.cells.value_or(EncodeOptions{}.cells)};
+    if (in_parts) return write_in_parts(**format, *decoded, {a.output, a.partition, options}, written, execution);
+    return written.add(a.output, write_mesh(**format, decoded->mesh, decoded->fields, options, a.output, execution));
 }
 
 /// Ranks share a mesh in parts alone. Errors: usage.
@@ -252,56 +230,49 @@ Outcome<Done> check_on_ranks(const ConvertArguments& a) {
     return Done{};
 }
 
-int convert_on_ranks(const ConvertArguments& a, const Host& host) {
-    if (auto distinct = check_names(a, false); !distinct) return report_error(distinct.error());
-    if (auto possible = check_on_ranks(a); !possible) return report_error(possible.error());
+Outcome<int> convert_on_ranks(const ConvertArguments& a, const Host& host) {
+    if (auto distinct = check_names(a, false); !distinct) return fail(distinct.error());
+    if (auto possible = check_on_ranks(a); !possible) return fail(possible.error());
     const bool writes_first = host.ranks->rank() == 0;
     auto writable = agreed(*host.ranks, writes_first ? check_writable(a.output) : Outcome<Done>(Done{}));
-    if (!writable) return report_error(writable.error());
+    if (!writable) return fail(writable.error());
     const Execution execution{.threads = a.threads, .stop = host.stop};
-    const auto pieces = write_in_parts_on_ranks(
-        host, a.input, {a.output, a.partition, {a.cells.value_or(EncodeOptions{}.cells)}}, execution);
-    if (!pieces) return report_error(pieces.error());
-    std::vector<std::string> all = *pieces;
-    all.push_back(a.output);
-    return end_with(wrote_rows(all));
+    auto files = write_in_parts_on_ranks(host, a.input,
+                                         {a.output, a.partition, {a.cells.value_or(EncodeOptions{}.cells)}}, execution);
+    if (!files) return fail(files.error());
+    files->push_back(a.output);
+    return end_with(wrote_rows(*files));
 }
 
 }  // namespace
 
-int convert_command(const ConvertArguments& arguments, const Host& host) {
+Outcome<int> convert_command(const ConvertArguments& arguments, const Host& host) {
     if (host.ranks->size() > 1) return convert_on_ranks(arguments, host);
     const bool solution = is_solution_file(arguments.input) || is_solution_file(arguments.output);
-    if (auto distinct = check_names(arguments, solution); !distinct) return report_error(distinct.error());
+    if (auto distinct = check_names(arguments, solution); !distinct) return fail(distinct.error());
     const Execution execution{.threads = arguments.threads, .stop = stop_on_signals()};
     Written written;
     if (solution && arguments.partition > 0)
-        return report_error({ErrorKind::usage, "is of meshes", "--partition", {}, "leave it out"});
-    if (arguments.partition > 0) {
-        if (auto done = convert_in_parts(arguments, written, execution); !done) return report_error(done.error());
-        return end_with(wrote_rows(written.paths()), written);
-    }
-    auto done = solution ? convert_solution(arguments, execution) : convert_mesh(arguments, execution);
-    if (done = written.add(arguments.output, std::move(done)); !done) return report_error(done.error());
-    return end_with(wrote_rows({arguments.output}), written);
+        return fail(ErrorKind::usage, "is of meshes", "--partition", {}, "leave it out");
+    const auto done = solution ? written.add(arguments.output, convert_solution(arguments, execution))
+                               : convert_mesh(arguments, written, execution);
+    if (!done) return fail(done.error());
+    return end_with(wrote_rows(written.paths()), written);
 }
 
-namespace {
-
-Outcome<std::string> transfer_text(const TransferArguments& a, Written& written) {
-    const std::vector<NamedFile> files{{a.old_mesh, "the old mesh", Role::input},
-                                       {a.new_mesh, "the new mesh", Role::input},
-                                       {a.solution, "--solution", Role::input},
-                                       {a.output, "-o", Role::output}};
-    if (auto distinct = check_named_files(files); !distinct) return fail(distinct.error());
+Outcome<int> transfer_command(const TransferArguments& a) {
+    const auto distinct = check_named_files({{a.old_mesh, "the old mesh", Role::input},
+                                             {a.new_mesh, "the new mesh", Role::input},
+                                             {a.solution, "--solution", Role::input},
+                                             {a.output, "-o", Role::output}});
+    if (!distinct) return fail(distinct.error());
     if (auto output = check_fields_output(a.output, a.format); !output) return fail(output.error());
     if (auto writable = check_writable(a.output); !writable) return fail(writable.error());
-    Progress progress;
-    const std::stop_token stop = stop_on_signals();
-    const Around around = steps_shown(progress, {.threads = a.threads, .stop = stop});
-    auto from = run_step(around, "read", [&](const Execution& e) { return read_mesh(a.old_mesh, a.flat, e); });
+    Written written;
+    ShownSteps steps(a.threads);
+    auto from = steps.run("read", [&](const Execution& e) { return read_mesh(a.old_mesh, a.flat, e); });
     if (!from) return fail(from.error());
-    auto to = run_step(around, "read", [&](const Execution& e) { return read_mesh(a.new_mesh, a.flat, e); });
+    auto to = steps.run("read", [&](const Execution& e) { return read_mesh(a.new_mesh, a.flat, e); });
     if (!to) return fail(to.error());
     const int dimension = run::plan_size(from->mesh).dimension;
     if (run::plan_size(to->mesh).dimension != dimension)
@@ -309,7 +280,7 @@ Outcome<std::string> transfer_text(const TransferArguments& a, Written& written)
                     "give two meshes of one domain");
     std::vector<Notice> notices = from->notices;
     notices.insert(notices.end(), to->notices.begin(), to->notices.end());
-    auto fields = run_step(around, "read solution", [&](const Execution& e) {
+    auto fields = steps.run("read solution", [&](const Execution& e) {
         return read_nodal_fields(*from, a.solution, a.fields, notices, e);
     });
     if (!fields) return fail(fields.error());
@@ -317,24 +288,16 @@ Outcome<std::string> transfer_text(const TransferArguments& a, Written& written)
     if (run::plan_size(to->mesh).degree == 1 &&
         std::ranges::any_of(*fields, [](const NamedField& f) { return f.field.degree == 2; }))
         tell_note("the new mesh is straight and of degree 1: the fields' values at its vertices are written");
-    auto made = run::fields_brought_to(to->mesh, from->mesh, std::move(*fields), a.options, around);
+    auto made = run::fields_brought_to(to->mesh, from->mesh, std::move(*fields), a.options, steps.around);
     if (!made) return fail(of_file(made.error(), a.solution));
     if (run::plan_size(to->mesh).degree == 1) made->fields = run::at_vertices(to->mesh, std::move(made->fields));
-    auto done = written.add(a.output, run_step(around, "write", [&](const Execution& e) {
-                                return write_nodal_fields(*to, made->fields, a.output, a.format, e);
-                            }));
+    const auto done = written.add(a.output, steps.run("write", [&](const Execution& e) {
+        return write_nodal_fields(*to, made->fields, a.output, a.format, e);
+    }));
     if (!done) return fail(done.error());
-    progress.wipe();
-    return called_input(a.new_mesh) + "\n" + run::transfer_rows(made->report) + wrote_rows({a.output});
-}
-
-}  // namespace
-
-int transfer_command(const TransferArguments& arguments) {
-    Written written;
-    const auto text = transfer_text(arguments, written);
-    if (!text) return report_error(text.error());
-    return end_with(*text, written);
+    steps.progress.wipe();
+    return end_with(called_input(a.new_mesh) + "\n" + run::transfer_rows(made->report) + wrote_rows({a.output}),
+                    written);
 }
 
 namespace {
@@ -346,7 +309,9 @@ std::vector<NamedFile> files_of(const MetricArguments& a) {
     return files;
 }
 
-Outcome<std::string> metric_text(const MetricArguments& a, Written& written) {
+}  // namespace
+
+Outcome<int> metric_command(const MetricArguments& a) {
     if (auto distinct = check_named_files(files_of(a)); !distinct) return fail(distinct.error());
     if (auto output = check_fields_output(a.output, a.format); !output) return fail(output.error());
     if (auto place = check_place_for(a.output, a.format, FieldKind::symmetric_tensor); !place)
@@ -356,40 +321,31 @@ Outcome<std::string> metric_text(const MetricArguments& a, Written& written) {
     if (!sizes) return fail(sizes.error());
     config::SolutionMetric asked = a.metric;
     asked.sizes = std::move(sizes->sizes);
-    Progress progress;
-    const std::stop_token stop = stop_on_signals();
-    const Around around = steps_shown(progress, {.threads = a.threads, .stop = stop});
-    auto decoded = run_step(around, "read", [&](const Execution& e) { return read_mesh(a.input, a.flat, e); });
+    Written written;
+    ShownSteps steps(a.threads);
+    auto decoded = steps.run("read", [&](const Execution& e) { return read_mesh(a.input, a.flat, e); });
     if (!decoded) return fail(decoded.error());
     std::vector<Notice> notices = decoded->notices;
-    const auto fields = run_step(around, "read solution", [&](const Execution& e) {
+    const auto fields = steps.run("read solution", [&](const Execution& e) {
         return read_nodal_fields(*decoded, a.solution, a.metric.fields, notices, e);
     });
     if (!fields) return fail(fields.error());
-    const auto given = run_step(around, "read metrics", [&](const Execution& e) {
+    const auto given = steps.run("read metrics", [&](const Execution& e) {
         return read_metrics_at_vertices(*decoded, a.metric.intersect, notices, e);
     });
     if (!given) return fail(given.error());
     for (const Notice& notice : notices) tell_note(notice.what);
     const double ridge_angle = config::Features{}.ridge_angle;
-    const auto made = run::metric_of_fields(decoded->mesh, *fields, asked, *given, ridge_angle, around);
+    const auto made = run::metric_of_fields(decoded->mesh, *fields, asked, *given, ridge_angle, steps.around);
     if (!made) return fail(of_file(made.error(), a.solution));
-    auto done = written.add(a.output, run_step(around, "write", [&](const Execution& e) {
-                                return write_nodal_fields(*decoded, {made->metric}, a.output, a.format, e);
-                            }));
+    const auto done = written.add(a.output, steps.run("write", [&](const Execution& e) {
+        return write_nodal_fields(*decoded, {made->metric}, a.output, a.format, e);
+    }));
     if (!done) return fail(done.error());
-    progress.wipe();
+    steps.progress.wipe();
     for (const std::string& notice : run::solution_metric_notices(made->report)) tell_note(notice);
-    return called_input(a.input) + "\n" + run::solution_metric_rows(made->report) + wrote_rows({a.output});
-}
-
-}  // namespace
-
-int metric_command(const MetricArguments& arguments) {
-    Written written;
-    const auto text = metric_text(arguments, written);
-    if (!text) return report_error(text.error());
-    return end_with(*text, written);
+    return end_with(called_input(a.input) + "\n" + run::solution_metric_rows(made->report) + wrote_rows({a.output}),
+                    written);
 }
 
 }  // namespace camber::app

@@ -1,7 +1,6 @@
 // Commands that run a pipeline: curve, remesh, repair, run
 module;
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <cstddef>
 #include <filesystem>
@@ -10,7 +9,6 @@ module;
 #include <span>
 #include <string>
 #include <string_view>
-#include <system_error>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -30,21 +28,21 @@ namespace camber::app {
 
 namespace {
 
-/// The number that the whole text is.
-std::optional<double> number_of(const std::string& text) {
-    double x = 0;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), x);
-    return error == std::errc{} && end == text.data() + text.size() ? std::optional(x) : std::nullopt;
+/// Calls f with each stage of that kind.
+template <class Stage>
+void each_stage(config::Pipeline& pipeline, auto&& f) {
+    for (config::Stage& stage : pipeline.stages)
+        if (auto* const one = std::get_if<Stage>(&stage)) f(*one);
 }
 
 Outcome<config::Metric> metric_of(const std::string& text) {
-    if (const auto size = number_of(text)) {
+    if (const auto size = number_in<double>(text)) {
         if (*size > 0) return config::Metric(config::ConstantMetric{.sizes = {*size}, .tensor = {}});
         return fail(ErrorKind::usage, text + " is no size", "--metric", {}, "give a positive one");
     }
     std::string with_point = text;
     std::ranges::replace(with_point, ',', '.');
-    if (with_point != text && number_of(with_point))
+    if (with_point != text && number_in<double>(with_point))
         return fail(ErrorKind::usage, text + " is no size", "--metric", {}, "write it with a point: " + with_point);
     // An array is no file's name but JSON, though no metric either: the reader of configs says why.
     const auto first = text.find_first_not_of(" \t\n");
@@ -99,13 +97,66 @@ Outcome<Done> check_metric_is_used(const MetricChoice& choice, const config::Pip
     return Done{};
 }
 
-/// Whether a solution was given, and nothing else that edges are curved for. Fields of the input's own file go along.
+/// True if edges are curved for the solution of the arguments: no other objective or metric is specified.
 bool is_for_solution(const CurveArguments& arguments) {
     const auto says = [](const std::string& setting) {
         return setting.find("objective") != std::string::npos || setting.starts_with("metric");
     };
     return !arguments.solution.given.empty() && !arguments.objective && !arguments.metric.metric &&
            std::ranges::none_of(arguments.settings, says);
+}
+
+std::string text_of(const run::Run& run, const config::Output& output, bool histogram) {
+    std::string text = voice() == Voice::verbose ? run::full_table(run.report) : run::summary(run.report);
+    if (histogram)
+        for (const run::Histogram& h : run.report.histograms) text += run::bars(h);
+    text += "\n";
+    const std::string metric = run.metric ? output.metric : std::string();
+    const std::string solution = run.solution.empty() ? std::string() : output.solution;
+    return text + wrote_rows({output.mesh, output.vtu, metric, solution, output.report, output.plots, output.page});
+}
+
+/// Prints why the result is not the requested one; returns the exit code 1.
+int report_misses(const run::Report& report) {
+    for (const std::string& miss : run::misses(report)) tell(miss);
+    return 1;
+}
+
+Outcome<int> finish(const config::Pipeline& pipeline, bool histogram, Host host) {
+    Written written;
+    const auto run = goes_by_blocks(pipeline, host) ? execute_by_blocks(pipeline, written, std::move(host))
+                                                    : execute(pipeline, written, {}, std::move(host));
+    if (!run) return fail(run.error());
+    for (const std::string& notice : run->report.notices)
+        tell_notice({notice, std::ranges::find(run->details, notice) != run->details.end()});
+    if (const std::string note = run::recommended_bound_note(run->report); !note.empty()) tell_note(note);
+    const int said = end_with(text_of(*run, pipeline.output, histogram), written);
+    const int held = run->report.holds_what_was_asked() ? 0 : report_misses(run->report);
+    return said != 0 ? said : held;
+}
+
+/// Runs the pipeline of a verb, whose files are named so, or prints its plan.
+template <class Arguments>
+Outcome<int> run_or_plan(const config::Pipeline& pipeline, const std::vector<NamedFile>& files,
+                         const Arguments& arguments, Host host = {}) {
+    if (auto distinct = check_named_files(files, arguments.force); !distinct) return fail(distinct.error());
+    if (!arguments.dry_run) return finish(pipeline, arguments.histogram, std::move(host));
+    return plan(pipeline).map([](const std::string& text) { return end_with(text + "\n  nothing was done\n"); });
+}
+
+/// Prints the pipeline or its plan if that is requested; otherwise runs it. Returns the exit code.
+Outcome<int> run_verb(const Outcome<config::Pipeline>& pipeline, const PipelineArguments& arguments, Host host = {}) {
+    if (!pipeline) return fail(pipeline.error());
+    // The values of arguments have the limits of a config.
+    if (auto sound = config::with_values(*pipeline, {}, "command line"); !sound) return fail(sound.error());
+    if (arguments.print_config) return end_with(config::write_pipeline(*pipeline));
+    return run_or_plan(*pipeline, files_of(*pipeline, words_of_options), arguments, std::move(host));
+}
+
+config::Pipeline with_stages(std::vector<config::Stage> stages) {
+    config::Pipeline pipeline;
+    pipeline.stages = std::move(stages);
+    return pipeline;
 }
 
 }  // namespace
@@ -116,14 +167,11 @@ Outcome<config::Pipeline> pipeline_of(const CurveArguments& arguments) {
     if (auto set = set_metric(arguments.metric, *pipeline); !set) return fail(set.error());
     if (auto set = set_geometry(arguments.geometry, *pipeline); !set) return fail(set.error());
     const auto objective = is_for_solution(arguments) ? Objective::solution : arguments.objective;
-    if (objective)
-        for (config::Stage& stage : pipeline->stages)
-            if (auto* curve = std::get_if<config::Curve>(&stage)) curve->objective = *objective;
-    for (config::Stage& stage : pipeline->stages)
-        if (auto* curve = std::get_if<config::Curve>(&stage)) {
-            curve->blocks = arguments.blocks.value_or(curve->blocks);
-            if (arguments.memory) curve->memory = static_cast<double>(*arguments.memory);
-        }
+    each_stage<config::Curve>(*pipeline, [&](config::Curve& curve) {
+        curve.objective = objective.value_or(curve.objective);
+        curve.blocks = arguments.blocks.value_or(curve.blocks);
+        if (arguments.memory) curve.memory = static_cast<double>(*arguments.memory);
+    });
     if (auto used = check_metric_is_used(arguments.metric, *pipeline); !used) return fail(used.error());
     return pipeline;
 }
@@ -161,13 +209,14 @@ Outcome<Done> set_geometry(const GeometryArguments& arguments, config::Pipeline&
         return fail(ErrorKind::usage, "moves vertices onto a CAD model, and there is none", "--cad-vertices", {},
                     "give --cad too");
     config::Cad model;
-    if (cad)
-        model = {.file = {*cad},
-                 .unit = unit.value_or(config::Cad{}.unit),
-                 .vertices = vertices.value_or(config::Cad{}.vertices),
-                 .timeout = timeout,
-                 .memory = memory};
-    if (cad) pipeline.geometry = model;
+    if (cad) {
+        model.timeout = timeout;
+        model.memory = memory;
+        model.file = {*cad};
+        model.unit = unit.value_or(model.unit);
+        model.vertices = vertices.value_or(model.vertices);
+        pipeline.geometry = model;
+    }
     if (!geometry) return Done{};
     auto read = config::read_geometry(*geometry, "--geometry");
     if (!read) return fail(read.error());
@@ -185,7 +234,7 @@ Outcome<Done> set_geometry(const GeometryArguments& arguments, config::Pipeline&
     return Done{};
 }
 
-int curve_command(const CurveArguments& arguments, Host host) {
+Outcome<int> curve_command(const CurveArguments& arguments, Host host) {
     return run_verb(pipeline_of(arguments), arguments, std::move(host));
 }
 
@@ -194,20 +243,16 @@ Outcome<config::Pipeline> pipeline_of(const RemeshArguments& arguments) {
     if (!pipeline) return pipeline;
     if (auto set = set_metric(arguments.metric, *pipeline); !set) return fail(set.error());
     if (auto set = set_geometry(arguments.geometry, *pipeline); !set) return fail(set.error());
-    if (arguments.rounds)
-        for (config::Stage& stage : pipeline->stages)
-            if (auto* remesh = std::get_if<config::Remesh>(&stage)) remesh->rounds = *arguments.rounds;
-    if (arguments.blocks)
-        for (config::Stage& stage : pipeline->stages)
-            if (auto* remesh = std::get_if<config::Remesh>(&stage)) remesh->blocks = *arguments.blocks;
-    if (arguments.objective)
-        for (config::Stage& stage : pipeline->stages)
-            if (auto* remesh = std::get_if<config::Remesh>(&stage)) remesh->objective = *arguments.objective;
+    each_stage<config::Remesh>(*pipeline, [&](config::Remesh& remesh) {
+        remesh.rounds = arguments.rounds.value_or(remesh.rounds);
+        remesh.blocks = arguments.blocks.value_or(remesh.blocks);
+        remesh.objective = arguments.objective.value_or(remesh.objective);
+    });
     if (!arguments.output_metric.empty()) pipeline->output.metric = arguments.output_metric;
     return pipeline;
 }
 
-int remesh_command(const RemeshArguments& arguments, Host host) {
+Outcome<int> remesh_command(const RemeshArguments& arguments, Host host) {
     return run_verb(pipeline_of(arguments), arguments, std::move(host));
 }
 
@@ -216,27 +261,15 @@ Outcome<config::Pipeline> pipeline_of(const RepairArguments& arguments) {
     auto pipeline = pipeline_of(with_stages({config::Validate{}, config::Relax{}, config::Commit{}}), arguments);
     if (!pipeline) return pipeline;
     if (auto set = set_geometry(arguments.geometry, *pipeline); !set) return fail(set.error());
-    if (!arguments.boundary_tolerance) return pipeline;
-    for (config::Stage& stage : pipeline->stages)
-        if (auto* relax = std::get_if<config::Relax>(&stage)) relax->boundary_tolerance = *arguments.boundary_tolerance;
+    each_stage<config::Relax>(*pipeline, [&](config::Relax& relax) {
+        relax.boundary_tolerance = arguments.boundary_tolerance.value_or(relax.boundary_tolerance);
+    });
     return pipeline;
 }
 
-int repair_command(const RepairArguments& arguments) { return run_verb(pipeline_of(arguments), arguments); }
+Outcome<int> repair_command(const RepairArguments& arguments) { return run_verb(pipeline_of(arguments), arguments); }
 
 namespace {
-
-template <class T>
-bool is_number(std::string_view text, T& into) {
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), into);
-    return error == std::errc{} && end == text.data() + text.size() && !text.empty();
-}
-
-bool is_kind(std::string_view text, ReferencesOf& into) {
-    for (const auto& word : words(into))
-        if (text == word.word) return into = word.value, true;
-    return false;
-}
 
 /// "3=0.01": facets of reference 3; "elements:1,2=0.1": elements of two.
 Outcome<ReferenceSize> size_of(const std::string& text) {
@@ -244,20 +277,26 @@ Outcome<ReferenceSize> size_of(const std::string& text) {
     const std::string_view whole = text;
     const auto equals = whole.find('='), colon = whole.find(':');
     const bool has_kind = colon < equals;
-    bool is_sound = equals != std::string_view::npos && is_number(whole.substr(equals + 1), out.size) && out.size > 0;
-    if (is_sound && has_kind) is_sound = is_kind(whole.substr(0, colon), out.of);
-    const std::size_t begin = has_kind ? colon + 1 : 0;
-    for (std::size_t at = begin; is_sound && at <= equals;) {
+    const auto size = equals != std::string_view::npos ? number_in<double>(whole.substr(equals + 1)) : std::nullopt;
+    const bool has_size = size && *size > 0;
+    bool is_sound = has_size && !has_kind;
+    out.size = size.value_or(0);
+    for (const auto& word : words(out.of))
+        if (has_size && has_kind && whole.substr(0, colon) == word.word) {
+            out.of = word.value;
+            is_sound = true;
+        }
+    for (std::size_t at = has_kind ? colon + 1 : 0; is_sound && at <= equals;) {
         const std::size_t end = std::min(whole.find(',', at), equals);
-        out.references.emplace_back();
-        is_sound = is_number(whole.substr(at, end - at), out.references.back());
+        const auto reference = number_in<Reference>(whole.substr(at, end - at));
+        is_sound = reference.has_value();
+        out.references.push_back(reference.value_or(0));
         at = end + 1;
     }
     if (is_sound) return out;
-    std::string kinds;
-    for (const std::string& word : all_words<ReferencesOf>()) kinds += (kinds.empty() ? "" : ", ") + word;
     return fail(ErrorKind::usage, "is no size by reference", "--size " + shortened(text), {},
-                "write REFERENCE=SIZE, as 3=0.01, or KIND:REFERENCE,REFERENCE=SIZE with one of " + kinds);
+                fmt::format("write REFERENCE=SIZE, as 3=0.01, or KIND:REFERENCE,REFERENCE=SIZE with one of {}",
+                            fmt::join(all_words<ReferencesOf>(), ", ")));
 }
 
 }  // namespace
@@ -272,55 +311,6 @@ Outcome<config::SizesMetric> read_sizes(const std::vector<std::string>& texts) {
     return out;
 }
 
-namespace {
-
-std::string text_of(const run::Run& run, const config::Output& output, bool histogram) {
-    std::string text = voice() == Voice::verbose ? run::full_table(run.report) : run::summary(run.report);
-    if (histogram)
-        for (const run::Histogram& h : run.report.histograms) text += run::bars(h);
-    text += "\n";
-    const std::string metric = run.metric ? output.metric : std::string();
-    const std::string solution = run.solution.empty() ? std::string() : output.solution;
-    return text + wrote_rows({output.mesh, output.vtu, metric, solution, output.report, output.plots, output.page});
-}
-
-/// Prints why the result is not the requested one; returns the exit code 1.
-int report_misses(const run::Report& report) {
-    for (const std::string& miss : run::misses(report)) tell(miss);
-    return 1;
-}
-
-int finish(const config::Pipeline& pipeline, bool histogram, Host host) {
-    Written written;
-    const auto run = goes_by_blocks(pipeline, host) ? execute_by_blocks(pipeline, written, std::move(host))
-                                                    : execute(pipeline, written, {}, std::move(host));
-    if (!run) return report_error(run.error());
-    for (const std::string& notice : run->report.notices)
-        tell_notice({notice, std::ranges::find(run->details, notice) != run->details.end()});
-    if (const std::string note = run::recommended_bound_note(run->report); !note.empty()) tell_note(note);
-    const int said = end_with(text_of(*run, pipeline.output, histogram), written);
-    const int held = run->report.holds_what_was_asked() ? 0 : report_misses(run->report);
-    return said != 0 ? said : held;
-}
-
-/// What became of the arguments of a verb: a pipeline, whose files are named so.
-template <class Arguments>
-int run_or_plan(const config::Pipeline& pipeline, const std::vector<NamedFile>& files, const Arguments& arguments,
-                Host host = {}) {
-    if (auto distinct = check_named_files(files, arguments.force); !distinct) return report_error(distinct.error());
-    if (!arguments.dry_run) return finish(pipeline, arguments.histogram, std::move(host));
-    const auto text = plan(pipeline);
-    return text ? end_with(*text + "\n  nothing was done\n") : report_error(text.error());
-}
-
-}  // namespace
-
-config::Pipeline with_stages(std::vector<config::Stage> stages) {
-    config::Pipeline pipeline;
-    pipeline.stages = std::move(stages);
-    return pipeline;
-}
-
 Outcome<config::Pipeline> pipeline_of(config::Pipeline base, const PipelineArguments& arguments) {
     // Settings are made on the default pipeline; the arguments of their own come after.
     for (const std::string& setting : arguments.settings)
@@ -330,26 +320,25 @@ Outcome<config::Pipeline> pipeline_of(config::Pipeline base, const PipelineArgum
     base.input = {config::FilePath{arguments.input}, arguments.flat};
     auto pipeline = config::with_values(base, arguments.settings, "command line");
     if (!pipeline) return pipeline;
-    if (arguments.min_scaled_jacobian) {
-        for (config::Stage& stage : pipeline->stages) {
-            if (auto* validate = std::get_if<config::Validate>(&stage))
-                validate->min_scaled_jacobian = *arguments.min_scaled_jacobian;
-            if (auto* relax = std::get_if<config::Relax>(&stage))
-                relax->min_scaled_jacobian = *arguments.min_scaled_jacobian;
-            if (auto* reinsert = std::get_if<config::Reinsert>(&stage))
-                reinsert->relax.min_scaled_jacobian = *arguments.min_scaled_jacobian;
-        }
+    if (const auto& bound = arguments.min_scaled_jacobian) {
+        each_stage<config::Validate>(*pipeline, [&](config::Validate& s) { s.min_scaled_jacobian = *bound; });
+        each_stage<config::Relax>(*pipeline, [&](config::Relax& s) { s.min_scaled_jacobian = *bound; });
+        each_stage<config::Reinsert>(*pipeline, [&](config::Reinsert& s) { s.relax.min_scaled_jacobian = *bound; });
     }
     if (arguments.threads) pipeline->threads = *arguments.threads;
     config::Output& output = pipeline->output;
     output.mesh = arguments.output;
-    if (!arguments.format.empty()) output.format = arguments.format;
-    if (!arguments.report.empty()) output.report = arguments.report;
-    if (!arguments.vtu.empty()) output.vtu = arguments.vtu;
-    if (!arguments.plots.empty()) output.plots = arguments.plots;
-    if (!arguments.page.empty()) output.page = arguments.page;
-    output.partition = arguments.partition.value_or(output.partition);
     const SolutionChoice& solution = arguments.solution;
+    const auto set = [](std::string& option, const std::string& argument) {
+        if (!argument.empty()) option = argument;
+    };
+    set(output.format, arguments.format);
+    set(output.report, arguments.report);
+    set(output.vtu, arguments.vtu);
+    set(output.plots, arguments.plots);
+    set(output.page, arguments.page);
+    set(output.solution, solution.output);
+    output.partition = arguments.partition.value_or(output.partition);
     if (!solution.given.empty()) {
         const bool is_file = names_a_file(solution.given);
         pipeline->solution.file = is_file ? solution.given : "";
@@ -357,16 +346,7 @@ Outcome<config::Pipeline> pipeline_of(config::Pipeline base, const PipelineArgum
     }
     if (!solution.fields.empty()) pipeline->solution.fields = solution.fields;
     if (solution.method) pipeline->solution.method = *solution.method;
-    if (!solution.output.empty()) output.solution = solution.output;
     return pipeline;
-}
-
-int run_verb(const Outcome<config::Pipeline>& pipeline, const PipelineArguments& arguments, Host host) {
-    if (!pipeline) return report_error(pipeline.error());
-    // What arguments gave is as sound as what a config says.
-    if (auto sound = config::with_values(*pipeline, {}, "command line"); !sound) return report_error(sound.error());
-    if (arguments.print_config) return end_with(config::write_pipeline(*pipeline));
-    return run_or_plan(*pipeline, files_of(*pipeline, words_of_options), arguments, std::move(host));
 }
 
 namespace {
@@ -386,16 +366,16 @@ Outcome<Done> check_is_config(const std::string& path, std::span<const std::byte
 
 }  // namespace
 
-int run_command(const RunArguments& arguments) {
+Outcome<int> run_command(const RunArguments& arguments) {
     auto text = read_file(arguments.config);
     if (!text) {
         Error error = text.error();
         if (error.kind == ErrorKind::input) error.kind = ErrorKind::usage;
-        return report_error(error);
+        return fail(std::move(error));
     }
-    if (auto is_config = check_is_config(arguments.config, *text); !is_config) return report_error(is_config.error());
+    if (auto is_config = check_is_config(arguments.config, *text); !is_config) return fail(is_config.error());
     auto pipeline = config::read_pipeline(as_text(*text), called_input(arguments.config), arguments.settings);
-    if (!pipeline) return report_error(pipeline.error());
+    if (!pipeline) return fail(pipeline.error());
     if (arguments.threads) pipeline->threads = *arguments.threads;
     if (arguments.print_config) return end_with(config::write_pipeline(*pipeline));
     const config::Pipeline below =
@@ -403,27 +383,21 @@ int run_command(const RunArguments& arguments) {
     auto files = files_of(below, words_of_config);
     files.insert(files.begin(), NamedFile{arguments.config, "the config", Role::input});
     if (!below.adapt.is_asked() && arguments.from)
-        return report_error({ErrorKind::usage, "the config has no cycles to go on from", "--from", {}, "leave it out"});
+        return fail(ErrorKind::usage, "the config has no cycles to go on from", "--from", {}, "leave it out");
     if (!below.adapt.is_asked()) return run_or_plan(below, files, arguments);
     if (!below.adapt.solve.empty() && !arguments.allow_commands)
-        return report_error({ErrorKind::usage,
-                             fmt::format("the config runs a command: {}", fmt::join(below.adapt.solve, " ")),
-                             arguments.config + ": /adapt/solve",
-                             {},
-                             "--allow-commands lets it"});
+        return fail(ErrorKind::usage, fmt::format("the config runs a command: {}", fmt::join(below.adapt.solve, " ")),
+                    arguments.config + ": /adapt/solve", {}, "--allow-commands lets it");
     if (arguments.histogram)
-        return report_error({ErrorKind::usage,
-                             "is of a single run, and the config has cycles",
-                             "--histogram",
-                             {},
-                             "give \"output\": {\"plots\": …}, or leave it out"});
+        return fail(ErrorKind::usage, "is of a single run, and the config has cycles", "--histogram", {},
+                    "give \"output\": {\"plots\": …}, or leave it out");
     return run_or_plan_cycles(below, files, {.from = arguments.from}, arguments.dry_run);
 }
 
-int schema_command(const std::string& of) {
+Outcome<int> schema_command(const std::string& of) {
     if (of.empty() || of == "config") return end_with(config::pipeline_schema());
     if (const auto schema = run::report_schema(of)) return end_with(*schema);
-    return report_error({ErrorKind::usage, "has no schema", of, {}, "use config, report, check or geometry"});
+    return fail(ErrorKind::usage, "has no schema", of, {}, "use config, report, check or geometry");
 }
 
 }  // namespace camber::app

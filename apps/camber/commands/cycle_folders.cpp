@@ -2,7 +2,6 @@ module;
 #include <cstddef>
 #include <filesystem>
 #include <memory>
-#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -166,7 +165,7 @@ namespace fs = std::filesystem;
 
 bool is_read(Role role) { return role == Role::input || role == Role::input_mesh; }
 
-/// Where the path leads, with symbolic links followed as far as there is something.
+/// The path with its symbolic links resolved as far as they exist.
 fs::path resolved(const std::string& path) {
     std::error_code error;
     const fs::path whole = fs::absolute(path, error);
@@ -202,7 +201,8 @@ bool may_be_one(const NamedFile& a, const NamedFile& b, bool force) {
 }
 
 Outcome<Done> check_pair(const NamedFile& earlier, const NamedFile& later, bool force) {
-    if (may_be_one(earlier, later, force) || !same_file(earlier.path, later.path)) return Done{};
+    if (earlier.path.empty() || may_be_one(earlier, later, force) || !same_file(earlier.path, later.path))
+        return Done{};
     if (is_standard(later.path) && is_read(later.role))
         return fail(ErrorKind::usage, later.word + " and " + earlier.word + " are both read from it", "standard input",
                     {}, "give one of them as a file");
@@ -227,7 +227,7 @@ Outcome<Done> check_path(const NamedFile& file) {
 Outcome<Done> check_named_files(const std::vector<NamedFile>& files, bool force) {
     for (std::size_t j = 0; j < files.size(); ++j) {
         if (auto path = check_path(files[j]); !path) return path;
-        for (std::size_t i = 0; i < j; ++i)
+        for (std::size_t i = 0; i < j && !files[j].path.empty(); ++i)
             if (auto distinct = check_pair(files[i], files[j], force); !distinct) return distinct;
     }
     return Done{};
@@ -236,7 +236,7 @@ Outcome<Done> check_named_files(const std::vector<NamedFile>& files, bool force)
 std::vector<NamedFile> files_of(const config::Pipeline& pipeline, const PipelineWords& words) {
     std::vector<NamedFile> files;
     const auto add = [&](const std::string& path, std::string word, Role role) {
-        if (!path.empty()) files.push_back({path, std::move(word), role});
+        files.push_back({path, std::move(word), role});
     };
     const auto add_intersected = [&](const config::Metric& metric, const std::string& path) {
         if (const auto* made = std::get_if<config::SolutionMetric>(&metric))

@@ -6,13 +6,10 @@ module;
 #include <cstdio>
 #include <filesystem>
 #include <functional>
-#include <memory>
 #include <optional>
-#include <stop_token>
 #include <string>
 #include <string_view>
 #include <system_error>
-#include <type_traits>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -21,7 +18,6 @@ module;
 module camber.commands;
 import camber.core;
 import camber.io;
-import camber.cad;
 import camber.distributed;
 import camber.app_shell;
 import camber.config;
@@ -99,7 +95,7 @@ int threads_used(const config::Pipeline& pipeline) {
     return pipeline.threads > 0 ? std::min(pipeline.threads, there) : there;
 }
 
-/// Whether a file could be written.
+/// "writable", or the reason why the file is not.
 std::string writable(const std::string& path) {
     const auto checked = check_writable(path);
     return checked ? "writable" : checked.error().what;
@@ -112,7 +108,7 @@ Outcome<config::Pipeline> fitted_to(const AnyMesh& mesh, const config::Pipeline&
     return fitted;
 }
 
-/// Whether it is a step that a stage `remesh` takes again, round after round.
+/// True if a stage `remesh` repeats the step in rounds.
 bool comes_in_rounds(const config::Pipeline& pipeline, std::string_view step) {
     constexpr std::array<std::string_view, 7> passes{"blocks", "lengths", "collapse", "split",
                                                      "swap",   "smooth",  "improve"};
@@ -120,7 +116,7 @@ bool comes_in_rounds(const config::Pipeline& pipeline, std::string_view step) {
     return std::ranges::find(passes, step) != passes.end() && std::ranges::any_of(pipeline.stages, is_remesh);
 }
 
-/// What a run makes, or how long it takes, as far as it is found without the whole run.
+/// Predicted size or time of a run.
 struct Forecast {
     std::optional<run::Growth> growth = {};
     std::optional<double> seconds = {};
@@ -237,7 +233,8 @@ Outcome<std::string> plan(const config::Pipeline& given, const Fit& fit) {
     const run::PlanSize size = run::plan_size(inputs->mesh.mesh);
     const auto found = forecast(pipeline, std::move(*inputs), size, meter, execution);
     if (!found) return fail(of_input(found.error(), pipeline));
-    std::string text = run::plan_text(pipeline, size, found->growth, found->seconds, threads_used(pipeline));
+    std::string text = run::plan_text(pipeline, config::parts_of(pipeline), size, found->growth, found->seconds,
+                                      threads_used(pipeline));
     for (const std::string& path : named_outputs(pipeline.output))
         text += "  " + called_output(path) + ": " + writable(path) + "\n";
     if (const std::string& plots = pipeline.output.plots; !plots.empty()) {
@@ -327,10 +324,6 @@ int report_error(const Error& error) {
     if (voice() == Voice::none) not_said() = error;
     tell(describe(error));
     return exit_code(error.kind);
-}
-
-std::string result_row(std::string_view name, std::string_view value) {
-    return fmt::format("  {:<26}{}\n", name, value);
 }
 
 std::string wrote_rows(const std::vector<std::string>& paths) {

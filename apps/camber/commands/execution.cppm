@@ -1,12 +1,13 @@
 module;
+#include <charconv>
 #include <cstddef>
 #include <cstdint>
-#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
 #include <string>
 #include <string_view>
+#include <system_error>
 #include <utility>
 #include <vector>
 module camber.commands:execution;
@@ -21,6 +22,14 @@ import camber.distributed;
 import :requests;
 
 namespace camber::app {
+
+/// Reads a number that is the whole text; none if it is not.
+template <class T>
+[[nodiscard]] std::optional<T> number_in(std::string_view text) {
+    T x{};
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), x);
+    return error == std::errc{} && end == text.data() + text.size() ? std::optional(x) : std::nullopt;
+}
 
 /// An error that says no place, as one of that file.
 Error of_file(Error error, const std::string& path);
@@ -39,7 +48,7 @@ Outcome<DecodedMesh> read_mesh(const std::string& path, config::Flat flat, const
 Outcome<DecodedSolution> read_solution_for(const DecodedMesh& mesh, const std::string& path,
                                            const Execution& execution);
 
-/// What a config's geometry is in files for: a CAD model, another mesh, unless that is given.
+/// Reads the geometry of a config: a CAD model, or another mesh, unless that is in memory.
 Outcome<run::GeometrySource> read_geometry(const config::Geometry& geometry, const Execution& execution,
                                            const Given& given = {});
 
@@ -78,15 +87,15 @@ class TimedSteps {
 /// Completes an error of a run that names no place: the place is the input.
 [[nodiscard]] Error of_input(Error error, const config::Pipeline& pipeline);
 
-/// What `execute` would do, as text: reads or generates the input, checks the outputs, writes nothing.
+/// The plan of `execute` as text: reads or generates the input, checks the outputs, writes nothing.
 Outcome<std::string> plan(const config::Pipeline& pipeline, const Fit& fit = {});
 
-/// Whether all outputs can be written. Errors: usage, an ending; write.
+/// Checks that all outputs can be written. Errors: usage, an ending; write.
 Outcome<Done> check_outputs(const config::Output& output);
 
-/// Whether what is given as a solution is a file, by its ending or as one is there; else it is an expression.
+/// True if the text of a solution names a file, by its ending or as it exists; otherwise it is an expression.
 [[nodiscard]] bool names_a_file(const std::string& text);
-/// Whether the ending is that of a format of solutions.
+/// True if the ending is that of a format of solutions.
 [[nodiscard]] bool is_solution_file(std::string_view path);
 
 /// The format of a mesh that is written: the one of that name, or else by the path's ending, where `source` says of
@@ -94,8 +103,6 @@ Outcome<Done> check_outputs(const config::Output& output);
 [[nodiscard]] Outcome<const MeshFormat*> format_of_mesh(const std::string& path, std::string_view name,
                                                         std::string_view source = {});
 [[nodiscard]] Outcome<const SolutionFormat*> format_of_solution(const std::string& path, std::string_view name);
-/// Whether what is written there is a solution alone: by the format's name, or the path's ending.
-[[nodiscard]] bool is_solution_output(const std::string& path, std::string_view name);
 
 /// The mesh in this format; the fields only where that has place for them.
 [[nodiscard]] Outcome<Done> write_mesh(const MeshFormat& format, const AnyMesh& mesh, const MeshFields& fields,
@@ -136,11 +143,11 @@ struct NamedFile {
     Role role;
 };
 
-/// Checks that every path is possible, and that no output is an input or another output, by any path or link. With
-/// `force` the mesh that is written may replace the one that is read. Called before any work. Errors: usage.
+/// Checks that every path is possible or empty, and that no output is an input or another output, by any path or link.
+/// With `force` the mesh that is written may replace the one that is read. Called before any work. Errors: usage.
 [[nodiscard]] Outcome<Done> check_named_files(const std::vector<NamedFile>& files, bool force = false);
 
-/// How a pipeline's files were named.
+/// The words by which the files of a pipeline are named.
 struct PipelineWords {
     const char *input, *solution, *metric, *cad, *geometry, *mesh, *vtu, *plots, *report, *page;
 };
@@ -194,7 +201,7 @@ using run::NamedField;
 [[nodiscard]] Outcome<Done> write_with_mesh(const DecodedMesh& mesh, const std::vector<NamedField>& fields,
                                             const MeshFormat& format, const std::string& path,
                                             const Execution& execution);
-/// Whether that can be, and whether the format has a place for such fields: asked before the work. Errors: usage.
+/// Check before the work that this is possible, and that the format has a place for such fields. Errors: usage.
 [[nodiscard]] Outcome<Done> check_fields_output(const std::string& path, std::string_view format);
 [[nodiscard]] Outcome<Done> check_place_for(const std::string& path, std::string_view format, FieldKind kind);
 
@@ -238,45 +245,42 @@ class CycleFolders {
     run::Groups groups_;
 };
 
-/// What is asked of cycles beside the config.
+/// Options of cycles beside the config.
 struct CyclesChoice {
     std::optional<int> from;  ///< the cycle of an earlier run that they go on from; none: they begin anew
     int degree = 0;           ///< that the mesh is to have; 0: any
 };
 
-/// Where the cycles of a config are kept; empty: nothing is.
-[[nodiscard]] std::string kept_folder(const config::Pipeline& pipeline);
-
-/// Runs a config's cycles: their table as it comes to be, messages, and the exit code. What they made last stands in
-/// the config's outputs after every cycle.
-[[nodiscard]] int run_cycles(const config::Pipeline& pipeline, const CyclesChoice& choice);
-
-/// What became of a verb's arguments, whose files are named so: the cycles, or the plan of them.
-[[nodiscard]] int run_or_plan_cycles(const config::Pipeline& pipeline, const std::vector<NamedFile>& files,
-                                     const CyclesChoice& choice, bool dry_run);
-
-/// The same as text, with nothing done but reading the input.
-[[nodiscard]] Outcome<std::string> plan_cycles(const config::Pipeline& pipeline, const CyclesChoice& choice);
+/// Runs a config's cycles, whose files are named so: prints their table as it comes to be, and returns the exit code.
+/// The outputs are those of the last cycle after every cycle. With `dry_run` prints the plan of a cycle.
+[[nodiscard]] Outcome<int> run_or_plan_cycles(const config::Pipeline& pipeline, const std::vector<NamedFile>& files,
+                                              const CyclesChoice& choice, bool dry_run);
 
 /// All that a run takes from files, or a generated mesh; what is given in memory from there. Errors: those of reading;
 /// what the config says of files that are not there (usage).
 [[nodiscard]] Outcome<run::Inputs> read_inputs(const config::Pipeline& pipeline, const Given& given,
                                                const Execution& execution);
 
-/// Steps of which the host is told, and which it may stop.
-[[nodiscard]] inline Around steps_for(Progress& progress, const Host& host, int threads) {
-    return steps_shown(progress, Execution{.threads = threads, .stop = host.stop});
-}
+/// Steps of a verb, which are shown while they run, and which the host may stop.
+struct ShownSteps {
+    explicit ShownSteps(int threads, const Host& host = {})
+        : progress(host.told), around(steps_shown(progress, {.threads = threads, .stop = host.stop})) {}
 
-/// A run's outcome, its mesh where the input was.
-[[nodiscard]] MadeInMemory made_of(run::Run run, const DecodedMesh& input);
+    template <class F>
+    auto run(std::string_view step, F&& f) {
+        return run_step(around, step, std::forward<F>(f));
+    }
+
+    Progress progress;
+    Around around;
+};
 
 }  // namespace camber::app
 
 /// Outputs in parts, by rows of ranks, and pages.
 namespace camber::app {
 
-/// Whether a pipeline goes by blocks: it says of how many elements, or several ranks share it.
+/// True if a pipeline runs by blocks: it specifies their size, or several ranks share it.
 [[nodiscard]] bool goes_by_blocks(const config::Pipeline& pipeline, const Host& host);
 
 /// Runs a pipeline by blocks on all ranks of the host, and writes its outputs. Of several ranks each reads the rows of
@@ -284,9 +288,9 @@ namespace camber::app {
 /// of the result is empty: it is in the file.
 [[nodiscard]] Outcome<run::Run> execute_by_blocks(const config::Pipeline& pipeline, Written& written, Host host);
 
-/// Whether the path is that of a file that names its pieces (.pvtu): written in parts only.
+/// True if the path is that of a file that names its pieces (.pvtu): it is written in parts only.
 [[nodiscard]] bool names_its_pieces(const std::string& path);
-/// What is said where such a file is asked for, and not in how many parts.
+/// The error of such a file without a number of parts.
 [[nodiscard]] Outcome<Done> in_parts_alone(const std::string& path);
 /// The format of the files that are written there in parts: that of that name, else by the ending; of a .pvtu VTU.
 /// Errors: usage.
@@ -306,8 +310,8 @@ struct PartedOutput {
 [[nodiscard]] Outcome<Done> write_in_parts(const MeshFormat& format, const DecodedMesh& mesh,
                                            const PartedOutput& output, Written& written, const Execution& execution);
 
-/// What ranks have of a mesh in parts (of `whole` rows), as pieces that a .pvtu names: all ranks call it. The names of
-/// the pieces. Errors, of any rank: usage, write, memory, stopped.
+/// Writes the parts that ranks have of a mesh (of `whole` rows) as pieces that a .pvtu names: all ranks call it.
+/// Returns the names of the pieces. Errors, of any rank: usage, write, memory, stopped.
 template <class Mesh>
 [[nodiscard]] Outcome<std::vector<std::string>> write_parts_of_ranks(Ranks& ranks, const RowCounts& whole,
                                                                      const PartsOfRank<Mesh>& own,
@@ -319,19 +323,6 @@ template <class Mesh>
 [[nodiscard]] Outcome<std::vector<std::string>> write_in_parts_on_ranks(const Host& host, const std::string& input,
                                                                         const PartedOutput& output,
                                                                         const Execution& execution);
-
-}  // namespace camber::app
-
-namespace camber::app {
-
-/// Whether the shape is made by rows, and so by several ranks. Errors: those of the shape; unsupported, with what to
-/// do.
-[[nodiscard]] Outcome<Done> check_goes_by_rows(const config::Shape& shape);
-
-/// The shape's mesh in a .meshb, to which each rank writes the rows that it makes, a few at a time: the bytes are those
-/// of the mesh as a whole. What it is, on all ranks. Errors: of any rank; those of the shape, write, stopped.
-[[nodiscard]] Outcome<run::PlanSize> write_by_rows(Ranks& ranks, const config::Shape& shape, const std::string& path,
-                                                   const Execution& execution);
 
 }  // namespace camber::app
 
@@ -355,14 +346,14 @@ template <int D>
 template <int D>
 [[nodiscard]] Outcome<std::unique_ptr<QuadraticRows<D>>> mapped_quadratic(const std::string& path, Ranks& ranks);
 
-/// What simplices a binary file has. Errors: input.
+/// The simplices of a binary file. Errors: input.
 [[nodiscard]] Outcome<GmfShape> shape_of_file(const std::string& path);
 
 /// A mesh of degree 1 in memory, made sound, in an order in which what is near is near.
 template <int D>
 [[nodiscard]] Outcome<Opened<D>> prepared(Mesh<D> given, std::vector<std::string>& notices, const Execution& execution);
 
-/// What the mesh that a run began with was as a file.
+/// Form of the input mesh of a run as a file.
 struct InputForm {
     std::string_view format = {};
     bool always_in_space = false;   ///< its format has no plane
@@ -383,7 +374,7 @@ Outcome<Done> write_outputs(run::Run& run, const config::Output& files, const In
 [[nodiscard]] Outcome<Done> write_page(run::PageSource source, const std::string& mesh, const std::string& path,
                                        const run::PageOptions& options, const Execution& execution);
 
-/// What the texts of the arguments mean. Errors: usage.
+/// Reads the texts of the arguments. Errors: usage.
 [[nodiscard]] Outcome<run::PictureChoice> choice_of(const PictureArguments& arguments);
 
 }  // namespace camber::app

@@ -3,7 +3,6 @@ module;
 #include <algorithm>
 #include <array>
 #include <cstddef>
-#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <span>
@@ -16,7 +15,6 @@ module;
 #include <fmt/format.h>
 module camber.commands;
 import camber.core;
-import camber.bezier;
 import camber.transfer;
 import camber.io;
 import camber.app_shell;
@@ -124,10 +122,6 @@ Outcome<const SolutionFormat*> format_of_solution(const std::string& path, std::
     return format_to_write(solution_formats(), path, name);
 }
 
-bool is_solution_output(const std::string& path, std::string_view name) {
-    return name.empty() ? is_solution_file(path) : format_with_name(solution_formats(), name) != nullptr;
-}
-
 Outcome<Done> check_viewer_output(const std::string& path) {
     if (path.empty()) return Done{};
     const auto format = format_to_write(mesh_formats(), path);
@@ -156,7 +150,12 @@ Outcome<Done> write_for_viewers(AnyMesh mesh, MeshFields fields, const std::opti
 
 namespace {
 
-/// What nodes a mesh has.
+/// True if the output is a solution alone: by the name of the format, or by the ending.
+bool is_solution_output(const std::string& path, std::string_view name) {
+    return name.empty() ? is_solution_file(path) : format_with_name(solution_formats(), name) != nullptr;
+}
+
+/// Nodes of a mesh.
 struct Nodes {
     std::size_t vertices = 0, edges = 0;  ///< edges: 0 of a straight mesh
     int dimension = 3;

@@ -3,9 +3,6 @@ module;
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <functional>
-#include <memory>
-#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -27,7 +24,7 @@ namespace camber::app {
 
 namespace {
 
-/// Whether the argument is a file's path: no JSON, and with an ending or a folder.
+/// True if the argument is a file's path: no JSON, and with an ending or a folder.
 bool names_file(std::string_view text) {
     return text.find_first_of("{\"") == std::string_view::npos && text.find_first_of("./\\") != std::string_view::npos;
 }
@@ -83,7 +80,7 @@ bool is_unstructured(const config::Shape& shape) {
         shape);
 }
 
-/// What the mesh as a whole takes (bytes), about.
+/// Estimated memory of the whole mesh (bytes).
 double needed_memory(const config::Shape& shape) {
     // Peaks of 10^6 elements, of any format, were below this: 30 to 90 bytes for prisms and lattices, 210 for Delaunay.
     constexpr double program = 1e7;
@@ -102,7 +99,7 @@ Outcome<Done> check_memory(const config::Shape& shape) {
                 config::name_of(shape), {}, "give it more, or ask for fewer: --elements");
 }
 
-/// Those of shells that are slow to make.
+/// Warns of shells that are slow to generate.
 void warn_of_time(const config::Shape& shape) {
     constexpr double per_second = 65000, noticed = 60;
     const double seconds = expected(shape) / per_second;
@@ -122,20 +119,19 @@ config::Pipeline pipeline_of_shape(const config::Shape& shape, const GenerateArg
 }
 
 Outcome<Done> check_names(const GenerateArguments& a) {
-    std::vector<NamedFile> files;
-    if (names_file(a.shape)) files.push_back({a.shape, "the config", Role::input});
-    files.push_back({a.output, "-o", Role::output_mesh});
-    return check_named_files(files);
+    return check_named_files({{names_file(a.shape) ? a.shape : std::string(), "the config", Role::input},
+                              {a.output, "-o", Role::output_mesh}});
 }
 
-/// What was made, and what it cost.
-struct Made {
-    run::PlanSize size;
-    Usage generating, writing;
-};
+std::string text_of(const run::PlanSize& size, const config::Shape& shape) {
+    const bool flat = size.dimension == 2;
+    return fmt::format("{}: {} {}, {} vertices, {} boundary {}\n", config::name_of(shape), size.elements,
+                       flat ? "triangles" : "tetrahedra", size.vertices, size.facets, flat ? "edges" : "triangles");
+}
 
-Outcome<Made> generate_and_write(const config::Shape& shape, const MeshFormat& format, const GenerateArguments& a,
-                                 Written& written) {
+/// Generates the mesh as a whole and writes it. Returns the text to print.
+Outcome<std::string> generate_and_write(const config::Shape& shape, const MeshFormat& format,
+                                        const GenerateArguments& a, Written& written) {
     Progress progress;
     const Execution execution{.threads = a.threads, .stop = stop_on_signals(), .progress = progress.ticks()};
     progress.begin("generate");
@@ -149,105 +145,11 @@ Outcome<Made> generate_and_write(const config::Shape& shape, const MeshFormat& f
     if (!done) return fail(std::move(done.error()));
     progress.wipe();
     for (const Notice& notice : format.losses(mesh->mesh)) tell_notice(notice);
-    return Made{run::plan_size(mesh->mesh), generated, writing.read()};
+    std::string text = text_of(run::plan_size(mesh->mesh), shape);
+    text += fmt::format("  generated in {:.2f} s", generated.seconds);
+    if (generated.peak_bytes > 0) text += fmt::format(" (at most {})", readable(generated.peak_bytes));
+    return text + fmt::format(", written in {:.2f} s\n", writing.read().seconds) + wrote_rows({a.output});
 }
-
-std::string text_of(const run::PlanSize& size, const config::Shape& shape) {
-    const bool flat = size.dimension == 2;
-    return fmt::format("{}: {} {}, {} vertices, {} boundary {}\n", config::name_of(shape), size.elements,
-                       flat ? "triangles" : "tetrahedra", size.vertices, size.facets, flat ? "edges" : "triangles");
-}
-
-std::string text_of(const Made& made, const config::Shape& shape, const std::string& output) {
-    std::string text = text_of(made.size, shape);
-    text += fmt::format("  generated in {:.2f} s", made.generating.seconds);
-    if (made.generating.peak_bytes > 0) text += fmt::format(" (at most {})", readable(made.generating.peak_bytes));
-    return text + fmt::format(", written in {:.2f} s\n", made.writing.seconds) + wrote_rows({output});
-}
-
-bool writes_rows(const MeshFormat& format) { return format.name == std::string_view("gmf-binary"); }
-
-/// A .meshb is written by rows where several ranks make it, and where one cannot hold the whole.
-bool goes_by_rows(const config::Shape& shape, const MeshFormat& format, const Host& host) {
-    if (host.ranks->size() > 1) return true;
-    const auto limit = static_cast<double>(memory_limit().bytes);
-    return needed_memory(shape) > limit && writes_rows(format) && check_goes_by_rows(shape).has_value();
-}
-
-/// The largest peak of all ranks (bytes); 0 where the system does not say.
-Outcome<std::size_t> largest_peak(Ranks& ranks) {
-    const auto all = gather_all<std::size_t>(ranks, std::vector<std::size_t>{Meter().read().peak_bytes});
-    if (!all) return fail(all.error());
-    return std::ranges::max(*all);
-}
-
-/// What is said in the end.
-Outcome<std::string> generate_by_rows(const config::Shape& shape, const MeshFormat& format, const GenerateArguments& a,
-                                      const Host& host, Written& written) {
-    Ranks& ranks = *host.ranks;
-    if (!writes_rows(format))
-        return fail(ErrorKind::unsupported, "several ranks write a mesh as .meshb", a.output, {},
-                    "camber convert brings it into any other format");
-    if (auto possible = check_goes_by_rows(shape); !possible) return fail(possible.error());
-    Progress progress;
-    const Execution execution{.threads = a.threads, .stop = host.stop, .progress = progress.ticks()};
-    progress.begin("generate");
-    const Meter meter;
-    const auto size = together(ranks, [&] { return write_by_rows(ranks, shape, a.output, execution); });
-    if (auto done = written.add(a.output, size ? Outcome<Done>(Done{}) : fail(size.error())); !done)
-        return fail(std::move(done.error()));
-    progress.wipe();
-    const auto peak = largest_peak(ranks);
-    if (!peak) return fail(peak.error());
-    std::string text = text_of(*size, shape) + fmt::format("  generated and written in {:.2f} s", meter.read().seconds);
-    if (ranks.size() > 1) text += fmt::format(" by {} ranks", ranks.size());
-    if (*peak > 0) text += fmt::format(" (at most {}{})", readable(*peak), ranks.size() > 1 ? " each" : "");
-    return text + "\n" + wrote_rows({a.output});
-}
-
-}  // namespace
-
-Outcome<config::Shape> shape_of(const GenerateArguments& a) {
-    auto shape = read_shape(a);
-    if (shape && a.structure) shape = with_structure(*shape, *a.structure);
-    if (shape && a.elements) shape = with_count(*shape, *a.elements);
-    return shape;
-}
-
-Outcome<DecodedMesh> generate_in_memory(const GenerateArguments& arguments, const Host& host) {
-    const auto shape = shape_of(arguments);
-    if (!shape) return fail(shape.error());
-    if (auto enough = check_memory(*shape); !enough) return fail(enough.error());
-    Progress progress(host.told);
-    return run_step(steps_for(progress, host, arguments.threads), "generate",
-                    [&](const Execution& e) { return run::generate_shape(*shape, e); });
-}
-
-int generate_command(const GenerateArguments& arguments, const Host& host) {
-    if (auto distinct = check_names(arguments); !distinct) return report_error(distinct.error());
-    const auto shape = shape_of(arguments);
-    if (!shape) return report_error(shape.error());
-    if (arguments.print_config) return end_with(config::write_pipeline(pipeline_of_shape(*shape, arguments)));
-    const auto format = format_of_mesh(arguments.output, arguments.format);
-    if (!format) return report_error(format.error());
-    const bool by_rows = goes_by_rows(*shape, **format, host);
-    if (!by_rows)
-        if (auto enough = check_memory(*shape); !enough) return report_error(enough.error());
-    const bool writes_first = host.ranks->rank() == 0;
-    const auto output = agreed(*host.ranks, writes_first ? check_writable(arguments.output) : Outcome<Done>(Done{}));
-    if (!output) return report_error(output.error());
-    warn_of_time(*shape);
-    Written written;
-    if (by_rows) {
-        const auto said = generate_by_rows(*shape, **format, arguments, host, written);
-        return said ? end_with(*said, written) : report_error(said.error());
-    }
-    const auto made = generate_and_write(*shape, **format, arguments, written);
-    if (!made) return report_error(made.error());
-    return end_with(text_of(*made, *shape, arguments.output), written);
-}
-
-namespace {
 
 /// About so many elements are made at a time, but a few rows at least: points of rows around are made anew each time.
 constexpr std::size_t elements_of_turn = std::size_t{1} << 20U, least_rows_of_turn = 3;
@@ -329,17 +231,11 @@ Outcome<run::PlanSize> write_rows(Ranks& ranks, const ShapeRows<D>& shape, const
     auto done = write_meshb_together<D, 1>(
         ranks, path, {totals, *lists}, own.turns(), [&](std::size_t turn) { return own.part(turn, quiet); }, execution);
     if (!done) return fail(done.error());
-    run::PlanSize size;
-    size.dimension = D;
-    size.degree = 1;
-    size.vertices = counts.vertices;
-    size.elements = counts.elements;
-    size.facets = counts.facets;
-    return size;
+    return run::PlanSize{
+        .dimension = D, .degree = 1, .vertices = counts.vertices, .elements = counts.elements, .facets = counts.facets};
 }
 
-}  // namespace
-
+/// Checks that the shape is made by rows, which several ranks share. Errors: unsupported.
 Outcome<Done> check_goes_by_rows(const config::Shape& shape) {
     return std::visit(
         [&]<class Options>(const Options& options) -> Outcome<Done> {
@@ -353,6 +249,8 @@ Outcome<Done> check_goes_by_rows(const config::Shape& shape) {
         shape);
 }
 
+/// Writes the shape's mesh to a .meshb, each rank the rows that it makes, a few at a time. Returns its size on all
+/// ranks.
 Outcome<run::PlanSize> write_by_rows(Ranks& ranks, const config::Shape& shape, const std::string& path,
                                      const Execution& execution) {
     return std::visit(
@@ -366,6 +264,85 @@ Outcome<run::PlanSize> write_by_rows(Ranks& ranks, const config::Shape& shape, c
             }
         },
         shape);
+}
+
+bool writes_rows(const MeshFormat& format) { return format.name == std::string_view("gmf-binary"); }
+
+/// A .meshb is written by rows where several ranks make it, and where one cannot hold the whole.
+bool goes_by_rows(const config::Shape& shape, const MeshFormat& format, const Host& host) {
+    if (host.ranks->size() > 1) return true;
+    const auto limit = static_cast<double>(memory_limit().bytes);
+    return needed_memory(shape) > limit && writes_rows(format) && check_goes_by_rows(shape).has_value();
+}
+
+/// The largest peak of all ranks (bytes); 0 where the system does not say.
+Outcome<std::size_t> largest_peak(Ranks& ranks) {
+    const auto all = gather_all<std::size_t>(ranks, std::vector<std::size_t>{Meter().read().peak_bytes});
+    if (!all) return fail(all.error());
+    return std::ranges::max(*all);
+}
+
+/// Returns the text to print.
+Outcome<std::string> generate_by_rows(const config::Shape& shape, const MeshFormat& format, const GenerateArguments& a,
+                                      const Host& host, Written& written) {
+    Ranks& ranks = *host.ranks;
+    if (!writes_rows(format))
+        return fail(ErrorKind::unsupported, "several ranks write a mesh as .meshb", a.output, {},
+                    "camber convert brings it into any other format");
+    if (auto possible = check_goes_by_rows(shape); !possible) return fail(possible.error());
+    Progress progress;
+    const Execution execution{.threads = a.threads, .stop = host.stop, .progress = progress.ticks()};
+    progress.begin("generate");
+    const Meter meter;
+    const auto size = together(ranks, [&] { return write_by_rows(ranks, shape, a.output, execution); });
+    if (auto done = written.add(a.output, size ? Outcome<Done>(Done{}) : fail(size.error())); !done)
+        return fail(std::move(done.error()));
+    progress.wipe();
+    const auto peak = largest_peak(ranks);
+    if (!peak) return fail(peak.error());
+    std::string text = text_of(*size, shape) + fmt::format("  generated and written in {:.2f} s", meter.read().seconds);
+    if (ranks.size() > 1) text += fmt::format(" by {} ranks", ranks.size());
+    if (*peak > 0) text += fmt::format(" (at most {}{})", readable(*peak), ranks.size() > 1 ? " each" : "");
+    return text + "\n" + wrote_rows({a.output});
+}
+
+}  // namespace
+
+Outcome<config::Shape> shape_of(const GenerateArguments& a) {
+    auto shape = read_shape(a);
+    if (shape && a.structure) shape = with_structure(*shape, *a.structure);
+    if (shape && a.elements) shape = with_count(*shape, *a.elements);
+    return shape;
+}
+
+Outcome<DecodedMesh> generate_in_memory(const GenerateArguments& arguments, const Host& host) {
+    const auto shape = shape_of(arguments);
+    if (!shape) return fail(shape.error());
+    if (auto enough = check_memory(*shape); !enough) return fail(enough.error());
+    return ShownSteps(arguments.threads, host).run("generate", [&](const Execution& e) {
+        return run::generate_shape(*shape, e);
+    });
+}
+
+Outcome<int> generate_command(const GenerateArguments& arguments, const Host& host) {
+    if (auto distinct = check_names(arguments); !distinct) return fail(distinct.error());
+    const auto shape = shape_of(arguments);
+    if (!shape) return fail(shape.error());
+    if (arguments.print_config) return end_with(config::write_pipeline(pipeline_of_shape(*shape, arguments)));
+    const auto format = format_of_mesh(arguments.output, arguments.format);
+    if (!format) return fail(format.error());
+    const bool by_rows = goes_by_rows(*shape, **format, host);
+    if (!by_rows)
+        if (auto enough = check_memory(*shape); !enough) return fail(enough.error());
+    const bool writes_first = host.ranks->rank() == 0;
+    const auto output = agreed(*host.ranks, writes_first ? check_writable(arguments.output) : Outcome<Done>(Done{}));
+    if (!output) return fail(output.error());
+    warn_of_time(*shape);
+    Written written;
+    const auto text = by_rows ? generate_by_rows(*shape, **format, arguments, host, written)
+                              : generate_and_write(*shape, **format, arguments, written);
+    if (!text) return fail(text.error());
+    return end_with(*text, written);
 }
 
 }  // namespace camber::app

@@ -1,16 +1,9 @@
 // Commands on meshes in memory
 module;
 #include <algorithm>
-#include <cstddef>
-#include <functional>
 #include <iterator>
-#include <map>
-#include <memory>
 #include <optional>
-#include <span>
-#include <stop_token>
 #include <string>
-#include <string_view>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -21,7 +14,6 @@ import camber.core;
 import camber.transfer;
 import camber.validity;
 import camber.io;
-import camber.app_shell;
 import camber.config;
 import camber.recipes;
 import camber.reports;
@@ -37,7 +29,7 @@ void keep_all(config::Output& output) {
     if (output.solution.empty()) output.solution = std::string(config::in_memory) + "solution";
 }
 
-/// Of the input, as far as a run keeps it: where it lies in space, and its format.
+/// The mesh with the place in space and the format of the input.
 DecodedMesh with_place_of(AnyMesh made, const DecodedMesh& input) {
     DecodedMesh mesh{std::move(made), {}};
     mesh.lift = input.lift;
@@ -53,21 +45,17 @@ DecodedMesh input_of(const config::Pipeline& pipeline, const Given& given) {
     return found != given.meshes.end() ? found->second : DecodedMesh();
 }
 
-}  // namespace
-
 MadeInMemory made_of(run::Run run, const DecodedMesh& input) {
-    std::vector<std::string> notices = run.report.notices;
-    const bool holds = run.report.holds_what_was_asked();
-    const bool is_valid = run.report.has_valid_elements();
-    std::string report = run::to_json(run.report);
     return {with_place_of(std::move(run.mesh), input),
-            std::move(report),
+            run::to_json(run.report),
             std::move(run.metric),
             std::move(run.solution),
-            std::move(notices),
-            holds,
-            is_valid};
+            run.report.notices,
+            run.report.holds_what_was_asked(),
+            run.report.has_valid_elements()};
 }
+
+}  // namespace
 
 Outcome<MadeInMemory> run_in_memory(config::Pipeline pipeline, Host host) {
     keep_all(pipeline.output);
@@ -79,36 +67,31 @@ Outcome<MadeInMemory> run_in_memory(config::Pipeline pipeline, Host host) {
 }
 
 Outcome<MetricInMemory> metric_in_memory(const config::Pipeline& pipeline, Host host) {
-    Progress progress(host.told);
-    const Around around = steps_for(progress, host, pipeline.threads);
-    auto inputs = run_step(around, "read", [&](const Execution& e) { return read_inputs(pipeline, host.given, e); });
+    ShownSteps steps(pipeline.threads, host);
+    auto inputs = steps.run("read", [&](const Execution& e) { return read_inputs(pipeline, host.given, e); });
     if (!inputs) return fail(inputs.error());
-    auto made = run::made_metric(pipeline, std::move(*inputs), around);
+    auto made = run::made_metric(pipeline, std::move(*inputs), steps.around);
     if (!made) return fail(made.error());
     return MetricInMemory{std::move(made->metric), made->report.complexity, made->report.largest_anisotropy,
                           std::move(made->notices)};
 }
 
 Outcome<Solution> hessians_in_memory(const DecodedMesh& mesh, const run::NamedField& field, Host host) {
-    Progress progress(host.told);
-    return run_step(steps_for(progress, host, 0), "recover",
-                    [&](const Execution& e) { return run::hessians_of(mesh.mesh, field, e); });
+    return ShownSteps(0, host).run("recover",
+                                   [&](const Execution& e) { return run::hessians_of(mesh.mesh, field, e); });
 }
 
 Outcome<std::vector<run::NamedField>> transfer_in_memory(const DecodedMesh& old_mesh, const DecodedMesh& new_mesh,
                                                          std::vector<run::NamedField> fields,
                                                          const TransferOptions& options, Host host) {
-    Progress progress(host.told);
-    const Around around = steps_for(progress, host, 0);
-    return run::fields_brought_to(new_mesh.mesh, old_mesh.mesh, std::move(fields), options, around)
+    ShownSteps steps(0, host);
+    return run::fields_brought_to(new_mesh.mesh, old_mesh.mesh, std::move(fields), options, steps.around)
         .map([](run::TransferredFields made) { return std::move(made.fields); });
 }
 
 Outcome<DecodedMesh> read_into_memory(const std::string& path, config::Flat flat, const DecodeOptions& options,
                                       Host host) {
-    Progress progress(host.told);
-    return run_step(steps_for(progress, host, 0), "read",
-                    [&](const Execution& e) { return read_mesh(path, flat, options, e); });
+    return ShownSteps(0, host).run("read", [&](const Execution& e) { return read_mesh(path, flat, options, e); });
 }
 
 Outcome<std::vector<std::string>> write_from_memory(const DecodedMesh& mesh, const std::vector<run::NamedField>& fields,
@@ -122,9 +105,8 @@ Outcome<std::vector<std::string>> write_from_memory(const DecodedMesh& mesh, con
             held.push_back(field);
         else
             losses.push_back("the format has no place for the field " + field.name);
-    Progress progress(host.told);
-    auto done = run_step(steps_for(progress, host, 0), "write",
-                         [&](const Execution& e) { return write_with_mesh(mesh, held, **format, path, e); });
+    auto done = ShownSteps(0, host).run(
+        "write", [&](const Execution& e) { return write_with_mesh(mesh, held, **format, path, e); });
     if (!done) return fail(done.error());
     for (Notice& notice : (*format)->losses(mesh.mesh)) losses.push_back(std::move(notice.what));
     return losses;
@@ -205,8 +187,7 @@ std::vector<ElementColumn> columns_of(const run::CheckReport& report) {
 
 Outcome<CheckedInMemory> check_in_memory(const DecodedMesh& mesh, const std::optional<Solution>& metric,
                                          const run::CheckOptions& options, Host host) {
-    Progress progress(host.told);
-    const Around around = steps_for(progress, host, 0);
+    ShownSteps steps(0, host);
     std::optional<run::MetricFile> rows;
     if (metric) {
         auto sorted = run::rows_by_nodes(*metric, mesh, {.stop = host.stop});
@@ -214,7 +195,7 @@ Outcome<CheckedInMemory> check_in_memory(const DecodedMesh& mesh, const std::opt
         rows = run::MetricFile{std::string(config::in_memory) + "metric",
                                run::rows_at_vertices(std::move(*sorted), mesh.mesh)};
     }
-    const auto report = run::check_mesh(mesh, rows, options, around);
+    const auto report = run::check_mesh(mesh, rows, options, steps.around);
     if (!report) return fail(report.error());
     return CheckedInMemory{
         run::check_json_head(*report, std::string(config::in_memory) + "mesh", CAMBER_VERSION) + "\n}\n",
@@ -224,9 +205,8 @@ Outcome<CheckedInMemory> check_in_memory(const DecodedMesh& mesh, const std::opt
 Outcome<std::string> page_in_memory(const DecodedMesh& mesh, const std::vector<run::NamedField>& fields,
                                     const std::string& title, const run::PageOptions& options, Host host) {
     Viewer parts = viewer();
-    Progress progress(host.told);
-    const Around around = steps_for(progress, host, 0);
-    auto report = run::check_mesh(mesh, std::nullopt, {}, around);
+    ShownSteps steps(0, host);
+    auto report = run::check_mesh(mesh, std::nullopt, {}, steps.around);
     if (!report) return fail(report.error());
     run::PageSource source;
     source.mesh = mesh.mesh;
@@ -236,18 +216,17 @@ Outcome<std::string> page_in_memory(const DecodedMesh& mesh, const std::vector<r
     source.histograms = report->histograms;
     source.numbers = run::check_table(*report);
     source.report = std::move(*report);
-    return run_step(around, "page", [&](const Execution& e) {
+    return steps.run("page", [&](const Execution& e) {
         return run::page(source, {std::move(parts.frame), std::move(parts.style), std::move(parts.script)}, options, e);
     });
 }
 
 Outcome<std::string> geometry_in_memory(const DecodedMesh& mesh, const config::Geometry& geometry,
                                         const run::InspectOptions& options, Host host) {
-    Progress progress(host.told);
-    const Around around = steps_for(progress, host, 0);
-    auto source = run_step(around, "read", [&](const Execution& e) { return read_geometry(geometry, e, host.given); });
+    ShownSteps steps(0, host);
+    auto source = steps.run("read", [&](const Execution& e) { return read_geometry(geometry, e, host.given); });
     if (!source) return fail(source.error());
-    auto found = run::inspect_geometry(mesh, {geometry, std::move(*source)}, options, around);
+    auto found = run::inspect_geometry(mesh, {geometry, std::move(*source)}, options, steps.around);
     if (!found) return fail(found.error());
     return run::inspect_json(found->report, std::string(config::in_memory) + "mesh", CAMBER_VERSION);
 }

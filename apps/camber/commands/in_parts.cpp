@@ -1,5 +1,6 @@
 // Meshes in several files
 module;
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -34,8 +35,7 @@ std::string part_name(const std::string& path, std::size_t part, std::string_vie
 /// Numbers from 1, as whole numbers of 32 bits while they fit.
 MeshField numbers(std::string_view name, Centring centring, const std::vector<std::uint64_t>& values) {
     MeshField field{std::string(name), centring, FieldKind::scalar, {}};
-    bool fits = true;
-    for (const std::uint64_t v : values) fits = fits && v < std::numeric_limits<std::int32_t>::max();
+    const bool fits = std::ranges::all_of(values, [](auto v) { return v < std::numeric_limits<std::int32_t>::max(); });
     const auto from_1 = [&]<class T>(T) {
         Buffer<T> made;
         made.reserve(values.size());
@@ -53,18 +53,20 @@ MeshField numbers(std::string_view name, Centring centring, const std::vector<st
 struct PieceRows {
     std::vector<std::uint64_t> nodes, cells;
 };
+/// `own`: numbers of the rows that the piece is of, if these are not the whole's.
 template <class Mesh>
-PieceRows rows_of(const LinearMesh<Mesh::dimension>& whole, const MeshPiece<Mesh>& piece) {
+PieceRows rows_of(const RowCounts& whole, const MeshPiece<Mesh>& piece, const PartsOfRank<Mesh>* own = nullptr) {
     PieceRows rows;
-    const auto add = [](std::vector<std::uint64_t>& to, const Column<std::uint32_t>& from, std::size_t before) {
-        for (const std::uint32_t row : from) to.push_back(before + row);
+    const auto add = [&](std::vector<std::uint64_t>& to, const Column<std::uint32_t>& from, auto numbers,
+                         std::size_t before) {
+        for (const std::uint32_t row : from) to.push_back(before + (own != nullptr ? (own->*numbers)[row] : row));
     };
-    const std::size_t elements = whole.elements.size(), facets = whole.facets.size();
-    add(rows.nodes, piece.vertices, 0);
-    add(rows.nodes, piece.mid_nodes, whole.points.size());
-    add(rows.cells, piece.elements, 0);
-    add(rows.cells, piece.facets, elements);
-    add(rows.cells, piece.edges, elements + facets);
+    using Own = PartsOfRank<Mesh>;
+    add(rows.nodes, piece.vertices, &Own::vertices, 0);
+    add(rows.nodes, piece.mid_nodes, &Own::mid_nodes, whole.points);
+    add(rows.cells, piece.elements, &Own::elements, 0);
+    add(rows.cells, piece.facets, &Own::facets, whole.elements);
+    add(rows.cells, piece.edges, &Own::edges, whole.elements + whole.facets);
     return rows;
 }
 
@@ -99,7 +101,7 @@ MeshField partition_field(const CellParts& parts) {
     return numbers("partition", Centring::cell, of_cells);
 }
 
-/// What all the files are written with.
+/// Writer of all files.
 struct Writer {
     const MeshFormat& format;
     EncodeOptions options;
@@ -133,6 +135,7 @@ struct Writer {
         const auto parts = partition(linear, count, execution);
         if (!parts) return fail(parts.error());
         const MeshFields fields = of_mesh.with(partition_field(*parts));
+        const RowCounts counts{linear.points.size(), linear.elements.size(), linear.facets.size(), linear.edges.size()};
         const bool listed = names_its_pieces(path);
         if (!listed)
             if (auto done = write(whole, fields, path); !done) return done;
@@ -142,29 +145,13 @@ struct Writer {
             const auto piece = piece_of(mesh, *parts, static_cast<std::int32_t>(p), execution);
             if (!piece) return fail(piece.error());
             pieces.push_back(part_name(path, p + 1, ending));
-            auto done = write(as_mesh(piece->mesh), fields_of(fields, rows_of(linear, *piece), Simplices::dimension),
+            auto done = write(as_mesh(piece->mesh), fields_of(fields, rows_of(counts, *piece), Simplices::dimension),
                               pieces.back());
             if (!done) return done;
         }
         return listed ? write_list(pieces) : Outcome<Done>(Done{});
     }
 };
-
-/// As PieceRows, of a piece of what a rank has.
-template <class Mesh>
-PieceRows rows_of(const RowCounts& whole, const PartsOfRank<Mesh>& own, const MeshPiece<Mesh>& piece) {
-    PieceRows rows;
-    const auto add = [](std::vector<std::uint64_t>& to, const Column<std::uint32_t>& from,
-                        const std::vector<std::uint64_t>& numbers, std::size_t before) {
-        for (const std::uint32_t row : from) to.push_back(before + numbers[row]);
-    };
-    add(rows.nodes, piece.vertices, own.vertices, 0);
-    add(rows.nodes, piece.mid_nodes, own.mid_nodes, whole.points);
-    add(rows.cells, piece.elements, own.elements, 0);
-    add(rows.cells, piece.facets, own.facets, whole.elements);
-    add(rows.cells, piece.edges, own.edges, whole.elements + whole.facets);
-    return rows;
-}
 
 template <class Mesh>
 Outcome<Done> write_own_parts(const Writer& writer, const RowCounts& whole, const PartsOfRank<Mesh>& own,
@@ -173,7 +160,7 @@ Outcome<Done> write_own_parts(const Writer& writer, const RowCounts& whole, cons
     for (std::size_t p = own.first; p < own.last; ++p) {
         const auto piece = piece_of(own.mesh, parts, static_cast<std::int32_t>(p), writer.execution);
         if (!piece) return fail(piece.error());
-        const PieceRows numbers_here = rows_of(whole, own, *piece);
+        const PieceRows numbers_here = rows_of(whole, *piece, &own);
         MeshFields fields = MeshFields().with(
             numbers("partition", Centring::cell, std::vector<std::uint64_t>(numbers_here.cells.size(), p)));
         fields = std::move(fields).with(numbers(global_nodes, Centring::node, numbers_here.nodes));

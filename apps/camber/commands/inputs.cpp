@@ -30,13 +30,114 @@ namespace camber::app {
 
 namespace {
 
+/// The word that makes a process the reader; then the file, seconds and bytes.
+constexpr std::string_view reader = "--read-cad-file-for-parent";
+
+ChildLimits limits_of(const config::Cad& cad) {
+    constexpr double seconds = 10, seconds_a_megabyte = 1, megabyte = 1e6, gigabyte = 1e9, memory_a_byte = 50;
+    std::error_code missing;
+    const auto found = std::filesystem::file_size(cad.file.path, missing);
+    const double size = missing ? 0 : static_cast<double>(found);
+    const double memory = cad.memory > 0 ? cad.memory * megabyte : gigabyte + memory_a_byte * size;
+    return {cad.timeout > 0 ? cad.timeout : seconds + seconds_a_megabyte * size / megabyte,
+            static_cast<std::size_t>(memory)};
+}
+
+/// Errors: a pipe or a device, which may have no end. A file that is not there is for the reader to tell.
+Outcome<Done> check_plain(const std::string& path) {
+    std::error_code ignored;
+    const auto status = std::filesystem::status(path, ignored);
+    if (!std::filesystem::is_other(status)) return Done{};
+    return fail(ErrorKind::input, "is no plain file, as a CAD model must be", path, {}, "copy it into one");
+}
+
+/// An error as bytes: 'E', its kind, and its parts, each ended by a zero byte. A model's bytes begin with 'M'.
+std::string as_bytes_of(const Error& error) {
+    std::string bytes = "E" + std::to_string(static_cast<int>(error.kind));
+    const std::string kind = error.entity ? error.entity->kind : std::string();
+    const std::string number = error.entity ? std::to_string(error.entity->number) : "0";
+    for (const std::string& part : {std::string(), error.what, error.where, error.remedy, kind, number})
+        bytes += part + '\0';
+    return bytes;
+}
+Error error_of(std::string_view bytes) {
+    std::array<std::string, 6> parts;
+    bytes.remove_prefix(1);
+    for (std::string& part : parts) {
+        const std::size_t end = std::min(bytes.find('\0'), bytes.size());
+        part = bytes.substr(0, end);
+        bytes.remove_prefix(std::min(end + 1, bytes.size()));
+    }
+    const auto& [kind, what, where, remedy, entity, number] = parts;
+    Error error{static_cast<ErrorKind>(std::stoi(kind)), what, where, {}, remedy};
+    if (!entity.empty()) error.entity = Entity{entity, std::stoull(number)};
+    return error;
+}
+
+/// The file's model, tried: what its faces and edges do to whom asks them is seen here, and not in the parent.
+Outcome<std::string> read_and_tried(const std::string& path) {
+    constexpr std::size_t tries = 1000;
+    const auto model = read_cad(path, {});
+    if (!model) return fail(model.error());
+    if (const auto samples = samples_of<3>(*model, tries, {.threads = 1}); !samples) return fail(samples.error());
+    return packed_cad(*model);
+}
+
+Error of_end(const ChildResult& result, const config::Cad& cad, const ChildLimits& limits) {
+    if (result.end == ChildEnd::out_of_time)
+        return {ErrorKind::input,
+                fmt::format("reading it takes more than {:.3g} s", limits.seconds),
+                cad.file.path,
+                {},
+                "export the model again; if it is right, allow more: --cad-timeout, or geometry/cad/timeout"};
+    return {ErrorKind::input,
+            fmt::format("OpenCASCADE crashes on it ({}): the file is damaged", result.how),
+            cad.file.path,
+            {},
+            "export the model again"};
+}
+
+Error out_of_memory(const config::Cad& cad, const ChildLimits& limits) {
+    return {ErrorKind::input,
+            fmt::format("reading it takes more than {:.3g} MB of memory", static_cast<double>(limits.bytes) / 1e6),
+            cad.file.path,
+            {},
+            "export the model again; if it is right, allow more: --cad-memory, or geometry/cad/memory"};
+}
+
+/// The model of a config's file, read by a process of its own: a damaged file that crashes the reader, never ends or
+/// takes all memory is an error of the file (input). Errors also: of read_cad.
+Outcome<CadModel> read_cad_apart(const config::Cad& cad, const Execution& execution) {
+    return guarded([&]() -> Outcome<CadModel> {
+        if (auto plain = check_plain(cad.file.path); !plain) return fail(plain.error());
+        if (!can_start_itself()) return read_cad(cad.file.path, {cad.unit});
+        const ChildLimits limits = limits_of(cad);
+        const auto result = run_self(
+            {std::string(reader), cad.file.path, fmt::format("{}", limits.seconds), fmt::format("{}", limits.bytes)},
+            limits, execution);
+        if (!result) return fail(result.error());
+        if (result->end != ChildEnd::done || result->bytes.empty()) return fail(of_end(*result, cad, limits));
+        if (result->bytes.front() == 'E') {
+            Error error = error_of(result->bytes);
+            return fail(error.kind == ErrorKind::memory ? out_of_memory(cad, limits) : std::move(error));
+        }
+        auto model = unpacked_cad(result->bytes.substr(1), {cad.unit});
+        if (!model && model.error().where.empty()) {
+            Error error = model.error();
+            error.where = cad.file.path;
+            return fail(std::move(error));
+        }
+        return model;
+    });
+}
+
 std::string operations_at_vertices(const std::string& file) {
     return file +
            " has a metric at all nodes: metric_operations are done at the vertices, with what it has there; a run "
            "without them takes all of it";
 }
 
-/// What is given by that name; null: it is a file's.
+/// The value in memory with that name; null: the name is a file's.
 template <class Values>
 const typename Values::mapped_type* found(const Values& values, const std::string& name) {
     const auto at = config::is_in_memory(name) ? values.find(name) : values.end();
@@ -119,8 +220,8 @@ Outcome<Done> read_solution_of(const config::Pipeline& pipeline, run::Inputs& in
     if (!inputs.fields.empty() && given.expression.empty() && !run::places_by_solution(pipeline) &&
         !run::carries_fields(pipeline.output))
         notices.push_back(
-            {fmt::format("{} of the input {} not kept: {} has no place for {} (\"output\": "
-                         "{{\"solution\": …}}, --output-solution, or a .vtu has)",
+            {fmt::format("{} of the input {} not kept: {} has no place for {} (\"output\": {{\"solution\": …}}, "
+                         "--output-solution, or a .vtu has)",
                          inputs.fields.size() == 1 ? "the field " + inputs.fields.front().name
                                                    : fmt::format("{} fields", inputs.fields.size()),
                          inputs.fields.size() == 1 ? "is" : "are",
@@ -155,6 +256,13 @@ run::AvailableMemory available_memory() {
 
 }  // namespace
 
+std::optional<int> cad_reader(std::span<const char* const> arguments) {
+    if (arguments.size() != 5 || arguments[1] != reader) return std::nullopt;
+    keep_limits({std::stod(arguments[3]), static_cast<std::size_t>(std::stod(arguments[4]))});
+    const auto bytes = read_and_tried(arguments[2]);
+    return hand_over(bytes ? "M" + *bytes : as_bytes_of(bytes.error())) ? 0 : 1;
+}
+
 Outcome<run::GeometrySource> read_geometry(const config::Geometry& geometry, const Execution& execution,
                                            const Given& given) {
     run::GeometrySource source;
@@ -178,6 +286,39 @@ Error of_file(Error error, const std::string& path) {
 }
 
 namespace {
+
+/// True if two words differ by one letter, or by two that are swapped.
+bool one_slip_apart(std::string_view a, std::string_view b) {
+    while (!a.empty() && !b.empty() && a.front() == b.front()) a.remove_prefix(1), b.remove_prefix(1);
+    while (!a.empty() && !b.empty() && a.back() == b.back()) a.remove_suffix(1), b.remove_suffix(1);
+    if (a.size() == 2 && b.size() == 2) return a[0] == b[1] && a[1] == b[0];
+    return a.size() <= 1 && b.size() <= 1;
+}
+
+bool is_beginning(std::string_view word, std::string_view whole) { return word.size() >= 4 && whole.starts_with(word); }
+
+/// `did you mean "wing.mesh"?` of a missing file whose folder has one of that name with another ending, or with a
+/// name that is one slip away; else empty.
+std::string suggested_file(const std::string& path) {
+    namespace fs = std::filesystem;
+    constexpr std::size_t most = 10000;  // of a folder's files that are looked at
+    const fs::path given(path);
+    std::vector<std::string> same_stem, near;
+    std::error_code error;
+    if (fs::exists(given, error)) return {};
+    std::size_t n = 0;
+    const fs::path folder = given.parent_path().empty() ? fs::path(".") : given.parent_path();
+    for (auto at = fs::directory_iterator(folder, error); !error && at != fs::directory_iterator() && n < most;
+         at.increment(error), ++n) {
+        const fs::path name = at->path().filename();
+        if (name.stem() == given.stem()) same_stem.push_back(name.string());
+        if (one_slip_apart(name.string(), given.filename().string())) near.push_back(name.string());
+    }
+    auto& found = near.empty() ? same_stem : near;
+    if (found.empty()) return {};
+    const std::string best = *std::ranges::min_element(found);
+    return fmt::format("did you mean \"{}\"?", (given.parent_path() / best).string());
+}
 
 /// Files that the mesh's file names are read from its folder.
 DecodeOptions with_files_beside(const std::string& path, DecodeOptions options, const Execution& execution) {
@@ -260,151 +401,6 @@ Outcome<run::Inputs> read_inputs(const config::Pipeline& pipeline, const Given& 
         inputs.operands.push_back(std::move(rows));
     }
     return inputs;
-}
-
-namespace {
-
-/// The word that makes a process the reader; then the file, seconds and bytes.
-constexpr std::string_view reader = "--read-cad-file-for-parent";
-
-ChildLimits limits_of(const config::Cad& cad) {
-    constexpr double seconds = 10, seconds_a_megabyte = 1, megabyte = 1e6, gigabyte = 1e9, memory_a_byte = 50;
-    std::error_code missing;
-    const auto found = std::filesystem::file_size(cad.file.path, missing);
-    const double size = missing ? 0 : static_cast<double>(found);
-    const double memory = cad.memory > 0 ? cad.memory * megabyte : gigabyte + memory_a_byte * size;
-    return {cad.timeout > 0 ? cad.timeout : seconds + seconds_a_megabyte * size / megabyte,
-            static_cast<std::size_t>(memory)};
-}
-
-/// Errors: a pipe or a device, which may have no end. A file that is not there is for the reader to tell.
-Outcome<Done> check_plain(const std::string& path) {
-    std::error_code ignored;
-    const auto status = std::filesystem::status(path, ignored);
-    if (!std::filesystem::is_other(status)) return Done{};
-    return fail(ErrorKind::input, "is no plain file, as a CAD model must be", path, {}, "copy it into one");
-}
-
-/// An error as bytes: 'E', its kind, and its parts, each ended by a zero byte. A model's bytes begin with 'M'.
-std::string as_bytes_of(const Error& error) {
-    std::string bytes = "E" + std::to_string(static_cast<int>(error.kind));
-    const std::string kind = error.entity ? error.entity->kind : std::string();
-    const std::string number = error.entity ? std::to_string(error.entity->number) : "0";
-    for (const std::string& part : {std::string(), error.what, error.where, error.remedy, kind, number})
-        bytes += part + '\0';
-    return bytes;
-}
-Error error_of(std::string_view bytes) {
-    std::array<std::string, 6> parts;
-    bytes.remove_prefix(1);
-    for (std::string& part : parts) {
-        const std::size_t end = std::min(bytes.find('\0'), bytes.size());
-        part = bytes.substr(0, end);
-        bytes.remove_prefix(std::min(end + 1, bytes.size()));
-    }
-    const auto& [kind, what, where, remedy, entity, number] = parts;
-    Error error{static_cast<ErrorKind>(std::stoi(kind)), what, where, {}, remedy};
-    if (!entity.empty()) error.entity = Entity{entity, std::stoull(number)};
-    return error;
-}
-
-/// The file's model, tried: what its faces and edges do to whom asks them is seen here, and not in the parent.
-Outcome<std::string> read_and_tried(const std::string& path) {
-    constexpr std::size_t tries = 1000;
-    const auto model = read_cad(path, {});
-    if (!model) return fail(model.error());
-    if (const auto samples = samples_of<3>(*model, tries, {.threads = 1}); !samples) return fail(samples.error());
-    return packed_cad(*model);
-}
-
-Error of_end(const ChildResult& result, const config::Cad& cad, const ChildLimits& limits) {
-    if (result.end == ChildEnd::out_of_time)
-        return {ErrorKind::input,
-                fmt::format("reading it takes more than {:.3g} s", limits.seconds),
-                cad.file.path,
-                {},
-                "export the model again; if it is right, allow more: --cad-timeout, or geometry/cad/timeout"};
-    return {ErrorKind::input,
-            fmt::format("OpenCASCADE crashes on it ({}): the file is damaged", result.how),
-            cad.file.path,
-            {},
-            "export the model again"};
-}
-
-Error out_of_memory(const config::Cad& cad, const ChildLimits& limits) {
-    return {ErrorKind::input,
-            fmt::format("reading it takes more than {:.3g} MB of memory", static_cast<double>(limits.bytes) / 1e6),
-            cad.file.path,
-            {},
-            "export the model again; if it is right, allow more: --cad-memory, or geometry/cad/memory"};
-}
-
-}  // namespace
-
-std::optional<int> cad_reader(std::span<const char* const> arguments) {
-    if (arguments.size() != 5 || arguments[1] != reader) return std::nullopt;
-    keep_limits({std::stod(arguments[3]), static_cast<std::size_t>(std::stod(arguments[4]))});
-    const auto bytes = read_and_tried(arguments[2]);
-    return hand_over(bytes ? "M" + *bytes : as_bytes_of(bytes.error())) ? 0 : 1;
-}
-
-Outcome<CadModel> read_cad_apart(const config::Cad& cad, const Execution& execution) {
-    return guarded([&]() -> Outcome<CadModel> {
-        if (auto plain = check_plain(cad.file.path); !plain) return fail(plain.error());
-        if (!can_start_itself()) return read_cad(cad.file.path, {cad.unit});
-        const ChildLimits limits = limits_of(cad);
-        const auto result = run_self(
-            {std::string(reader), cad.file.path, fmt::format("{}", limits.seconds), fmt::format("{}", limits.bytes)},
-            limits, execution);
-        if (!result) return fail(result.error());
-        if (result->end != ChildEnd::done || result->bytes.empty()) return fail(of_end(*result, cad, limits));
-        if (result->bytes.front() == 'E') {
-            Error error = error_of(result->bytes);
-            return fail(error.kind == ErrorKind::memory ? out_of_memory(cad, limits) : std::move(error));
-        }
-        auto model = unpacked_cad(result->bytes.substr(1), {cad.unit});
-        if (!model && model.error().where.empty()) {
-            Error error = model.error();
-            error.where = cad.file.path;
-            return fail(std::move(error));
-        }
-        return model;
-    });
-}
-
-namespace {
-
-/// What is left of two words without their common ends says it.
-bool one_slip_apart(std::string_view a, std::string_view b) {
-    while (!a.empty() && !b.empty() && a.front() == b.front()) a.remove_prefix(1), b.remove_prefix(1);
-    while (!a.empty() && !b.empty() && a.back() == b.back()) a.remove_suffix(1), b.remove_suffix(1);
-    if (a.size() == 2 && b.size() == 2) return a[0] == b[1] && a[1] == b[0];
-    return a.size() <= 1 && b.size() <= 1;
-}
-
-bool is_beginning(std::string_view word, std::string_view whole) { return word.size() >= 4 && whole.starts_with(word); }
-
-}  // namespace
-
-std::string suggested_file(const std::string& path) {
-    namespace fs = std::filesystem;
-    constexpr std::size_t most = 10000;  // of a folder's files that are looked at
-    const fs::path given(path);
-    std::vector<std::string> same_stem, near;
-    std::error_code error;
-    if (fs::exists(given, error)) return {};
-    std::size_t n = 0;
-    const fs::path folder = given.parent_path().empty() ? fs::path(".") : given.parent_path();
-    for (auto at = fs::directory_iterator(folder, error); !error && at != fs::directory_iterator() && n < most;
-         at.increment(error), ++n) {
-        const fs::path name = at->path().filename();
-        if (name.stem() == given.stem()) same_stem.push_back(name.string());
-        if (one_slip_apart(name.string(), given.filename().string())) near.push_back(name.string());
-    }
-    auto& found = near.empty() ? same_stem : near;
-    if (found.empty()) return {};
-    const std::string best = *std::ranges::min_element(found);
-    return fmt::format("did you mean \"{}\"?", (given.parent_path() / best).string());
 }
 
 std::string suggestion(std::string_view word, const std::vector<std::string>& known) {

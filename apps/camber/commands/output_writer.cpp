@@ -20,28 +20,25 @@ namespace camber::app {
 
 namespace {
 
-/// What a run made of a flat mesh: as it is, and back in space.
+/// The result of a flat mesh, back in space.
 struct Placed {
     AnyMesh mesh;
     MeshFields fields, carried;
 };
 Outcome<Placed> raised(const run::Run& run, const MeshFields& carried, const Lift& lift, const Around& around) {
-    Placed placed;
-    auto done = around("raise", [&](const Execution& execution) -> Outcome<Done> {
-        auto mesh = camber::raised(run.mesh, lift, without_progress(execution));
+    return run_step(around, "raise", [&](const Execution& execution) -> Outcome<Placed> {
+        const Execution quiet = without_progress(execution);
+        auto mesh = camber::raised(run.mesh, lift, quiet);
         if (!mesh) return fail(std::move(mesh.error()));
-        auto fields = camber::raised(run.fields, without_progress(execution));
+        auto fields = camber::raised(run.fields, quiet);
         if (!fields) return fail(std::move(fields.error()));
-        auto solution = camber::raised(carried, without_progress(execution));
+        auto solution = camber::raised(carried, quiet);
         if (!solution) return fail(std::move(solution.error()));
-        placed = {std::move(*mesh), std::move(*fields), std::move(*solution)};
-        return Done{};
+        return Placed{std::move(*mesh), std::move(*fields), std::move(*solution)};
     });
-    if (!done) return fail(std::move(done.error()));
-    return placed;
 }
 
-/// What the format has no place for.
+/// Parts of the mesh that the format does not hold.
 std::vector<Notice> losses_in(const MeshFormat& format, AnyMesh mesh, NamesOfGroups names) {
     if (names == NamesOfGroups::by_the_caller) std::visit([](auto& m) { m.groups = {}; }, mesh);
     return format.losses(mesh);
@@ -56,8 +53,8 @@ struct OutputWriter {
     const InputForm& input;
     NamesOfGroups names = {};
     MeshFields carried_fields;  ///< the solution's, on the run's mesh
-    /// Where the input's mesh was a flat one: that in space, for formats that have no plane, and for others if the
-    /// input's has one.
+    /// The result in space if the input's mesh was flat: for formats without plane meshes, and for others if the
+    /// input's format has them.
     std::optional<Placed> in_space = {};
 
     [[nodiscard]] const AnyMesh& mesh_for(const MeshFormat& format) const {
@@ -176,21 +173,17 @@ struct OutputWriter {
         }
         const auto format = format_of_mesh(path, {}, input.format);
         if (!format) return fail(format.error());
-        MeshFields fields;
-        auto made = around("fields", [&](const Execution& execution) -> Outcome<Done> {
+        const auto fields = run_step(around, "fields", [&](const Execution& execution) {
             const Execution quiet = without_progress(execution);
             auto of_metric = run::solution_fields(metric, path, run.mesh, quiet);
-            if (of_metric && goes_to_space(**format)) of_metric = camber::raised(*of_metric, quiet);
-            if (!of_metric) return fail(of_metric.error());
-            fields = std::move(*of_metric);
-            return Done{};
+            return of_metric && goes_to_space(**format) ? camber::raised(*of_metric, quiet) : of_metric;
         });
-        if (!made) return made;
-        return write_with(**format, path, fields);
+        if (!fields) return fail(fields.error());
+        return write_with(**format, path, *fields);
     }
 };
 
-/// What a run leaves with its ranks, written by all of them, and given up.
+/// Writes the rows that a run leaves on its ranks, and frees them.
 template <int D>
 Outcome<Done> write_rows(FinishedRows<D>& rows, const Host& host, const config::Output& output,
                          const Execution& execution) {

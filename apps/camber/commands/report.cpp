@@ -1,12 +1,10 @@
 // Commands that draw: report, plot, picture
 module;
 #include <array>
-#include <charconv>
 #include <cstddef>
 #include <filesystem>
 #include <optional>
 #include <span>
-#include <stop_token>
 #include <string>
 #include <string_view>
 #include <system_error>
@@ -36,7 +34,7 @@ struct Subject {
     std::optional<run::DistancesReport> distances = {};
 };
 
-/// Where the mesh of a run is: at its path, or beside the report, if both were moved.
+/// Finds the mesh of a run: at its path, or beside the report, if both were moved.
 Outcome<std::string> found_mesh(const std::string& path, const std::string& report) {
     const std::filesystem::path given(path), beside = std::filesystem::path(report).parent_path() / given.filename();
     std::error_code ignored;
@@ -83,87 +81,64 @@ run::NamedField field_of(const run::RowsByNodes& rows) {
             TransferField{values_per_vertex(s.fields[0], s.dimension), rows.is_at_nodes ? 2 : 1, s.values}};
 }
 
-class Reporter {
-  public:
-    Reporter(const ReportArguments& arguments, const Around& around) : arguments_(arguments), around_(around) {}
+/// Reads the mesh and its fields. `metric`: the metric file, if there is one.
+Outcome<DecodedMesh> read_shown(const std::string& path, const ReportArguments& a, run::PageSource& source,
+                                std::optional<run::MetricFile>& metric, const Execution& execution) {
+    auto mesh = read_mesh(path, a.flat, execution);
+    if (!mesh) return mesh;
+    auto fields = a.solution.empty() ? fields_at_nodes(*mesh, mesh->notices)
+                                     : read_nodal_fields(*mesh, a.solution, {}, mesh->notices, execution);
+    if (!fields) return fail(fields.error());
+    source.fields = std::move(*fields);
+    if (a.metric.empty()) return mesh;
+    auto rows = read_metric_rows(*mesh, a.metric, mesh->notices, execution);
+    if (!rows) return fail(rows.error());
+    source.fields.insert(source.fields.begin(), field_of(*rows));
+    metric = run::MetricFile{a.metric, run::rows_at_vertices(std::move(*rows), mesh->mesh)};
+    return mesh;
+}
 
-    Outcome<Done> write(Written& written) {
-        auto subject = subject_of(arguments_.input);
-        if (!subject) return fail(subject.error());
-        return around_("read", [&](const Execution& e) { return read(subject->mesh, e); })
-            .and_then([&](Done) { return check(*subject); })
-            .and_then([&](Done) {
-                return around_("page", [&](const Execution& e) {
-                    return written.add(arguments_.output, write_page(std::move(source_), subject->mesh,
-                                                                     arguments_.output, arguments_.page, e));
-                });
-            });
-    }
-
-    [[nodiscard]] const std::string& answer() const { return answer_; }
-
-  private:
-    Outcome<Done> read(const std::string& path, const Execution& execution) {
-        auto mesh = read_mesh(path, arguments_.flat, execution);
-        if (!mesh) return fail(mesh.error());
-        decoded_ = std::move(*mesh);
-        std::vector<Notice>& notices = decoded_->notices;
-        auto fields = arguments_.solution.empty()
-                          ? fields_at_nodes(*decoded_, notices)
-                          : read_nodal_fields(*decoded_, arguments_.solution, {}, notices, execution);
-        if (!fields) return fail(fields.error());
-        source_.fields = std::move(*fields);
-        if (arguments_.metric.empty()) return Done{};
-        auto rows = read_metric_rows(*decoded_, arguments_.metric, notices, execution);
-        if (!rows) return fail(rows.error());
-        source_.fields.insert(source_.fields.begin(), field_of(*rows));
-        metric_ = run::MetricFile{arguments_.metric, run::rows_at_vertices(std::move(*rows), decoded_->mesh)};
-        return Done{};
-    }
-
-    Outcome<Done> check(const Subject& subject) {
-        source_.mesh = decoded_->mesh;
-        auto report = run::check_mesh(std::move(*decoded_), metric_, arguments_.options, around_);
-        if (!report) return fail(of_file(report.error(), subject.mesh));
-        source_.histograms = subject.histograms.empty() ? report->histograms : subject.histograms;
-        source_.distances = subject.distances;
-        answer_ = report->answer();
-        source_.numbers = run::check_table(*report);
-        if (!subject.before_and_after.empty())
-            source_.numbers = "  before -> after correction\n" + subject.before_and_after + "\n" + source_.numbers;
-        for (const std::string& notice : report->notices) tell_note(notice);
-        source_.report = std::move(*report);
-        return Done{};
-    }
-
-    const ReportArguments& arguments_;
-    const Around& around_;
-    std::optional<DecodedMesh> decoded_;
-    std::optional<run::MetricFile> metric_;
-    run::PageSource source_;
-    std::string answer_;
-};
-
-Outcome<Done> check_names(const ReportArguments& a) {
-    std::vector<NamedFile> files{{a.input, "the input", Role::input}, {a.output, "-o", Role::output}};
-    if (!a.metric.empty()) files.push_back({a.metric, "--metric", Role::input});
-    if (!a.solution.empty()) files.push_back({a.solution, "--solution", Role::input});
-    return check_named_files(files).and_then([&](Done) { return check_page(a.output); });
+/// Writes the page. Returns the answer of the check.
+Outcome<std::string> write_report_page(const ReportArguments& a, Written& written) {
+    auto subject = subject_of(a.input);
+    if (!subject) return fail(subject.error());
+    ShownSteps steps(a.threads);
+    run::PageSource source;
+    std::optional<run::MetricFile> metric;
+    auto mesh = steps.run("read", [&](const Execution& e) { return read_shown(subject->mesh, a, source, metric, e); });
+    if (!mesh) return fail(mesh.error());
+    source.mesh = mesh->mesh;
+    auto report = run::check_mesh(std::move(*mesh), metric, a.options, steps.around);
+    if (!report) return fail(of_file(report.error(), subject->mesh));
+    source.histograms = subject->histograms.empty() ? report->histograms : std::move(subject->histograms);
+    source.distances = std::move(subject->distances);
+    source.numbers = run::check_table(*report);
+    if (!subject->before_and_after.empty())
+        source.numbers = "  before -> after correction\n" + subject->before_and_after + "\n" + source.numbers;
+    for (const std::string& notice : report->notices) tell_note(notice);
+    std::string answer = report->answer();
+    source.report = std::move(*report);
+    return steps
+        .run("page",
+             [&](const Execution& e) {
+                 return written.add(a.output, write_page(std::move(source), subject->mesh, a.output, a.page, e));
+             })
+        .map([&](Done) { return std::move(answer); });
 }
 
 }  // namespace
 
-int report_command(const ReportArguments& arguments) {
-    if (auto possible = check_names(arguments); !possible) return report_error(possible.error());
-    Progress progress;
-    const std::stop_token stop = stop_on_signals();
-    const Around around = steps_shown(progress, {.threads = arguments.threads, .stop = stop});
+Outcome<int> report_command(const ReportArguments& a) {
+    const auto possible = check_named_files({{a.input, "the input", Role::input},
+                                             {a.output, "-o", Role::output},
+                                             {a.metric, "--metric", Role::input},
+                                             {a.solution, "--solution", Role::input}})
+                              .and_then([&](Done) { return check_page(a.output); });
+    if (!possible) return fail(possible.error());
     Written written;
-    Reporter reporter(arguments, around);
-    const auto done = reporter.write(written);
-    progress.wipe();
-    if (!done) return report_error(of_file(done.error(), arguments.input));
-    return end_with(reporter.answer() + "\n" + wrote_rows({arguments.output}), written);
+    const auto answer = write_report_page(a, written);
+    if (!answer) return fail(of_file(answer.error(), a.input));
+    return end_with(*answer + "\n" + wrote_rows({a.output}), written);
 }
 
 namespace {
@@ -176,19 +151,6 @@ Outcome<Done> check_names(const PlotArguments& a) {
     for (const std::string& path : is_one_file(a) ? std::vector{a.output} : plot_files(a.output))
         files.push_back({path, "-o", Role::output});
     return check_named_files(files);
-}
-
-Outcome<Done> plot(const PlotArguments& a, Written& written) {
-    if (auto distinct = check_names(a); !distinct) return distinct;
-    auto text = read_file(a.report);
-    if (!text) return fail(std::move(text.error()));
-    if (auto current = check_format(as_text(*text), a.report); !current) return current;
-    const auto histograms = run::histograms_of_report(as_text(*text));
-    if (!histograms)
-        return fail(ErrorKind::input, "holds no histograms as Camber writes them", a.report, {},
-                    "give the report.json of a run: camber curve … --report report.json");
-    if (!is_one_file(a)) return write_plots(*histograms, a.output, written);
-    return written.add(a.output, write_text(a.output, run::svg(*histograms)));
 }
 
 std::string plot_file(const std::string& folder, run::Quantity quantity) {
@@ -215,10 +177,20 @@ Outcome<Done> write_plots(const std::vector<run::Histogram>& histograms, const s
     return Done{};
 }
 
-int plot_command(const PlotArguments& arguments) {
+Outcome<int> plot_command(const PlotArguments& a) {
+    if (auto distinct = check_names(a); !distinct) return fail(distinct.error());
+    auto text = read_file(a.report);
+    if (!text) return fail(std::move(text.error()));
+    if (auto current = check_format(as_text(*text), a.report); !current) return fail(current.error());
+    const auto histograms = run::histograms_of_report(as_text(*text));
+    if (!histograms)
+        return fail(ErrorKind::input, "holds no histograms as Camber writes them", a.report, {},
+                    "give the report.json of a run: camber curve … --report report.json");
     Written written;
-    if (auto done = plot(arguments, written); !done) return report_error(done.error());
-    return end_with("wrote " + called_output(arguments.output) + "\n", written);
+    const auto done = is_one_file(a) ? written.add(a.output, write_text(a.output, run::svg(*histograms)))
+                                     : write_plots(*histograms, a.output, written);
+    if (!done) return fail(done.error());
+    return end_with("wrote " + called_output(a.output) + "\n", written);
 }
 
 namespace {
@@ -226,10 +198,11 @@ namespace {
 bool is_svg(const std::string& path) { return path.ends_with(".svg"); }
 
 Outcome<Done> check_files(const PictureArguments& a) {
-    std::vector<NamedFile> files{{a.input, "the input", Role::input}, {a.output, "-o", Role::output}};
-    if (!a.metric.empty()) files.push_back({a.metric, "--metric", Role::input});
-    if (!a.solution.empty() && a.solution != a.input) files.push_back({a.solution, "--solution", Role::input});
-    if (auto distinct = check_named_files(files); !distinct) return distinct;
+    auto distinct = check_named_files({{a.input, "the input", Role::input},
+                                       {a.output, "-o", Role::output},
+                                       {a.metric, "--metric", Role::input},
+                                       {a.solution, "--solution", Role::input}});
+    if (!distinct) return distinct;
     if (!a.field.empty() && a.solution.empty())
         return fail(ErrorKind::usage, "is of a solution, and there is none", "--field", {},
                     "give --solution FILE; the mesh's own file may be it");
@@ -281,31 +254,23 @@ Outcome<Done> write_picture(const Scene& scene, const std::string& path, const E
     return write_file(path, std::span(&chunk, 1), execution);
 }
 
-Outcome<Done> draw(const PictureArguments& a, Written& written) {
-    auto choice = choice_of(a);
-    if (!choice) return fail(choice.error());
-    if (auto files = check_files(a); !files) return files;
-    Progress progress;
-    const std::stop_token stop = stop_on_signals();
-    const Around around = steps_shown(progress, {.threads = a.threads, .stop = stop});
-    auto inputs = run_step(around, "read", [&](const Execution& e) { return inputs_of(a, e); });
-    if (!inputs) return fail(inputs.error());
-    const auto picture =
-        run_step(around, "prepare", [&](const Execution& e) { return run::picture_of(*inputs, *choice, e); });
-    if (!picture) return fail(of_file(picture.error(), a.input));
-    for (const std::string& notice : picture->notices) tell_note(notice);
-    auto done =
-        run_step(around, "draw", [&](const Execution& e) { return write_picture(picture->scene, a.output, e); });
-    progress.wipe();
-    return written.add(a.output, std::move(done));
-}
-
 }  // namespace
 
-int picture_command(const PictureArguments& arguments) {
+Outcome<int> picture_command(const PictureArguments& a) {
+    auto choice = choice_of(a);
+    if (!choice) return fail(choice.error());
+    if (auto files = check_files(a); !files) return fail(files.error());
+    ShownSteps steps(a.threads);
+    auto inputs = steps.run("read", [&](const Execution& e) { return inputs_of(a, e); });
+    if (!inputs) return fail(inputs.error());
+    const auto picture = steps.run("prepare", [&](const Execution& e) { return run::picture_of(*inputs, *choice, e); });
+    if (!picture) return fail(of_file(picture.error(), a.input));
+    for (const std::string& notice : picture->notices) tell_note(notice);
     Written written;
-    if (auto done = draw(arguments, written); !done) return report_error(done.error());
-    return end_with(wrote_rows({arguments.output}), written);
+    auto done = steps.run("draw", [&](const Execution& e) { return write_picture(picture->scene, a.output, e); });
+    steps.progress.wipe();
+    if (done = written.add(a.output, std::move(done)); !done) return fail(done.error());
+    return end_with(wrote_rows({a.output}), written);
 }
 
 namespace {
@@ -317,11 +282,9 @@ std::optional<std::vector<double>> numbers_in(std::string_view text) {
     std::vector<double> numbers;
     for (;;) {
         const std::size_t comma = text.find(',');
-        const std::string_view part = text.substr(0, comma);
-        double x = 0;
-        const auto [end, error] = std::from_chars(part.data(), part.data() + part.size(), x);
-        if (error != std::errc{} || end != part.data() + part.size()) return {};
-        numbers.push_back(x);
+        const auto x = number_in<double>(text.substr(0, comma));
+        if (!x) return {};
+        numbers.push_back(*x);
         if (comma == std::string_view::npos) return numbers;
         text.remove_prefix(comma + 1);
     }

@@ -84,17 +84,14 @@ int report_error(const Error& error);
 
 namespace camber::app {
 
-/// A line of the table that a verb prints.
-[[nodiscard]] std::string result_row(std::string_view name, std::string_view value);
-
 /// The outputs of a verb as they come to be: an error after the first of them says which were written.
 class Written {
   public:
-    /// What came of writing the file; it is one of those that were written, or the error tells of them.
+    /// Adds the file if writing it succeeded; otherwise completes the error by the files written before.
     [[nodiscard]] Outcome<Done> add(const std::string& path, Outcome<Done> outcome);
     /// An error that comes after them.
     [[nodiscard]] Error told(Error error) const;
-    /// Whether one of them is standard output: what is said goes elsewhere.
+    /// True if one of them is standard output: messages then go to standard error.
     [[nodiscard]] bool takes_standard_output() const;
     [[nodiscard]] const std::vector<std::string>& paths() const { return paths_; }
 
@@ -126,18 +123,10 @@ struct PictureArguments {
     config::Flat flat = config::Flat::plane;
     int threads = 0;
 };
-[[nodiscard]] int picture_command(const PictureArguments& arguments);
+[[nodiscard]] Outcome<int> picture_command(const PictureArguments& arguments);
 
 /// The work of the process that reads a CAD file for another, and its exit code, if the arguments are of that.
 [[nodiscard]] std::optional<int> cad_reader(std::span<const char* const> arguments);
-
-}  // namespace camber::app
-
-namespace camber::app {
-
-/// The model of a config's file, read by a process of its own: what crashes, never ends or takes all memory on a
-/// damaged file is an error of the file (input). Errors also: of read_cad.
-[[nodiscard]] Outcome<CadModel> read_cad_apart(const config::Cad& cad, const Execution& execution);
 
 }  // namespace camber::app
 
@@ -147,16 +136,12 @@ export namespace camber::app {
 /// swapped) or its beginning; else `known: …`.
 [[nodiscard]] std::string suggestion(std::string_view word, const std::vector<std::string>& known);
 
-/// `did you mean "wing.mesh"?` of a file that is not there, where its folder has one of that name with another ending,
-/// or one slip away; else empty.
-[[nodiscard]] std::string suggested_file(const std::string& path);
-
 }  // namespace camber::app
 
 /// Runs of programs that have their meshes in memory and not in files.
 export namespace camber::app {
 
-/// What a caller has, by the names that a config or a verb's arguments have it by (config::is_in_memory).
+/// Values of a caller, by the names that a config or the arguments of a verb use (config::is_in_memory).
 struct Given {
     std::map<std::string, DecodedMesh, std::less<>> meshes = {};
     std::map<std::string, Solution, std::less<>> metrics = {};  ///< rows as a file of the mesh has them
@@ -164,13 +149,13 @@ struct Given {
     run::Groups groups = {};  ///< names of references of an input mesh whose file has none
 };
 
-/// Where the names of references of a run's mesh are stored.
+/// Storage of the names of references of a run's mesh.
 enum class NamesOfGroups : std::uint8_t {
     in_its_file,    ///< those that the format has no place for are lost, and reported
     by_the_caller,  ///< the caller has them
 };
 
-/// Whom a run is for: what it has in memory, who may stop it, who is told how far it is, and who shares it.
+/// The caller of a run: its values in memory, its request to stop, its progress, and the ranks that share the run.
 struct Host {
     Given given = {};
     NamesOfGroups names = NamesOfGroups::in_its_file;
@@ -180,7 +165,7 @@ struct Host {
     GraphPartitioner partition = {};  ///< of what several ranks hold; none: there is none
 };
 
-/// Those outputs that are files.
+/// The outputs that are files.
 [[nodiscard]] config::Output files_of(config::Output output);
 
 }  // namespace camber::app
@@ -189,7 +174,7 @@ struct Host {
 /// same bytes. Errors: those of the verbs.
 export namespace camber::app {
 
-/// What came of a run.
+/// Result of a run.
 struct MadeInMemory {
     DecodedMesh mesh;
     std::string report = {};                     ///< JSON: docs/report.md

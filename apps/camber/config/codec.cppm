@@ -20,7 +20,7 @@ namespace camber::config {
 
 using Json = nlohmann::ordered_json;
 
-/// Where in a config: the file's name and a JSON pointer.
+/// A place in a config: the file's name and a JSON pointer.
 struct Place {
     std::string file, pointer;
 
@@ -54,9 +54,6 @@ struct Place {
 /// The error of a word that is none of the candidates: its successor, if it is an old name, else `what`.
 [[nodiscard]] Error unknown_word(NameKind kind, const std::string& word, const std::vector<std::string>& candidates,
                                  const Place& place, std::string what);
-
-/// Puts the limits of a number into its schema.
-void add_limits(const Limits& limits, Json& schema);
 
 /// Functions that read values of a type from JSON, write them, and describe them. Values are passed by
 /// address and without their type, so that the same functions serve all structs, choices and lists. `codec_of<T>` is

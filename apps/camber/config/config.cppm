@@ -8,6 +8,7 @@ module;
 export module camber.config;
 import camber.core;
 import camber.recipes;
+import camber.reports;
 export import :renames;
 
 export namespace camber::config {
@@ -39,17 +40,13 @@ export namespace camber::config {
 /// The whole pipeline with every default, as JSON; `read_pipeline` of it gives the same value.
 [[nodiscard]] std::string write_pipeline(const Pipeline& pipeline);
 
-/// The parts of a pipeline as JSON in one line. Stages contain the options that differ from the defaults.
-struct Parts {
-    std::string input, metric, geometry;
-    std::vector<std::string> metric_operations, stages;
-};
-[[nodiscard]] Parts parts_of(const Pipeline& pipeline);
+/// Returns the parts of a pipeline as JSON in one line.
+[[nodiscard]] run::PipelineTexts parts_of(const Pipeline& pipeline);
 
 /// JSON Schema (draft 2020-12) of a config, for editors.
 [[nodiscard]] std::string pipeline_schema();
 
-/// What `explain` knows: pipeline, the stages, sources of mesh, metric and geometry.
+/// Topics that `explain` knows: pipeline, the stages, sources of mesh, metric and geometry.
 [[nodiscard]] std::vector<std::string> topics();
 
 /// Topics of one kind.

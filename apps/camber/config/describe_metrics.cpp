@@ -1,12 +1,8 @@
 // Descriptions of metrics and of adaptation
 module;
 #include <algorithm>
-#include <cstddef>
-#include <functional>
 #include <string>
 #include <string_view>
-#include <utility>
-#include <variant>
 #include <vector>
 #include <nlohmann/json.hpp>
 module camber.config;
@@ -21,34 +17,29 @@ import :description;
 
 namespace camber::config {
 
-const Description& Described<SurfaceMetric>::get() {
-    static const Description description = described<SurfaceMetric>(
+Description Described<SurfaceMetric>::make() {
+    return described<SurfaceMetric>(
         "surface",
         "Thin along the normals of the boundary, wide along it, isotropic in the volume; gradation carries it inwards. "
         "At ridges and corners every side's normal is thin.");
-    return description;
 }
 
-const Description& Described<ReferenceSize>::get() {
-    static const Description description =
-        described<ReferenceSize>("sizes", "A size at the vertices of what has one of the references.");
-    return description;
+Description Described<ReferenceSize>::make() {
+    return described<ReferenceSize>("sizes", "A size at the vertices of what has one of the references.");
 }
-const Wrapper& Described<SizesMetric>::get() {
-    static const Wrapper wrapper(&SizesMetric::sizes, Limits{.min_count = 1, .max_count = 100000}, "array of sizes");
-    return wrapper;
+Wrapper Described<SizesMetric>::make() {
+    return Wrapper(&SizesMetric::sizes, Limits{.min_count = 1, .max_count = 100000}, "array of sizes");
 }
 
-const Description& Described<GeometryMetric>::get() {
-    static const Description description = described<GeometryMetric>(
+Description Described<GeometryMetric>::make() {
+    return described<GeometryMetric>(
         "geometry-sizes",
         "Sizes along the boundary by its curvature: that chords stay near to it, and that it turns by no more than an "
         "angle along one; and across the domain where it is thin.");
-    return description;
 }
 
-const Description& Described<SolutionMetric>::get() {
-    static const Description description = described<SolutionMetric>(
+Description Described<SolutionMetric>::make() {
+    return described<SolutionMetric>(
         "metric-of-solution",
         "Of all metrics of a complexity the one that interpolates the run's solution best, as camber metric makes it: "
         "docs/algorithms/metric-from-solution.md.",
@@ -60,127 +51,103 @@ const Description& Described<SolutionMetric>::get() {
             if (s.max_anisotropy > 0 && s.max_anisotropy < 1) return "max_anisotropy is a ratio of at least 1";
             return {};
         });
-    return description;
 }
 
-const Description& Described<LinearField>::get() {
-    static const Description description = described<LinearField>(
+Description Described<LinearField>::make() {
+    return described<LinearField>(
         "linear",
         "UGAWG's linear: thin across a plane of constant z (2D: y), with min_size + 2 (size - min_size) |z - "
         "position| across and size along it.");
-    return description;
 }
 
-const Description& Described<PolarOneField>::get() {
-    static const Description description = described<PolarOneField>(
-        "polar-1",
-        "UGAWG's polar-1: a curved layer, thin along the radius r of the z axis, with min_size + 2 (size - "
-        "min_size) |r - radius|, and size elsewhere.");
-    return description;
+Description Described<PolarOneField>::make() {
+    return described<PolarOneField>("polar-1",
+                                    "UGAWG's polar-1: a curved layer, thin along the radius r of the z axis, with "
+                                    "min_size + 2 (size - min_size) |r - radius|, and size elsewhere.");
 }
 
-const Description& Described<PolarTwoField>::get() {
-    static const Description description = described<PolarTwoField>(
-        "polar-2", "UGAWG's polar-2: polar-1 with shorter edges around the circle near the layer.");
-    return description;
+Description Described<PolarTwoField>::make() {
+    return described<PolarTwoField>("polar-2",
+                                    "UGAWG's polar-2: polar-1 with shorter edges around the circle near the layer.");
 }
 
-const Description& Described<PlanarShock>::get() {
-    static const Description description =
-        described<PlanarShock>("planar-shock", "Thin across a plane, where tanh(distance / width) jumps.");
-    return description;
+Description Described<PlanarShock>::make() {
+    return described<PlanarShock>("planar-shock", "Thin across a plane, where tanh(distance / width) jumps.");
 }
 
-const Description& Described<SphericalShock>::get() {
-    static const Description description = described<SphericalShock>(
-        "spherical-shock", "Thin across a sphere (2D: a circle), where tanh(distance / width) jumps.");
-    return description;
+Description Described<SphericalShock>::make() {
+    return described<SphericalShock>("spherical-shock",
+                                     "Thin across a sphere (2D: a circle), where tanh(distance / width) jumps.");
 }
 
-const Description& Described<RotatingField>::get() {
-    static const Description description = described<RotatingField>(
+Description Described<RotatingField>::make() {
+    return described<RotatingField>(
         "rotating", "Constant sizes whose axes turn in the x, y plane with x: by a whole turn over the period.");
-    return description;
 }
 
-const Choice& Described<FieldMetric>::get() {
-    static const Choice choice =
-        choice_of<FieldMetric>("field", "An analytic metric field; the defaults are those of the benchmarks.",
-                               key<LinearField>("linear", "UGAWG: thin across a plane"),
-                               key<PolarOneField>("polar-1", "UGAWG: thin along the radius"),
-                               key<PolarTwoField>("polar-2", "UGAWG: the same, finer around the circle"),
-                               key<PlanarShock>("planar-shock", "thin where tanh jumps across a plane"),
-                               key<SphericalShock>("spherical-shock", "thin where tanh jumps across a sphere"),
-                               key<RotatingField>("rotating", "axes that turn with x"));
-    return choice;
+Choice Described<FieldMetric>::make() {
+    return choice_of<FieldMetric>("field", "An analytic metric field; the defaults are those of the benchmarks.",
+                                  key<LinearField>("linear", "UGAWG: thin across a plane"),
+                                  key<PolarOneField>("polar-1", "UGAWG: thin along the radius"),
+                                  key<PolarTwoField>("polar-2", "UGAWG: the same, finer around the circle"),
+                                  key<PlanarShock>("planar-shock", "thin where tanh jumps across a plane"),
+                                  key<SphericalShock>("spherical-shock", "thin where tanh jumps across a sphere"),
+                                  key<RotatingField>("rotating", "axes that turn with x"));
 }
 
-const Choice& Described<MetricExpression>::get() {
-    static const Choice choice = choice_of<MetricExpression>(
+Choice Described<MetricExpression>::make() {
+    return choice_of<MetricExpression>(
         "expression",
         "Expressions of x, y, z: numbers, + - * / ^, comparisons, c ? a : b, pi, sqrt, exp, log, sin, tanh, atan2, "
-        "abs, "
-        "min, max.",
+        "abs, min, max.",
         key<SizeExpression>("size", "one size in all directions"),
         key<SizesExpression>("sizes", "a size along each axis"),
         key<TensorExpression>("tensor", "entries of the metric, lower triangle by rows: xx, xy, yy, xz, yz, zz"));
-    return choice;
 }
 
-const Choice& Described<MetricOperation>::get() {
-    static const Choice choice = choice_of<MetricOperation>(
+Choice Described<MetricOperation>::make() {
+    return choice_of<MetricOperation>(
         "metric_operations", "One step of what is done to the metric.",
         key<Intersect>("intersect", "with another metric: the largest sizes that both allow"),
         key<Gradation>("gradation", "limit how fast sizes grow"), key<Bound>("bound", "limit sizes and anisotropy"),
         key<Complexity>("complexity", "scale to a wanted number of elements"));
-    return choice;
 }
 
-const Description& Described<Gradation>::get() {
-    static const Description description = described<Gradation>(
-        "gradation", "Limits how fast sizes grow from vertex to vertex, along every edge; sizes only fall.");
-    return description;
+Description Described<Gradation>::make() {
+    return described<Gradation>("gradation",
+                                "Limits how fast sizes grow from vertex to vertex, along every edge; sizes only fall.");
 }
 
-const Description& Described<Bound>::get() {
-    static const Description description = described<Bound>(
-        "bound", "Limits sizes, then anisotropy (long sizes become shorter).", [](const Bound& s) -> std::string {
-            if (s.max_size > 0 && s.max_size < s.min_size) return "max_size is below min_size";
-            if (s.max_anisotropy > 0 && s.max_anisotropy < 1) return "max_anisotropy is a ratio of at least 1";
-            return {};
-        });
-    return description;
+Description Described<Bound>::make() {
+    return described<Bound>("bound", "Limits sizes, then anisotropy (long sizes become shorter).",
+                            [](const Bound& s) -> std::string {
+                                if (s.max_size > 0 && s.max_size < s.min_size) return "max_size is below min_size";
+                                if (s.max_anisotropy > 0 && s.max_anisotropy < 1)
+                                    return "max_anisotropy is a ratio of at least 1";
+                                return {};
+                            });
 }
 
-const Description& Described<Complexity>::get() {
-    static const Description description = described<Complexity>(
+Description Described<Complexity>::make() {
+    return described<Complexity>(
         "complexity",
         "Scales all sizes alike, so that the integral of sqrt(det M) over the mesh is the target: a mesh that fits has "
         "about 12 times as many tetrahedra (2.6 times as many triangles).");
-    return description;
 }
 
-const Wrapper& Described<SizeExpression>::get() {
-    static const Wrapper wrapper(&SizeExpression::size, {}, "expression");
-    return wrapper;
+Wrapper Described<SizeExpression>::make() { return Wrapper(&SizeExpression::size, {}, "expression"); }
+
+Wrapper Described<SizesExpression>::make() {
+    const Limits axes{.min_count = 2, .max_count = 3};
+    return Wrapper(&SizesExpression::sizes, axes, list_type("expression", axes));
 }
 
-const Wrapper& Described<SizesExpression>::get() {
-    static const Limits axes{.min_count = 2, .max_count = 3};
-    static const Wrapper wrapper(&SizesExpression::sizes, axes, list_type("expression", axes));
-    return wrapper;
+Wrapper Described<TensorExpression>::make() {
+    const Limits entries{.min_count = 3, .max_count = 6};
+    return Wrapper(&TensorExpression::tensor, entries, list_type("expression", entries));
 }
 
-const Wrapper& Described<TensorExpression>::get() {
-    static const Limits entries{.min_count = 3, .max_count = 6};
-    static const Wrapper wrapper(&TensorExpression::tensor, entries, list_type("expression", entries));
-    return wrapper;
-}
-
-const Wrapper& Described<Intersect>::get() {
-    static const Wrapper wrapper(&Intersect::metric);
-    return wrapper;
-}
+Wrapper Described<Intersect>::make() { return Wrapper(&Intersect::metric); }
 
 namespace {
 
@@ -211,14 +178,12 @@ std::string wrong_with(const Adaptation& a) {
 
 }  // namespace
 
-const Description& Described<Adaptation>::get() {
-    static const Description description = described<Adaptation>(
-        "adapt",
-        "Cycles of the stages, each on the mesh that the one before made, until that has converged; a solver may be "
-        "asked "
-        "for the solution in between. Without a geometry of its own every cycle takes the boundary of the first mesh.",
-        wrong_with);
-    return description;
+Description Described<Adaptation>::make() {
+    return described<Adaptation>("adapt",
+                                 "Cycles of the stages, each on the mesh that the one before made, until that has "
+                                 "converged; a solver may be asked for the solution in between. Without a geometry of "
+                                 "its own every cycle takes the boundary of the first mesh.",
+                                 wrong_with);
 }
 
 }  // namespace camber::config

@@ -1,7 +1,6 @@
 // Structs, choices and their fields in JSON
 module;
 #include <algorithm>
-#include <cstddef>
 #include <string>
 #include <string_view>
 #include <utility>

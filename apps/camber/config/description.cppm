@@ -121,11 +121,15 @@ struct Wrapper : Codec {
     }
 };
 
-/// Each has its description in one of describe_*.cpp.
-#define CAMBER_DESCRIBED(...)            \
-    template <>                          \
-    struct Described<__VA_ARGS__> {      \
-        static const CAMBER_KIND& get(); \
+/// Each is made in one of describe_*.cpp.
+#define CAMBER_DESCRIBED(...)                       \
+    template <>                                     \
+    struct Described<__VA_ARGS__> {                 \
+        static CAMBER_KIND make();                  \
+        static const CAMBER_KIND& get() {           \
+            static const CAMBER_KIND only = make(); \
+            return only;                            \
+        }                                           \
     };
 #define CAMBER_KIND Description
 CAMBER_DESCRIBED(BoundaryLayer)

@@ -1,15 +1,12 @@
 // Explanations of keys, and texts of values
 module;
 #include <algorithm>
-#include <array>
 #include <cstddef>
 #include <filesystem>
-#include <functional>
 #include <span>
 #include <sstream>
 #include <string>
 #include <string_view>
-#include <type_traits>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -23,6 +20,7 @@ import camber.io;
 import camber.shapes;
 import camber.fields;
 import camber.recipes;
+import camber.reports;
 import :codec;
 import :description;
 
@@ -268,18 +266,18 @@ std::string write_pipeline(const Pipeline& pipeline) {
     return written(pipeline).dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
-Parts parts_of(const Pipeline& pipeline) {
+run::PipelineTexts parts_of(const Pipeline& pipeline) {
     const auto text = [](const Json& json) {
         return json.is_string() ? json.get<std::string>() : json.dump(-1, ' ', false, Json::error_handler_t::replace);
     };
     const Input& input = pipeline.input;
     const std::string flat = input.flat == Flat{} ? "" : " flat=" + text(written(input.flat));
     const auto* const file = std::get_if<FilePath>(&input.source);
-    Parts parts{(file != nullptr ? file->path : text(written(input.source))) + flat,
-                text(written(pipeline.metric)),
-                text(written(pipeline.geometry)),
-                {},
-                {}};
+    run::PipelineTexts parts{(file != nullptr ? file->path : text(written(input.source))) + flat,
+                             text(written(pipeline.metric)),
+                             text(written(pipeline.geometry)),
+                             {},
+                             {}};
     parts.metric_operations.reserve(pipeline.metric_operations.size());
     for (const MetricOperation& operation : pipeline.metric_operations)
         parts.metric_operations.push_back(text(written(operation)));

@@ -3,9 +3,7 @@ module;
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <cstdint>
 #include <limits>
-#include <numeric>
 #include <optional>
 #include <set>
 #include <string>
@@ -136,7 +134,7 @@ Json* step(Json& at, const std::string& token, bool last) {
     return &at[token];
 }
 
-/// What a step from an array could be called: its words, and the keys of its objects.
+/// Names of steps from an array: its words, and the keys of its objects.
 std::vector<std::string> words_of(const Json& array) {
     std::vector<std::string> words;
     for (const Json& item : array) {
@@ -264,12 +262,13 @@ Error unknown_word(NameKind kind, const std::string& word, const std::vector<std
     return {ErrorKind::usage, std::move(what), place.text(), {}, suggestion(word, candidates)};
 }
 
+namespace {
+
+/// Adds the limits of a number to its schema.
 void add_limits(const Limits& limits, Json& schema) {
     if (std::isfinite(limits.low)) schema[limits.low_open ? "exclusiveMinimum" : "minimum"] = limits.low;
     if (std::isfinite(limits.high)) schema[limits.high_open ? "exclusiveMaximum" : "maximum"] = limits.high;
 }
-
-namespace {
 
 struct NumberCodec : Codec {
     Outcome<Done> read(const Json& json, const Place& place, const Limits& limits, void* into) const override {

@@ -13,7 +13,7 @@ module;
 #include <utility>
 #include <vector>
 #include <unistd.h>
-/// What touches the system: files, terminal, clocks, memory and signals.
+/// Access to the system: files, terminal, clocks, memory and signals.
 export module camber.app_shell;
 import camber.core;
 
@@ -69,16 +69,9 @@ struct CommandResult {
 
 }  // namespace camber::app
 
-namespace camber::app {
-
-/// "segmentation fault" and the like.
-[[nodiscard]] std::string name_of_signal(int signal);
-
-}  // namespace camber::app
-
 export namespace camber::app {
 
-/// How the program was called, for what tells of it: set once, when it begins.
+/// Sets the command line, for texts that show it; once, when the program begins.
 void set_command_line(std::span<char*> arguments);
 /// As one would type it again, with quotes where a shell wants them; the program by its plain name.
 [[nodiscard]] const std::string& command_line();
@@ -130,7 +123,7 @@ void give_freed_arrays_back();
 /// "3.2 GiB", "17.0 MiB".
 [[nodiscard]] std::string readable(std::size_t bytes);
 
-/// What a stage cost.
+/// Cost of a stage.
 struct Usage {
     double seconds = 0;          ///< on the wall
     std::size_t peak_bytes = 0;  ///< largest resident memory of the process up to now
@@ -146,15 +139,15 @@ class Meter {
     std::chrono::steady_clock::time_point start_;
 };
 
-/// How far a stage is.
+/// Progress of a stage.
 struct Share {
     double part = 0;           ///< from 0 up to 1
     double seconds_left = -1;  ///< below 0: not known yet
     double a_second = 0;       ///< elements; 0: not known
 };
 
-/// How far a stage is, from what it tells of itself: the time that is left is taken to pass as that which passed. It is
-/// not at its end before it ends, so that the part never becomes 1; it never falls.
+/// Progress of a stage from its own reports. The remaining time is extrapolated from the elapsed time. The part never
+/// falls, and never becomes 1 before the stage ends.
 class StageShare {
   public:
     /// `elements`: of the mesh that the stage goes through; 0: not known.
@@ -167,8 +160,8 @@ class StageShare {
     double part_ = 0;
 };
 
-/// How far steps are that come again, round after round, until nothing changes much: nobody knows how many rounds there
-/// will be, and each is taken to do half of what is left. It rises, and never becomes 1.
+/// Progress of steps that are repeated in rounds until nothing changes much. The number of rounds is unknown: each
+/// counts as half of the remaining work. The share rises, and never becomes 1.
 class RoundsShare {
   public:
     /// A step begins: the next round where it began the round before, too.
@@ -185,7 +178,7 @@ class RoundsShare {
     double share_ = 0;
 };
 
-/// Who is told, in place of a terminal: the stage, and how far it is, from 0 up to 1; from any thread, one at a time.
+/// Receives the progress in place of a terminal: the stage, and its part from 0 to 1; from any thread, one at a time.
 using ProgressTold = std::function<void(const std::string& stage, double part)>;
 
 /// One line on standard error that tells how far a stage is: only on a terminal, and only once the stage has taken a
@@ -256,15 +249,15 @@ class StandardOutput {
     int error_ = 0;
 };
 
-/// How wide text for standard output should be: 100 columns, or the terminal's where it has fewer.
+/// Width of text for standard output: 100 columns, or the terminal's if it has fewer.
 [[nodiscard]] std::size_t text_width();
 
 /// The text in lines of at most `width` columns, of which all but the first begin with `indent` spaces; the first is
 /// thought to stand behind as many columns. Lines of the text that begin with a space (examples) are not broken.
 [[nodiscard]] std::string wrapped(std::string_view text, std::size_t width, std::size_t indent = 0);
 
-/// What the program says beside its errors and the data that is asked for: tables, notes and progress, or none of them
-/// (quiet). Verbose: also details. None: nothing at all, where another process says it.
+/// Messages beside errors and requested data: tables, notes and progress, or none of them (quiet). Verbose: also
+/// details. None: nothing at all, where another process prints it.
 enum class Voice : std::uint8_t { usual, verbose, quiet, none };
 
 /// Set before a verb begins; who has none gets none back.
@@ -273,7 +266,7 @@ void set_voice(Voice voice);
 /// True if tables, notes and progress are printed: the voice is usual or verbose.
 [[nodiscard]] bool prints_notes();
 
-/// What stands for standard input and standard output in place of a file's name.
+/// Stands for standard input and standard output in place of a file's name.
 inline constexpr std::string_view standard_stream = "-";
 /// The path as one says it: "standard input", "standard output".
 [[nodiscard]] std::string called_input(const std::string& path);
@@ -306,11 +299,11 @@ inline constexpr std::size_t beginning_of_stream = std::size_t{1} << 16U;
 [[nodiscard]] Outcome<Done> write_file(const std::string& path, std::span<const std::span<const std::byte>> chunks,
                                        const Execution& execution = {});
 
-/// Whether a file could be written there, asked before the work begins: its folder exists and takes files. Errors:
+/// Checks before the work that a file can be written there: its folder exists and takes files. Errors:
 /// write, with the command that makes a folder that is not there.
 [[nodiscard]] Outcome<Done> check_writable(const std::string& path);
 
-/// Whether a folder is there or could be made, asked before the work begins. Errors: write, as of `check_writable`.
+/// Checks before the work that a folder is there or can be made. Errors: write, as of `check_writable`.
 [[nodiscard]] Outcome<Done> check_folder(const std::string& folder);
 
 /// Makes a folder if it is not there. The folder that it is in must be. Errors: write, as of `check_folder`, or with
@@ -345,7 +338,7 @@ class SharedFile {
     /// Errors: write, stopped.
     [[nodiscard]] Outcome<Done> write(std::uint64_t offset, std::span<const std::byte> bytes,
                                       const Execution& execution) const;
-    /// What this process wrote is on disk. Errors: write.
+    /// Waits until the bytes of this process are on disk. Errors: write.
     [[nodiscard]] Outcome<Done> flush() const;
     /// By the process that made it, once all have flushed: the draft has the file's name and the old one's permissions.
     /// Errors: write (also where somebody else has begun a file of the name).

@@ -1,6 +1,6 @@
 module;
-#include <cerrno>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <unistd.h>
 module camber.app_shell:descriptor;
@@ -30,13 +30,7 @@ class Descriptor {
     int fd_;
 };
 
-/// `path: cannot be VERB: the system's reason (what the user can do about it)`.
-[[nodiscard]] Error system_error(ErrorKind kind, const std::string& path, const char* verb, int error = errno);
-
-/// What the path leads to after symbolic links, so that a link stays one.
-[[nodiscard]] std::string target_of(const std::string& path);
-[[nodiscard]] std::string folder_of(const std::string& path);
-/// A name in the folder of another; not made from it, which may be as long as names can be.
-[[nodiscard]] std::string beside(const std::string& path, const std::string& name);
+/// Returns a word of a command line as a shell reads it: with quotes where it needs them.
+[[nodiscard]] std::string shell_word(std::string_view word);
 
 }  // namespace camber::app

@@ -1,7 +1,6 @@
 // Files
 module;
 #include <algorithm>
-#include <cctype>
 #include <cerrno>
 #include <chrono>
 #include <climits>
@@ -21,7 +20,6 @@ module;
 #include <system_error>
 #include <thread>
 #include <utility>
-#include <vector>
 #include <fcntl.h>
 #include <poll.h>
 #include <sys/mman.h>
@@ -35,8 +33,44 @@ namespace camber::app {
 
 namespace {
 
+const char* remedy_of(int error) {
+    switch (error) {
+        case ENOENT: return "check the path";
+        case EACCES:
+        case EPERM:
+        case EROFS: return "ask for the permission, or take another place";
+        case EISDIR: return "name a file";
+        case ENOTDIR: return "take another place";
+        case ENOSPC:
+        case EDQUOT: return "make room, or take another place";
+        case EFBIG: return "raise the limit (ulimit -f)";
+        default: return "";
+    }
+}
+
+/// `path: cannot be VERB: the system's reason (the remedy)`.
 auto fail_by_system(ErrorKind kind, const std::string& path, const char* verb, int error = errno) {
-    return fail(system_error(kind, path, verb, error));
+    return fail(kind, std::string("cannot be ") + verb + ": " + std::generic_category().message(error), path, {},
+                remedy_of(error));
+}
+
+/// The path after symbolic links, so that a link stays one.
+std::string target_of(const std::string& path) {
+    std::error_code ignored;
+    const auto resolved = std::filesystem::weakly_canonical(path, ignored);
+    return ignored ? path : resolved.string();
+}
+
+std::string folder_of(const std::string& path) {
+    const auto slash = path.rfind('/');
+    if (slash == std::string::npos) return ".";
+    return slash == 0 ? "/" : path.substr(0, slash);
+}
+
+/// A name in the folder of another; not made from it, which may be as long as names can be.
+std::string beside(const std::string& path, const std::string& name) {
+    const auto slash = path.rfind('/');
+    return slash == std::string::npos ? name : path.substr(0, slash + 1) + name;
 }
 
 /// The request to stop is looked for between two of these.
@@ -76,6 +110,18 @@ Descriptor open_special(const std::string& path, const std::stop_token& stop) {
     }
 }
 
+/// Gives an open file the permissions of the file that it replaces. False with errno as the system set it.
+bool take_permissions(int fd, const std::string& replaced) {
+    struct stat old{};
+    return ::stat(replaced.c_str(), &old) != 0 || ::fchmod(fd, old.st_mode & 07777U) == 0;
+}
+
+/// Writes the new name of a file to disk; its bytes are there already.
+void sync_folder_of(const std::string& target) {
+    if (const Descriptor folder(::open(folder_of(target).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)); folder)
+        ::fsync(folder.get());
+}
+
 /// A file on its way to its name: without one where the system can (O_TMPFILE), else beside its target.
 class Draft {
   public:
@@ -98,9 +144,7 @@ class Draft {
 
     /// Gives it the target's name, in one step.
     [[nodiscard]] bool publish() {
-        struct stat old{};
-        if (::stat(target_.c_str(), &old) == 0 && ::fchmod(fd(), old.st_mode & 07777U) != 0) return false;
-        if (::fsync(fd()) != 0) return false;
+        if (!take_permissions(fd(), target_) || ::fsync(fd()) != 0) return false;
         const std::string self = "/proc/self/fd/" + std::to_string(fd());
         if (name_.empty() && !take_name([&](const char* name) {
                 return ::linkat(AT_FDCWD, self.c_str(), AT_FDCWD, name, AT_SYMLINK_FOLLOW) == 0;
@@ -108,8 +152,7 @@ class Draft {
             return false;
         if (!file_.close() || ::rename(name_.c_str(), target_.c_str()) != 0) return false;
         name_.clear();
-        if (const Descriptor folder(::open(folder_of(target_).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)); folder)
-            ::fsync(folder.get());  // the new name itself; the bytes are safe already
+        sync_folder_of(target_);
         return true;
     }
 
@@ -159,17 +202,6 @@ class Watch {
     const StreamBound* bound_;
     std::optional<std::size_t> most_;
 };
-
-/// Returns the path as one word of a shell's command.
-std::string shell_word(const std::string& path) {
-    const auto is_plain = [](unsigned char c) {
-        return std::isalnum(c) != 0 || std::string_view("/._-+").find(static_cast<char>(c)) != std::string_view::npos;
-    };
-    if (std::ranges::all_of(path, is_plain)) return path;
-    std::string word = "'";
-    for (const char c : path) word += c == '\'' ? std::string("'\\''") : std::string(1, c);
-    return word + "'";
-}
 
 /// The folder of a path, told as it was given; fails where it is none.
 Outcome<Done> check_folder_of(const std::string& path) {
@@ -308,7 +340,7 @@ struct Mapping {
 
 Outcome<Column<std::byte>> map_file(const std::string& path) {
     return guarded([&]() -> Outcome<Column<std::byte>> {
-        const auto unreadable = [&](int error) { return fail(system_error(ErrorKind::input, path, "read", error)); };
+        const auto unreadable = [&](int error) { return fail_by_system(ErrorKind::input, path, "read", error); };
         const Descriptor file(::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC));
         if (!file) return unreadable(errno);
         struct stat status{};
@@ -350,10 +382,10 @@ std::string mark_of(std::string_view name) {
 }
 
 auto unwritable(const std::string& path, int error = errno) {
-    return fail(system_error(ErrorKind::write, path, "written", error));
+    return fail_by_system(ErrorKind::write, path, "written", error);
 }
 
-/// Whether the name is still that of the open file.
+/// True if the name is still that of the open file.
 bool is_of(const Descriptor& file, const std::string& name) {
     struct stat open{}, named{};
     return ::fstat(file.get(), &open) == 0 && ::stat(name.c_str(), &named) == 0 && open.st_dev == named.st_dev &&
@@ -418,59 +450,13 @@ Outcome<Done> SharedFile::publish() {
     if (!is_of(open_->file, open_->draft))
         return fail(ErrorKind::write, "its draft was taken away meanwhile", open_->path, {},
                     "let one run at a time write it");
-    struct stat old{};
-    if (::stat(open_->target.c_str(), &old) == 0 && ::fchmod(open_->file.get(), old.st_mode & 07777U) != 0)
+    if (!take_permissions(open_->file.get(), open_->target) ||
+        ::rename(open_->draft.c_str(), open_->target.c_str()) != 0)
         return unwritable(open_->path);
-    if (::rename(open_->draft.c_str(), open_->target.c_str()) != 0) return unwritable(open_->path);
     open_->is_makers = false;
     open_->removed = {};
-    if (const Descriptor folder(::open(folder_of(open_->target).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)); folder)
-        ::fsync(folder.get());
+    sync_folder_of(open_->target);
     return Done{};
-}
-
-namespace {
-
-const char* remedy_of(int error) {
-    switch (error) {
-        case ENOENT: return "check the path";
-        case EACCES:
-        case EPERM:
-        case EROFS: return "ask for the permission, or take another place";
-        case EISDIR: return "name a file";
-        case ENOTDIR: return "take another place";
-        case ENOSPC:
-        case EDQUOT: return "make room, or take another place";
-        case EFBIG: return "raise the limit (ulimit -f)";
-        default: return "";
-    }
-}
-
-}  // namespace
-
-Error system_error(ErrorKind kind, const std::string& path, const char* verb, int error) {
-    return {kind,
-            std::string("cannot be ") + verb + ": " + std::generic_category().message(error),
-            path,
-            {},
-            remedy_of(error)};
-}
-
-std::string target_of(const std::string& path) {
-    std::error_code ignored;
-    const auto resolved = std::filesystem::weakly_canonical(path, ignored);
-    return ignored ? path : resolved.string();
-}
-
-std::string folder_of(const std::string& path) {
-    const auto slash = path.rfind('/');
-    if (slash == std::string::npos) return ".";
-    return slash == 0 ? "/" : path.substr(0, slash);
-}
-
-std::string beside(const std::string& path, const std::string& name) {
-    const auto slash = path.rfind('/');
-    return slash == std::string::npos ? name : path.substr(0, slash + 1) + name;
 }
 
 }  // namespace camber::app

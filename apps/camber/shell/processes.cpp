@@ -31,6 +31,7 @@ module;
 #include <unistd.h>
 module camber.app_shell;
 import camber.core;
+import :descriptor;
 
 namespace camber::app {
 
@@ -38,22 +39,20 @@ namespace {
 
 constexpr int handed_over = 3;  // the descriptor that the child writes to
 
-/// A child, which does not outlive its owner, and the end of the pipe from it.
+/// A child, which does not outlive its owner.
 class Child {
   public:
-    Child(pid_t pid, int pipe) : pid_(pid), pipe_(pipe) {}
+    explicit Child(pid_t pid) : pid_(pid) {}
     Child(const Child&) = delete;
     Child& operator=(const Child&) = delete;
     Child(Child&&) = delete;
     Child& operator=(Child&&) = delete;
     ~Child() {
-        close(pipe_);
         if (pid_ < 0) return;
         kill(pid_, SIGKILL);
         (void)status();
     }
 
-    [[nodiscard]] int pipe() const { return pipe_; }
     /// As waitpid gives it, when it has ended.
     [[nodiscard]] int status() {
         int status = 0;
@@ -65,7 +64,6 @@ class Child {
 
   private:
     pid_t pid_;
-    int pipe_;
 };
 
 /// The shell's one setting of the process: see start_itself_by.
@@ -74,32 +72,50 @@ std::vector<std::string>& own_words() {
     return words;
 }
 
-/// 0, and the child's number; else an error's.
-int spawn_self(const std::vector<std::string>& arguments, int pipe, pid_t& pid) {
+/// Starts a program, found along PATH, after prepare(files, attributes). Returns 0 and sets the number of the process,
+/// or returns the number of an error.
+int start(std::vector<std::string> words, pid_t& pid, auto&& prepare) {
     posix_spawn_file_actions_t files;
+    posix_spawnattr_t attributes;
     posix_spawn_file_actions_init(&files);
-    posix_spawn_file_actions_adddup2(&files, pipe, handed_over);
-    for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
-        posix_spawn_file_actions_addopen(&files, stream, "/dev/null", O_RDWR, 0);
-    std::vector<std::string> words = own_words();
-    words.insert(words.end(), arguments.begin(), arguments.end());
+    posix_spawnattr_init(&attributes);
+    prepare(files, attributes);
     std::vector<char*> list;
     list.reserve(words.size() + 1);
     for (std::string& word : words) list.push_back(word.data());
     list.push_back(nullptr);
-    const int error = posix_spawn(&pid, own_words().front().c_str(), &files, nullptr, list.data(), environ);
+    const int error = posix_spawnp(&pid, list.front(), &files, &attributes, list.data(), environ);
+    posix_spawnattr_destroy(&attributes);
     posix_spawn_file_actions_destroy(&files);
     return error;
 }
 
-ChildResult ended(int status, std::string bytes) {
-    if (WIFSIGNALED(status)) {
-        const int signal = WTERMSIG(status);
-        if (signal == SIGXCPU) return {ChildEnd::out_of_time, {}, {}};
-        return {ChildEnd::crashed, {}, name_of_signal(signal)};
+int spawn_self(const std::vector<std::string>& arguments, int pipe, pid_t& pid) {
+    std::vector<std::string> words = own_words();
+    words.insert(words.end(), arguments.begin(), arguments.end());
+    return start(std::move(words), pid, [&](auto& files, auto&) {
+        posix_spawn_file_actions_adddup2(&files, pipe, handed_over);
+        for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
+            posix_spawn_file_actions_addopen(&files, stream, "/dev/null", O_RDWR, 0);
+    });
+}
+
+std::string name_of_signal(int signal) {
+    switch (signal) {
+        case SIGSEGV: return "segmentation fault";
+        case SIGABRT: return "abort";
+        case SIGBUS: return "bus error";
+        case SIGFPE: return "arithmetic error";
+        case SIGKILL: return "killed";
+        default: return "signal " + std::to_string(signal);
     }
-    if (WEXITSTATUS(status) != 0) return {ChildEnd::crashed, {}, "exit code " + std::to_string(WEXITSTATUS(status))};
-    return {ChildEnd::done, std::move(bytes), {}};
+}
+
+/// The failure of a process: "exit code 3", "segmentation fault"; empty: it did not.
+std::string failure(int status) {
+    if (WIFSIGNALED(status)) return name_of_signal(WTERMSIG(status));
+    const int code = WEXITSTATUS(status);
+    return code == 0 ? std::string() : "exit code " + std::to_string(code);
 }
 
 }  // namespace
@@ -116,7 +132,8 @@ Outcome<ChildResult> run_self(const std::vector<std::string>& arguments, const C
     pid_t pid = -1;
     const int error = spawn_self(arguments, pipe[1], pid);
     close(pipe[1]);
-    Child child(error == 0 ? pid : -1, pipe[0]);
+    const Descriptor from_child(pipe[0]);
+    Child child(error == 0 ? pid : -1);
     if (error != 0)
         return fail(ErrorKind::internal,
                     "the program cannot be started once more (error " + std::to_string(error) + ")",
@@ -127,14 +144,17 @@ Outcome<ChildResult> run_self(const std::vector<std::string>& arguments, const C
     for (;;) {
         if (execution.stop.stop_requested()) return fail(ErrorKind::stopped, "stopped on request");
         if (Clock::now() > until) return ChildResult{ChildEnd::out_of_time, {}, {}};
-        pollfd wait{child.pipe(), POLLIN, 0};
+        pollfd wait{from_child.get(), POLLIN, 0};
         if (poll(&wait, 1, tick) <= 0) continue;
-        const ssize_t got = read(child.pipe(), part.data(), part.size());
+        const ssize_t got = read(from_child.get(), part.data(), part.size());
         if (got < 0 && (errno == EINTR || errno == EAGAIN)) continue;
         if (got <= 0) break;
         bytes.append(part.data(), static_cast<std::size_t>(got));
     }
-    return ended(child.status(), std::move(bytes));
+    const int status = child.status();
+    if (WIFSIGNALED(status) && WTERMSIG(status) == SIGXCPU) return ChildResult{ChildEnd::out_of_time, {}, {}};
+    if (std::string how = failure(status); !how.empty()) return ChildResult{ChildEnd::crashed, {}, std::move(how)};
+    return ChildResult{ChildEnd::done, std::move(bytes), {}};
 }
 
 void keep_limits(const ChildLimits& limits) {
@@ -145,8 +165,8 @@ void keep_limits(const ChildLimits& limits) {
     };
     prctl(PR_SET_PDEATHSIG, SIGKILL);
     set(RLIMIT_CORE, 0);
-    const rlimit processor{static_cast<rlim_t>(std::ceil(limits.seconds)),
-                           static_cast<rlim_t>(std::ceil(limits.seconds)) + 1};
+    const auto seconds = static_cast<rlim_t>(std::ceil(limits.seconds));
+    const rlimit processor{seconds, seconds + 1};
     setrlimit(RLIMIT_CPU, &processor);
 #if !__has_feature(address_sanitizer)
     set(RLIMIT_AS, static_cast<double>(limits.bytes));
@@ -168,8 +188,6 @@ namespace {
 using Clock = std::chrono::steady_clock;
 constexpr std::chrono::milliseconds tick(20);  // between looks at it, at the clock and at the request to stop
 constexpr std::chrono::seconds grace(2);       // from the asking to the killing
-
-std::string system_reason(int error) { return std::generic_category().message(error); }
 
 /// A process group by its leader, which is waited for.
 class Group {
@@ -204,37 +222,18 @@ class Group {
     bool ended_ = false;
 };
 
-/// 0, and the process's number; else an error's.
 int spawn(const std::vector<std::string>& words, const std::string& output, pid_t& pid) {
-    posix_spawn_file_actions_t files;
-    posix_spawn_file_actions_init(&files);
-    posix_spawn_file_actions_addopen(&files, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
-    posix_spawn_file_actions_addopen(&files, STDOUT_FILENO, output.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0666);
-    posix_spawn_file_actions_adddup2(&files, STDOUT_FILENO, STDERR_FILENO);
-    posix_spawnattr_t attributes;
-    posix_spawnattr_init(&attributes);
-    sigset_t usual;
-    sigemptyset(&usual);
-    sigaddset(&usual, SIGPIPE);
-    sigaddset(&usual, SIGXFSZ);
-    posix_spawnattr_setsigdefault(&attributes, &usual);
-    posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP | POSIX_SPAWN_SETSIGDEF);
-    std::vector<std::string> copies = words;
-    std::vector<char*> list;
-    list.reserve(copies.size() + 1);
-    for (std::string& word : copies) list.push_back(word.data());
-    list.push_back(nullptr);
-    const int error = posix_spawnp(&pid, list.front(), &files, &attributes, list.data(), environ);
-    posix_spawnattr_destroy(&attributes);
-    posix_spawn_file_actions_destroy(&files);
-    return error;
-}
-
-CommandResult ended(int status, double seconds) {
-    if (WIFSIGNALED(status)) return {CommandEnd::failed, name_of_signal(WTERMSIG(status)), seconds};
-    const int code = WEXITSTATUS(status);
-    if (code == 0) return {CommandEnd::done, {}, seconds};
-    return {CommandEnd::failed, "exit code " + std::to_string(code), seconds};
+    return start(words, pid, [&](auto& files, auto& attributes) {
+        posix_spawn_file_actions_addopen(&files, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
+        posix_spawn_file_actions_addopen(&files, STDOUT_FILENO, output.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0666);
+        posix_spawn_file_actions_adddup2(&files, STDOUT_FILENO, STDERR_FILENO);
+        sigset_t usual;
+        sigemptyset(&usual);
+        sigaddset(&usual, SIGPIPE);
+        sigaddset(&usual, SIGXFSZ);
+        posix_spawnattr_setsigdefault(&attributes, &usual);
+        posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP | POSIX_SPAWN_SETSIGDEF);
+    });
 }
 
 }  // namespace
@@ -247,25 +246,18 @@ Outcome<CommandResult> run_command_line(const std::vector<std::string>& words, d
     const auto passed = [&] { return std::chrono::duration<double>(Clock::now() - begin).count(); };
     pid_t pid = -1;
     if (const int error = spawn(words, output, pid); error != 0)
-        return fail(ErrorKind::usage, "cannot be started: " + system_reason(error), words.front(), {},
+        return fail(ErrorKind::usage, "cannot be started: " + std::generic_category().message(error), words.front(), {},
                     "give a program that is on the PATH, or its file");
     Group group(pid);
     for (;;) {
-        if (const auto status = group.status()) return ended(*status, passed());
+        if (const auto status = group.status()) {
+            std::string how = failure(*status);
+            const CommandEnd end = how.empty() ? CommandEnd::done : CommandEnd::failed;
+            return CommandResult{end, std::move(how), passed()};
+        }
         if (execution.stop.stop_requested()) return fail(ErrorKind::stopped, "stopped on request");
         if (seconds > 0 && passed() > seconds) return CommandResult{CommandEnd::out_of_time, {}, passed()};
         std::this_thread::sleep_for(tick);
-    }
-}
-
-std::string name_of_signal(int signal) {
-    switch (signal) {
-        case SIGSEGV: return "segmentation fault";
-        case SIGABRT: return "abort";
-        case SIGBUS: return "bus error";
-        case SIGFPE: return "arithmetic error";
-        case SIGKILL: return "killed";
-        default: return "signal " + std::to_string(signal);
     }
 }
 
@@ -276,23 +268,19 @@ std::string& the_line() {
     return line;
 }
 
-std::string quoted(std::string_view word) {
+}  // namespace
+
+std::string shell_word(std::string_view word) {
     constexpr std::string_view plain = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_-+=./:,@%";
     if (!word.empty() && word.find_first_not_of(plain) == std::string_view::npos) return std::string(word);
     std::string text = "'";
-    for (const char c : word)
-        if (c == '\'')
-            text += "'\\''";
-        else
-            text += c;
+    for (const char c : word) text += c == '\'' ? std::string("'\\''") : std::string(1, c);
     return text + "'";
 }
 
-}  // namespace
-
 void set_command_line(std::span<char*> arguments) {
     std::string line = "camber";
-    for (std::size_t i = 1; i < arguments.size(); ++i) line += " " + quoted(arguments[i]);
+    for (std::size_t i = 1; i < arguments.size(); ++i) line += " " + shell_word(arguments[i]);
     the_line() = line;
 }
 

@@ -9,7 +9,6 @@ module;
 #include <fstream>
 #include <functional>
 #include <limits>
-#include <optional>
 #include <string>
 #include <string_view>
 #include <system_error>
@@ -29,7 +28,7 @@ namespace {
 
 constexpr std::size_t widest = 100, narrowest = 60;
 
-/// What is before the first `mark`; that and the mark are taken from the text.
+/// Removes the text up to the first `mark`, with the mark. Returns it without the mark.
 std::string_view taken(std::string_view& text, char mark) {
     const std::size_t end = std::min(text.find(mark), text.size());
     const std::string_view front = text.substr(0, end);

@@ -1,9 +1,7 @@
 // Pages of reports
 module;
 #include <algorithm>
-#include <array>
 #include <bit>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <new>
@@ -91,8 +89,8 @@ std::string distance_section(const std::optional<DistancesReport>& distances) {
     if (!distances || distances->entities.empty()) return {};
     std::string text =
         "<section>\n<h2>Distances by face and edge</h2>\n<div class=\"scroll\"><table>\n"
-        "<thead><tr><th rowspan=\"2\">farthest first</th><th colspan=\"2\">mesh to geometry</th>"
-        "<th colspan=\"2\">geometry to mesh</th></tr>\n"
+        "<thead><tr><th rowspan=\"2\">farthest first</th><th colspan=\"2\">mesh to geometry</th><th "
+        "colspan=\"2\">geometry to mesh</th></tr>\n"
         "<tr><th>largest</th><th>mean</th><th>largest</th><th>mean</th></tr></thead>\n<tbody>\n";
     const std::vector<const EntityReport*> order = farthest_first(*distances);
     for (std::size_t i = 0; i < std::min(most, order.size()); ++i)
@@ -124,6 +122,92 @@ std::string filled(std::string_view frame, const Placeholders& placeholders) {
         at = close + 2;
     }
     return out;
+}
+
+constexpr int page_format = 1;
+
+std::string_view word(ValuesOn on) {
+    return on == ValuesOn::elements ? "elements" : on == ValuesOn::nodes ? "nodes" : "faces";
+}
+std::string_view word(ValueScale scale) {
+    return scale == ValueScale::linear ? "linear" : scale == ValueScale::log ? "log" : "categories";
+}
+
+Json json_of(const PageQuantity& q) {
+    Json json{{"key", q.key}, {"title", q.title}, {"on", word(q.on)}, {"scale", word(q.scale)}};
+    if (q.scale == ValueScale::categories) {
+        json["categories"] = Json::array();
+        json["names"] = Json::array();
+        for (const auto& [reference, name] : q.categories) {
+            json["categories"].push_back(reference);
+            json["names"].push_back(name);
+        }
+        return json;
+    }
+    json["palette"] = q.good_is_high ? "good" : "sequence";
+    json["range"] = q.range;
+    if (q.whole) json["whole"] = *q.whole;
+    if (q.bad) json["bad"] = *q.bad;
+    return json;
+}
+
+template <int D>
+std::vector<double> three(const Vec<D>& v) {
+    std::vector<double> out(3, 0.0);
+    for (int i = 0; i < D; ++i) out[static_cast<std::size_t>(i)] = v[i];
+    return out;
+}
+
+/// Note on the faces that a cut shows.
+std::string note_of_cut(const InnerFaces& inner) {
+    if (inner.faces.size() == inner.all) return "By whole elements: those whose centroid lies beyond are left out.";
+    return fmt::format(
+        "By whole elements, at {}, {} and {} places along x, y and z: {} of the {} faces inside of the mesh are in the "
+        "page (--inner-faces).",
+        inner.steps[0].size(), inner.steps[1].size(), inner.steps[2].size(), grouped(inner.faces.size()),
+        grouped(inner.all));
+}
+
+template <int D>
+Json json_of_cut(const PageMesh<D>& page) {
+    return {{"steps", cut_steps},
+            {"low", three(page.box.low)},
+            {"high", three(page.box.high)},
+            {"places", page.inner.steps},
+            {"note", note_of_cut(page.inner)}};
+}
+
+/// The values of the page, which its script reads, as JSON that may stand in HTML.
+template <int D>
+std::string page_json(const PageMesh<D>& page, const std::vector<PageQuantity>& quantities) {
+    Json worst = Json::array(), list = Json::array();
+    for (const PageWorst& w : page.worst) {
+        worst.push_back({{"first", w.first}, {"count", w.count}, {"centre", w.centre}, {"radius", w.radius}});
+        if (!w.point.empty()) worst.back()["point"] = w.point;
+    }
+    for (const PageQuantity& q : quantities) list.push_back(json_of(q));
+    const Json json{{"format", page_format},
+                    {"dimension", D},
+                    {"degree", page.degree},
+                    {"origin", three(page.centre)},
+                    {"radius", page.radius},
+                    {"counts",
+                     {{"faces", page.outer.size()},
+                      {"inner", page.inner.faces.size()},
+                      {"worst", page.worst_faces},
+                      {"nodes", page.nodes.size()},
+                      {"elements", page.elements.size()}}},
+                    {"quantities", list},
+                    {"cut", json_of_cut(page)},
+                    {"worst", worst}};
+    const std::string text = json.dump(-1, ' ', false, Json::error_handler_t::replace);
+    std::string safe;
+    for (const char c : text)
+        if (c == '<')
+            safe += "\\u003c";  // no end of the element
+        else
+            safe += c;
+    return safe;
 }
 
 template <int D>
@@ -198,6 +282,15 @@ std::uint32_t rounded(float x) {
     return is_finite ? (bits + 0x80U) & ~0xffU : bits;
 }
 
+/// The bytes of one significance side by side, the lowest first.
+PageArray array_of_words(std::string name, std::span<const std::uint32_t> words) {
+    std::vector<std::uint8_t> bytes(4 * words.size());
+    for (std::size_t plane = 0; plane < 4; ++plane)
+        for (std::size_t i = 0; i < words.size(); ++i)
+            bytes[plane * words.size() + i] = static_cast<std::uint8_t>(words[i] >> (8 * plane));
+    return {std::move(name), std::move(bytes)};
+}
+
 template <class T, class Word>
 PageArray converted(std::string name, std::span<const T> items, Word&& word) {
     std::vector<std::uint32_t> words(items.size());
@@ -208,14 +301,6 @@ PageArray converted(std::string name, std::span<const T> items, Word&& word) {
 }  // namespace
 
 float rounded_float(float x) { return std::bit_cast<float>(rounded(x)); }
-
-PageArray array_of_words(std::string name, std::span<const std::uint32_t> words) {
-    std::vector<std::uint8_t> bytes(4 * words.size());
-    for (std::size_t plane = 0; plane < 4; ++plane)
-        for (std::size_t i = 0; i < words.size(); ++i)
-            bytes[plane * words.size() + i] = static_cast<std::uint8_t>(words[i] >> (8 * plane));
-    return {std::move(name), std::move(bytes)};
-}
 
 PageArray array_of_integers(std::string name, std::span<const std::int32_t> integers) {
     return converted(std::move(name), integers, [](std::int32_t i) { return std::bit_cast<std::uint32_t>(i); });
@@ -253,98 +338,6 @@ Outcome<std::vector<std::string>> packed(std::vector<PageArray> arrays, const Ex
     if (!done) return fail(done.error());
     return scripts;
 }
-
-namespace {
-
-constexpr int page_format = 1;
-
-std::string_view word(ValuesOn on) {
-    return on == ValuesOn::elements ? "elements" : on == ValuesOn::nodes ? "nodes" : "faces";
-}
-std::string_view word(ValueScale scale) {
-    return scale == ValueScale::linear ? "linear" : scale == ValueScale::log ? "log" : "categories";
-}
-
-Json json_of(const PageQuantity& q) {
-    Json json{{"key", q.key}, {"title", q.title}, {"on", word(q.on)}, {"scale", word(q.scale)}};
-    if (q.scale == ValueScale::categories) {
-        json["categories"] = Json::array();
-        json["names"] = Json::array();
-        for (const auto& [reference, name] : q.categories) {
-            json["categories"].push_back(reference);
-            json["names"].push_back(name);
-        }
-        return json;
-    }
-    json["palette"] = q.good_is_high ? "good" : "sequence";
-    json["range"] = q.range;
-    if (q.whole) json["whole"] = *q.whole;
-    if (q.bad) json["bad"] = *q.bad;
-    return json;
-}
-
-template <int D>
-std::vector<double> three(const Vec<D>& v) {
-    std::vector<double> out(3, 0.0);
-    for (int i = 0; i < D; ++i) out[static_cast<std::size_t>(i)] = v[i];
-    return out;
-}
-
-/// What a cut shows, and what it does not.
-std::string note_of_cut(const InnerFaces& inner) {
-    if (inner.faces.size() == inner.all) return "By whole elements: those whose centroid lies beyond are left out.";
-    return fmt::format(
-        "By whole elements, at {}, {} and {} places along x, y and z: {} of the {} faces inside of the mesh are in the "
-        "page (--inner-faces).",
-        inner.steps[0].size(), inner.steps[1].size(), inner.steps[2].size(), grouped(inner.faces.size()),
-        grouped(inner.all));
-}
-
-template <int D>
-Json json_of_cut(const PageMesh<D>& page) {
-    return {{"steps", cut_steps},
-            {"low", three(page.box.low)},
-            {"high", three(page.box.high)},
-            {"places", page.inner.steps},
-            {"note", note_of_cut(page.inner)}};
-}
-
-}  // namespace
-
-template <int D>
-std::string page_json(const PageMesh<D>& page, const std::vector<PageQuantity>& quantities) {
-    Json worst = Json::array(), list = Json::array();
-    for (const PageWorst& w : page.worst) {
-        worst.push_back({{"first", w.first}, {"count", w.count}, {"centre", w.centre}, {"radius", w.radius}});
-        if (!w.point.empty()) worst.back()["point"] = w.point;
-    }
-    for (const PageQuantity& q : quantities) list.push_back(json_of(q));
-    const Json json{{"format", page_format},
-                    {"dimension", D},
-                    {"degree", page.degree},
-                    {"origin", three(page.centre)},
-                    {"radius", page.radius},
-                    {"counts",
-                     {{"faces", page.outer.size()},
-                      {"inner", page.inner.faces.size()},
-                      {"worst", page.worst_faces},
-                      {"nodes", page.nodes.size()},
-                      {"elements", page.elements.size()}}},
-                    {"quantities", list},
-                    {"cut", json_of_cut(page)},
-                    {"worst", worst}};
-    const std::string text = json.dump(-1, ' ', false, Json::error_handler_t::replace);
-    std::string safe;
-    for (const char c : text)
-        if (c == '<')
-            safe += "\\u003c";  // no end of the element
-        else
-            safe += c;
-    return safe;
-}
-
-template std::string page_json<2>(const PageMesh<2>&, const std::vector<PageQuantity>&);
-template std::string page_json<3>(const PageMesh<3>&, const std::vector<PageQuantity>&);
 
 namespace {
 

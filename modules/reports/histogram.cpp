@@ -6,7 +6,6 @@ module;
 #include <cstddef>
 #include <initializer_list>
 #include <optional>
-#include <span>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -36,7 +35,7 @@ std::string bar(double filled, std::size_t width) {
     return text + std::string(width - letters, ' ');
 }
 
-/// What the bins [first, last) hold.
+/// The range of values of the bins [first, last).
 std::string range(const Histogram& h, std::size_t first, std::size_t last) {
     const auto limit = [&](std::size_t i) { return fmt::format("{:.4g}", h.limits[i]); };
     if (first == 0) return "below " + limit(last - 1);
@@ -118,26 +117,16 @@ std::string bars(const Histogram& histogram) {
                                 bar(static_cast<double>(s.counts[bin]) / static_cast<double>(most), width));
     }
     text += statistics(histogram, width);
-    // No line ends with blanks.
-    std::string out;
-    std::size_t blanks = 0;
-    for (const char letter : text + "\n") {
-        if (letter == ' ') {
-            ++blanks;
-            continue;
-        }
-        if (letter != '\n') out.append(blanks, ' ');
-        blanks = 0;
-        out += letter;
-    }
-    return out;
+    text += "\n";
+    for (std::size_t at = 0; (at = text.find(" \n", at)) != std::string::npos; at -= at > 0 ? 1 : 0) text.erase(at, 1);
+    return text;
 }
 
 namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// What is no series: the limits, and numbers by the series' names.
+/// Keys that are no series: the limits, and numbers by the names of the series.
 constexpr std::array<std::string_view, 5> reserved{"edges", "mean", "min", "max", "not_a_number"};
 
 /// The number of a series, if the object of that key is there and has one.
@@ -205,19 +194,15 @@ nlohmann::ordered_json json_of_histograms(const std::vector<Histogram>& histogra
     nlohmann::ordered_json all = Json::object();
     for (const Histogram& h : histograms) {
         Json one{{"edges", h.limits}};
-        Json means = Json::object(), least = Json::object(), greatest = Json::object(), not_numbers = Json::object();
+        for (const Series& s : h.series) one[s.name] = s.counts;
+        for (const char* const key : {"mean", "min", "max", "not_a_number"}) one[key] = Json::object();
         for (const Series& s : h.series) {
-            one[s.name] = s.counts;
-            means[s.name] = s.mean;
-            not_numbers[s.name] = s.not_numbers;
+            one["mean"][s.name] = s.mean;
+            one["not_a_number"][s.name] = s.not_numbers;
             if (!s.extremes) continue;
-            least[s.name] = s.extremes->least;
-            greatest[s.name] = s.extremes->greatest;
+            one["min"][s.name] = s.extremes->least;
+            one["max"][s.name] = s.extremes->greatest;
         }
-        one["mean"] = std::move(means);
-        one["min"] = std::move(least);
-        one["max"] = std::move(greatest);
-        one["not_a_number"] = std::move(not_numbers);
         all[std::string(info(h.quantity).key)] = std::move(one);
     }
     return all;
@@ -284,7 +269,7 @@ struct Axes {
     [[nodiscard]] double bin_width() const { return panel_width / static_cast<double>(last - first); }
     [[nodiscard]] double x_of_bin(double b) const { return (b - static_cast<double>(first)) * bin_width(); }
     [[nodiscard]] double y_of(double count) const { return origin_y + plot_height() * (1 - count / most); }
-    /// Where a value lies; none beyond the limits.
+    /// The place of a value; none beyond the limits.
     [[nodiscard]] std::optional<double> x_of(double value) const {
         const auto above = std::upper_bound(h.limits.begin(), h.limits.end(), value) - h.limits.begin();
         if (above <= 0 || static_cast<std::size_t>(above) >= h.limits.size()) return {};
@@ -407,15 +392,9 @@ std::string panel(const Axes& a, const Panel& p, bool labelled) {
 
 /// The bins that are not empty in all series, with one to spare on either side.
 std::pair<std::size_t, std::size_t> shown(const Histogram& h) {
-    std::size_t first = h.limits.size(), last = 1;
-    for (const Series& s : h.series)
-        for (std::size_t b = 0; b < s.counts.size(); ++b)
-            if (s.counts[b] > 0) {
-                first = std::min(first, b);
-                last = std::max(last, b + 1);
-            }
-    if (first >= last) return {1, h.limits.size()};
-    return {first, std::min(last + 1, h.limits.size() + (last > h.limits.size() ? 1 : 0))};
+    const auto [first, last] = used(h);
+    if (first == last) return {1, h.limits.size()};
+    return {std::min(first, h.limits.size()), std::min(last + 1, h.limits.size() + (last > h.limits.size() ? 1 : 0))};
 }
 
 std::string figure(const Histogram& h, double y) {

@@ -39,6 +39,8 @@ export namespace camber::run {
 /// One line of a table for a terminal.
 [[nodiscard]] std::string table_row(std::string_view name, const std::string& value);
 [[nodiscard]] std::string table_row(std::string_view name, std::size_t n);
+/// The same with a narrow column of names: plans, contents of files.
+[[nodiscard]] std::string short_row(std::string_view name, std::string_view value);
 
 /// The lower bound of a scaled Jacobian; "> 0" where its sign is certain and no number above 0 is.
 [[nodiscard]] std::string scaled_jacobian_text(double least, bool is_positive);
@@ -84,20 +86,11 @@ struct ReportKey {
 };
 [[nodiscard]] std::vector<ReportKey> report_keys();
 
-/// Rows of both tables about walls that cross.
-[[nodiscard]] std::string walls_rows(const WallsReport& walls);
-
-/// Row of both tables about nodes or vertices off the geometry; empty where none are.
-[[nodiscard]] std::string deviation_row(const char* name, const DeviationReport& deviation);
-
 /// Rows of both tables about a CAD model.
 [[nodiscard]] std::string cad_rows(const CadReport& cad);
 
 /// Lines for a terminal; of degree 1 nothing is curved.
 [[nodiscard]] std::string field_table(const FieldErrors& field, const MeshReport& mesh);
-
-/// "seconds", "minutes" or "hours": by 5 000 to 30 000 edges a second and thread.
-[[nodiscard]] std::string time_class(const PlanSize& size, int threads);
 
 /// The pipeline with a small share of the work of its repair, which is run to see how long the whole one takes. Nothing
 /// where no stage repairs by optimisation, where passes change the mesh, and for meshes on which even that takes long.
@@ -109,10 +102,16 @@ struct ReportKey {
 [[nodiscard]] double expected_seconds(const config::Pipeline& pipeline, const Report& probe, double seconds,
                                       int threads);
 
-/// What a run would do, for `--dry-run`: input and sizes, metric, geometry, each stage with the options that are not
+/// The parts of a pipeline as JSON in one line. Stages contain the options that differ from the defaults.
+struct PipelineTexts {
+    std::string input, metric, geometry;
+    std::vector<std::string> metric_operations, stages;
+};
+
+/// The plan of a run, for `--dry-run`: input and sizes, metric, geometry, each stage with the options that are not
 /// the defaults, memory and time expected. `growth`: what passes will make, where that is known. `seconds`: the time
 /// that a probe predicts, if there was one.
-[[nodiscard]] std::string plan_text(const config::Pipeline& pipeline, const PlanSize& size,
+[[nodiscard]] std::string plan_text(const config::Pipeline& pipeline, const PipelineTexts& parts, const PlanSize& size,
                                     const std::optional<Growth>& growth, std::optional<double> seconds, int threads);
 
 /// The table for a terminal, whole or line by line, and as JSON, both ways. Errors of reading: input, with its path.

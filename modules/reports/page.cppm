@@ -52,7 +52,7 @@ struct PageSource {
 [[nodiscard]] Outcome<std::string> page(const PageSource& source, const PageFrame& frame, const PageOptions& options,
                                         const Execution& execution);
 
-/// What a report.json tells of before and after correction, as lines for a terminal; empty: it has no such.
+/// Figures of a report.json before and after correction, as lines for a terminal; empty: it has none.
 [[nodiscard]] std::string before_and_after(std::string_view report_json);
 /// The distances from the geometry in a report.json; none: the run did not measure them by entity.
 [[nodiscard]] std::optional<DistancesReport> distances_of_report(std::string_view report_json);
@@ -71,7 +71,6 @@ struct PageArray {
     std::vector<std::uint8_t> bytes;
 };
 
-[[nodiscard]] PageArray array_of_words(std::string name, std::span<const std::uint32_t> words);
 [[nodiscard]] PageArray array_of_integers(std::string name, std::span<const std::int32_t> integers);
 /// To 15 bits of its mantissa.
 [[nodiscard]] float rounded_float(float x);
@@ -87,7 +86,7 @@ struct PageArray {
 
 }  // namespace camber::run
 
-/// What of a mesh goes into a page.
+/// Faces of a mesh in a page.
 namespace camber::run {
 
 /// Places of a cut along an axis: after step s, the mesh's box being cut into `cut_steps` + 1 equal slices. An element
@@ -100,12 +99,8 @@ struct InnerFace {
     std::uint32_t element = 0, other = 0;
 };
 
-/// Keys of all elements along each axis; 0 of axes that there are not. Of a surface alone, of its facets. Errors:
-/// stopped, memory.
+/// Keys of an element along each axis; 0 along axes that the mesh does not have.
 using CutKeys = std::array<std::uint8_t, 3>;
-template <int D>
-[[nodiscard]] Outcome<Column<CutKeys>> cut_keys(const LinearMesh<D>& mesh, const Box<D>& box,
-                                                const Execution& execution);
 
 /// Inner faces of tetrahedra, and the steps at which all that a cut uncovers are among them.
 struct InnerFaces {
@@ -113,22 +108,6 @@ struct InnerFaces {
     std::array<std::vector<int>, 3> steps;  ///< along each axis, rising
     std::size_t all = 0;                    ///< that the mesh has
 };
-/// Every step of the cut, along each axis.
-[[nodiscard]] std::array<std::vector<int>, 3> every_step();
-/// All of them, where they are no more than `budget`. Else those between elements of different references, if these
-/// have room, and those of as many places as have room, the middles first, then the quarters, and so on. Errors:
-/// stopped, memory.
-[[nodiscard]] Outcome<InnerFaces> inner_faces(const Mesh<3>& mesh, const Column<CutKeys>& keys, std::size_t budget,
-                                              const Execution& execution);
-
-/// The faces of one element (of a 2D mesh or a surface: itself).
-template <int D>
-[[nodiscard]] std::vector<std::array<NodeNumber, 6>> faces_of_element(const Mesh<D>& mesh, std::size_t e);
-
-/// The faces in an order in which those near each other in space follow each other mostly: along a Morton curve
-/// through the centroids. Packed, their numbers are smaller so.
-template <int D>
-[[nodiscard]] std::vector<Face> along_curve(const Mesh<D>& mesh, const Column<Face>& faces, const Box<D>& box);
 
 }  // namespace camber::run
 
@@ -172,7 +151,7 @@ template <int D>
 enum class ValuesOn : std::uint8_t { elements, nodes, faces };
 enum class ValueScale : std::uint8_t { linear, log, categories };
 
-/// What faces can be coloured by, its values in an array by its key.
+/// A quantity that colours faces; its values are in the array with its key.
 struct PageQuantity {
     std::string key, title;
     ValuesOn on = ValuesOn::elements;
@@ -189,9 +168,5 @@ struct PageQuantities {
 };
 template <int D>
 [[nodiscard]] PageQuantities page_quantities(const PageMesh<D>& mesh, const PageSource& source);
-
-/// The page's values, which its script reads, as JSON that may stand in HTML.
-template <int D>
-[[nodiscard]] std::string page_json(const PageMesh<D>& mesh, const std::vector<PageQuantity>& quantities);
 
 }  // namespace camber::run

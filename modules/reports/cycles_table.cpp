@@ -18,7 +18,6 @@ module camber.reports;
 import camber.core;
 import camber.recipes;
 import camber.repair;
-import camber.config;
 import camber.solution_metric;
 import :json;
 
@@ -28,7 +27,7 @@ namespace {
 
 constexpr double seconds_of_work = 3.3e-5;  ///< of one thread, for a unit of RepairOptions::effort
 
-/// What a stage may spend on what it repairs; empty for stages that repair nothing by programmes.
+/// Time limit of the repair of a stage; empty for stages that do not repair by optimisation.
 std::string repair_limit(const config::Stage& stage, int threads) {
     const auto* relax = std::get_if<config::Relax>(&stage);
     if (!relax || !needs_models(relax->method)) return {};
@@ -75,10 +74,7 @@ std::string seconds_text(double seconds) {
     return fmt::format("about {:.2g} minutes", seconds / 60);
 }
 
-std::string row(const std::string& name, const std::string& value) { return fmt::format("  {:<26}{}\n", name, value); }
-
-}  // namespace
-
+/// "seconds", "minutes" or "hours": by 5 000 to 30 000 edges a second and thread.
 std::string time_class(const PlanSize& size, int threads) {
     constexpr double slow = 5000, fast = 30000;  // edges a second and thread, all stages together
     const double edges = static_cast<double>(size.edges) / (threads > 0 ? threads : 1);
@@ -87,6 +83,8 @@ std::string time_class(const PlanSize& size, int threads) {
     if (mean < 60) return "seconds";
     return mean < 3600 ? "minutes" : "hours";
 }
+
+}  // namespace
 
 std::optional<config::Pipeline> probe_of(const config::Pipeline& pipeline, const PlanSize& size, int threads) {
     constexpr double most_edges = 2e5;  // of a thread: seconds
@@ -114,31 +112,34 @@ double expected_seconds(const config::Pipeline& pipeline, const Report& probe, d
     return seconds + work * seconds_of_work / (threads > 0 ? threads : 1);
 }
 
-std::string plan_text(const config::Pipeline& pipeline, const PlanSize& size, const std::optional<Growth>& growth,
-                      std::optional<double> seconds, int threads) {
-    const auto parts = config::parts_of(pipeline);
+std::string plan_text(const config::Pipeline& pipeline, const PipelineTexts& parts, const PlanSize& size,
+                      const std::optional<Growth>& growth, std::optional<double> seconds, int threads) {
     std::string text =
-        row("input", parts.input) + row("dimension, degree", fmt::format("{}D, P{}", size.dimension, size.degree)) +
-        row("vertices", fmt::format("{}", size.vertices)) +
-        row(size.dimension == 2 ? "triangles" : "tetrahedra", fmt::format("{}", size.elements)) +
-        row(size.dimension == 2 ? "boundary edges" : "boundary triangles", fmt::format("{}", size.facets)) +
-        row("edges", fmt::format("{}{}", size.degree == 1 ? "about " : "", size.edges)) + row("metric", parts.metric);
-    for (const std::string& operation : parts.metric_operations) text += row("then", operation);
-    text += row("geometry", parts.geometry);
+        short_row("input", parts.input) +
+        short_row("dimension, degree", fmt::format("{}D, P{}", size.dimension, size.degree)) +
+        short_row("vertices", fmt::format("{}", size.vertices)) +
+        short_row(size.dimension == 2 ? "triangles" : "tetrahedra", fmt::format("{}", size.elements)) +
+        short_row(size.dimension == 2 ? "boundary edges" : "boundary triangles", fmt::format("{}", size.facets)) +
+        short_row("edges", fmt::format("{}{}", size.degree == 1 ? "about " : "", size.edges)) +
+        short_row("metric", parts.metric);
+    for (const std::string& operation : parts.metric_operations) text += short_row("then", operation);
+    text += short_row("geometry", parts.geometry);
     std::set<std::string, std::less<>> said;
     for (std::size_t i = 0; i < parts.stages.size(); ++i) {
-        text += row(fmt::format("stage {}", i + 1), without_said(parts.stages[i], said));
+        text += short_row(fmt::format("stage {}", i + 1), without_said(parts.stages[i], said));
         if (const auto limit = repair_limit(pipeline.stages[i], threads); !limit.empty())
-            text += row("  repair ends after", limit);
+            text += short_row("  repair ends after", limit);
         if (asks_for_elements(pipeline.stages[i]))
-            text += growth ? row("  the metric asks for", fmt::format("some {:.2g} {}", growth->elements,
-                                                                      size.dimension == 2 ? "triangles" : "tetrahedra"))
-                           : row("  not counted below", "what it makes: known when the stages before it are done");
+            text +=
+                growth
+                    ? short_row("  the metric asks for", fmt::format("some {:.2g} {}", growth->elements,
+                                                                     size.dimension == 2 ? "triangles" : "tetrahedra"))
+                    : short_row("  not counted below", "what it makes: known when the stages before it are done");
     }
     const std::size_t peak = std::max(size.peak_bytes, growth ? growth->peak_bytes : 0);
-    return text + row("threads", fmt::format("{}", threads)) +
-           row("peak memory", fmt::format("about {:.0f} MiB", static_cast<double>(peak) / 1048576)) +
-           row("time", seconds ? seconds_text(*seconds) : time_class(with_growth(size, growth), threads));
+    return text + short_row("threads", fmt::format("{}", threads)) +
+           short_row("peak memory", fmt::format("about {:.0f} MiB", static_cast<double>(peak) / 1048576)) +
+           short_row("time", seconds ? seconds_text(*seconds) : time_class(with_growth(size, growth), threads));
 }
 
 namespace {
@@ -172,7 +173,7 @@ auto read_list(const std::string& text, const char* key, const Read& read, Error
     }
 }
 
-/// Where the exact solution is known its interpolant's error stands in its place.
+/// False if the exact solution is known: the table then has the error of its interpolant.
 bool shows_expected(const config::Adaptation& adapt) { return adapt.exact.empty() || !adapt.solve.empty(); }
 
 }  // namespace

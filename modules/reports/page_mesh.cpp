@@ -7,7 +7,6 @@ module;
 #include <cstdint>
 #include <limits>
 #include <span>
-#include <string>
 #include <utility>
 #include <vector>
 module camber.reports;
@@ -21,7 +20,7 @@ namespace camber::run {
 
 namespace {
 
-/// Where x lies in [low, high], from 0 to `most`.
+/// The slice of [low, high] that x lies in, from 0 to `most`.
 int slice_of(double x, double low, double high, int most) {
     if (!(high > low)) return 0;
     const double part = (x - low) / (high - low) * (most + 1);
@@ -85,7 +84,7 @@ void each_inner_face(const Across& across, Visit&& visit) {
 
 using StepCounts = std::array<std::array<std::size_t, cut_steps + 2>, 3>;
 
-/// How many inner faces the cut at each step uncovers.
+/// Number of inner faces that the cut at each step uncovers.
 StepCounts uncovered_by_step(const Across& across, const Column<CutKeys>& keys) {
     StepCounts counts{};
     each_inner_face(across, [&](std::size_t e, int, std::uint32_t other) {
@@ -120,7 +119,7 @@ std::array<std::vector<int>, 3> steps_within(const StepCounts& counts, std::size
     return steps;
 }
 
-/// Whether a step lies where the face is seen.
+/// True if a cut at one of the steps uncovers the face.
 bool is_uncovered(const std::array<std::vector<int>, 3>& steps, const CutKeys& a, const CutKeys& b) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
         const auto [first, last] = std::minmax(a[axis], b[axis]);
@@ -138,8 +137,7 @@ std::uint32_t interleaved(const std::array<int, 3>& at) {
     return key;
 }
 
-}  // namespace
-
+/// Keys of all elements, of a standalone surface mesh of its facets.
 template <int D>
 Outcome<Column<CutKeys>> cut_keys(const LinearMesh<D>& mesh, const Box<D>& box, const Execution& execution) {
     const auto key = [&](const Vec<D>& c) {
@@ -158,6 +156,7 @@ Outcome<Column<CutKeys>> cut_keys(const LinearMesh<D>& mesh, const Box<D>& box, 
     return Column<CutKeys>(std::move(*keys));
 }
 
+/// Every step of the cut, along each axis.
 std::array<std::vector<int>, 3> every_step() {
     std::array<std::vector<int>, 3> steps;
     for (auto& along : steps)
@@ -165,6 +164,8 @@ std::array<std::vector<int>, 3> every_step() {
     return steps;
 }
 
+/// Returns all inner faces if they are at most `budget`. Otherwise returns those between elements of different
+/// references, if they fit, and those of as many places as fit: the middles first, then the quarters, and so on.
 Outcome<InnerFaces> inner_faces(const Mesh<3>& mesh, const Column<CutKeys>& keys, std::size_t budget,
                                 const Execution& execution) {
     return guarded([&]() -> Outcome<InnerFaces> {
@@ -190,6 +191,7 @@ Outcome<InnerFaces> inner_faces(const Mesh<3>& mesh, const Column<CutKeys>& keys
     });
 }
 
+/// The faces of one element; of a triangle itself.
 template <int D>
 std::vector<std::array<NodeNumber, 6>> faces_of_element(const Mesh<D>& mesh, std::size_t e) {
     const auto triangle = [&](const auto& cells, const auto& edges) {
@@ -207,6 +209,7 @@ std::vector<std::array<NodeNumber, 6>> faces_of_element(const Mesh<D>& mesh, std
     }
 }
 
+/// The faces along a Morton curve through their centroids: numbers of near faces differ little, and pack better.
 template <int D>
 std::vector<Face> along_curve(const Mesh<D>& mesh, const Column<Face>& faces, const Box<D>& box) {
     std::vector<std::pair<std::uint32_t, std::uint32_t>> order(faces.size());
@@ -225,8 +228,6 @@ std::vector<Face> along_curve(const Mesh<D>& mesh, const Column<Face>& faces, co
     for (const auto& [key, f] : order) sorted.push_back(faces[f]);
     return sorted;
 }
-
-namespace {
 
 /// Numbers anew, by first use.
 class Numbering {
@@ -391,12 +392,9 @@ std::vector<PageArray> arrays_of(const PageMesh<D>& page) {
     return arrays;
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                             \
-    template Outcome<Column<CutKeys>> cut_keys<D>(const LinearMesh<D>&, const Box<D>&, const Execution&); \
-    template std::vector<std::array<NodeNumber, 6>> faces_of_element<D>(const Mesh<D>&, std::size_t);     \
-    template std::vector<Face> along_curve<D>(const Mesh<D>&, const Column<Face>&, const Box<D>&);        \
-    template Outcome<PageMesh<D>> page_mesh<D>(const Mesh<D>&, const CheckReport&, const PageOptions&,    \
-                                               const Execution&);                                         \
+#define CAMBER_INSTANTIATE(D)                                                                          \
+    template Outcome<PageMesh<D>> page_mesh<D>(const Mesh<D>&, const CheckReport&, const PageOptions&, \
+                                               const Execution&);                                      \
     template std::vector<PageArray> arrays_of<D>(const PageMesh<D>&);
 
 CAMBER_INSTANTIATE(2)

@@ -1,15 +1,9 @@
 // Errors of fields, and reports of solutions
 module;
 #include <algorithm>
-#include <cmath>
-#include <cstddef>
-#include <cstdint>
-#include <limits>
 #include <optional>
-#include <span>
 #include <string>
 #include <string_view>
-#include <utility>
 #include <vector>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -27,7 +21,7 @@ std::string norm_text(const ErrorNorm& norm) {
     return norm.value <= 4 * norm.rounding ? "0 to rounding" : fmt::format("{:.4g}", norm.value);
 }
 
-/// Of the names of meshes: as wide as the longest that is told.
+/// Width of the names of meshes: that of the longest.
 int name_width(const InterpolationError& e) { return e.compared_with == Comparison::straight ? 28 : 46; }
 
 std::string row(const InterpolationError& e, std::string_view name, std::string_view l2, std::string_view h1) {
@@ -72,7 +66,7 @@ std::string rows_of_meshes(const InterpolationError& e, int degree) {
     return text + (same ? "   (no inner edge is curved)\n" : "   (above 1: curved inner edges pay)\n");
 }
 
-/// Of curved walls: what the meshes are good for with which the mesh is compared.
+/// Remarks on the meshes of the comparison if walls are curved.
 std::string remarks_on_comparison(const InterpolationError& e, int dimension) {
     if (e.compared_with == Comparison::straight) return {};
     std::string text = fmt::format(

@@ -1,12 +1,9 @@
 module;
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <concepts>
 #include <cstddef>
 #include <cstdlib>
-#include <functional>
-#include <limits>
 #include <span>
 #include <string>
 #include <string_view>
@@ -28,6 +25,9 @@ std::string table_row(std::string_view name, const std::string& value) {
     return fmt::format("  {:<34}{}\n", name, value);
 }
 std::string table_row(std::string_view name, std::size_t n) { return table_row(name, grouped(n)); }
+std::string short_row(std::string_view name, std::string_view value) {
+    return fmt::format("  {:<26}{}\n", name, value);
+}
 
 namespace {
 
@@ -119,7 +119,6 @@ std::string name_distance(const Report& report) {
     return "distance from the geometry";
 }
 
-/// "(0.5, 0.25, 1)".
 /// "1 141 tetrahedra": the elements that are judged.
 std::string count_of_judged(const MeshReport& m) {
     const bool is_one = m.judged() == 1;
@@ -169,6 +168,27 @@ std::string distance_row(const Report& report) {
     if (*b.curved_distance > 0 && !b.curved_distance_near.empty())
         text += ", near " + place_text(b.curved_distance_near);
     return table_row(name_distance(report), text);
+}
+
+/// Nodes or vertices off the geometry; empty if there are none.
+std::string deviation_row(const char* name, const DeviationReport& d) {
+    if (d.off == 0) return {};
+    return table_row(name, fmt::format("{} of {}, by up to {:.4g} ({:.2g} of the edge)", grouped(d.off),
+                                       grouped(d.measured), d.largest, d.share));
+}
+
+std::string walls_rows(const WallsReport& walls) {
+    std::string text;
+    if (walls.crossing + walls.touching + walls.undecided > 0)
+        text += table_row("pairs of facets that cross",
+                          fmt::format("{}, touching {}, undecided {}", grouped(walls.crossing), grouped(walls.touching),
+                                      grouped(walls.undecided)));
+    if (walls.relaxed)
+        text += table_row(
+            "boundary nodes moved back",
+            fmt::format("{}, by up to {:.4g} near {}: boundary facets would cross", grouped(walls.relaxed->nodes),
+                        walls.relaxed->largest, place_text(walls.relaxed->largest_at)));
+    return text;
 }
 
 std::string boundary_rows(const Report& report) {
@@ -346,26 +366,6 @@ std::string time_rows(const Report& report) {
 }
 
 }  // namespace
-
-std::string deviation_row(const char* name, const DeviationReport& d) {
-    if (d.off == 0) return {};
-    return table_row(name, fmt::format("{} of {}, by up to {:.4g} ({:.2g} of the edge)", grouped(d.off),
-                                       grouped(d.measured), d.largest, d.share));
-}
-
-std::string walls_rows(const WallsReport& walls) {
-    std::string text;
-    if (walls.crossing + walls.touching + walls.undecided > 0)
-        text += table_row("pairs of facets that cross",
-                          fmt::format("{}, touching {}, undecided {}", grouped(walls.crossing), grouped(walls.touching),
-                                      grouped(walls.undecided)));
-    if (walls.relaxed)
-        text += table_row(
-            "boundary nodes moved back",
-            fmt::format("{}, by up to {:.4g} near {}: boundary facets would cross", grouped(walls.relaxed->nodes),
-                        walls.relaxed->largest, place_text(walls.relaxed->largest_at)));
-    return text;
-}
 
 std::string scaled_jacobian_text(double least, bool is_positive) {
     return is_positive && !(least > 0) ? "> 0" : lower_bound_text(least);

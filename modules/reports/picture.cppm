@@ -26,7 +26,7 @@ export namespace camber::run {
 /// A mesh as a picture: `camber picture`.
 export namespace camber::run {
 
-/// What the colours of a picture stand for.
+/// Quantity that the colours of a picture show.
 enum class PictureColour : std::uint8_t { scaled_jacobian, quality, reference, anisotropy, solution, none };
 constexpr auto words(PictureColour) {
     return words_of(Word{PictureColour::scaled_jacobian, "scaled-jacobian"}, Word{PictureColour::quality, "quality"},
@@ -50,7 +50,7 @@ struct PictureChoice {
     std::vector<std::string> show = {}, hide = {};
 };
 
-/// What a picture is made from; the metric has rows at the vertices.
+/// Inputs of a picture; the metric has rows at the vertices.
 struct PictureInputs {
     DecodedMesh mesh;
     std::optional<MetricFile> metric = {};
@@ -67,26 +67,5 @@ struct Picture {
 /// given (usage); those of metric files.
 [[nodiscard]] Outcome<Picture> picture_of(const PictureInputs& inputs, const PictureChoice& choice,
                                           const Execution& execution);
-
-}  // namespace camber::run
-
-/// The numbers that a picture's colours stand for.
-namespace camber::run {
-
-struct PictureValues {
-    FaceValues of_face;
-    Colouring colouring = OneColour{};
-    std::string title = {};
-};
-
-/// Of each element, or triangle of a surface alone: scaled Jacobians of degree 2, qualities of degree 1. By these it is
-/// told which are the worst.
-template <int D>
-[[nodiscard]] Outcome<Column<float>> element_goodness(const QuadraticMesh<D>& mesh, int degree,
-                                                      const Execution& execution);
-
-template <int D>
-[[nodiscard]] Outcome<PictureValues> picture_values(const QuadraticMesh<D>& mesh, PictureColour colour,
-                                                    const PictureInputs& inputs, const Execution& execution);
 
 }  // namespace camber::run

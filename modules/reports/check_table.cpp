@@ -221,7 +221,7 @@ std::string overlap_rows(const CheckReport& report, std::size_t most) {
     return text + number_of_others(o.found.size(), most);
 }
 
-/// Where an invalid element fails as it is proved: all digits, or fractions.
+/// The point at which an invalid element is proved to fail: all digits, or fractions.
 std::string barycentric_text(const ElementReport& e) {
     const std::vector<double>& weights = e.witness->barycentric;
     if (e.verdict != Verdict::invalid) return fmt::format("({:.3g})", fmt::join(weights, ", "));

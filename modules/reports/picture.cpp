@@ -10,11 +10,9 @@ module;
 #include <numeric>
 #include <optional>
 #include <set>
-#include <span>
 #include <string>
 #include <string_view>
 #include <system_error>
-#include <type_traits>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -30,6 +28,169 @@ import camber.io;
 namespace camber::run {
 
 namespace {
+
+/// The values that the colours of a picture stand for.
+struct PictureValues {
+    FaceValues of_face;
+    Colouring colouring = OneColour{};
+    std::string title = {};
+};
+
+using References = std::vector<Reference>;  ///< rising, each once
+
+void sort_distinct(References& references) {
+    std::ranges::sort(references);
+    references.erase(std::unique(references.begin(), references.end()), references.end());
+}
+
+constexpr float nan = std::numeric_limits<float>::quiet_NaN();
+
+struct Extent {
+    double low = std::numeric_limits<double>::infinity(), high = -std::numeric_limits<double>::infinity();
+};
+Extent extent_of(const Column<float>& values) {
+    Extent e;
+    for (const float v : values)
+        if (std::isfinite(v)) e = {std::fmin(e.low, static_cast<double>(v)), std::fmax(e.high, static_cast<double>(v))};
+    return e.low <= e.high ? e : Extent{0, 1};
+}
+
+FaceValues by_element(Column<float> values) {
+    return [values = std::move(values)](const Face& face) {
+        std::array<float, 6> all{};
+        all.fill(values[face.element]);
+        return all;
+    };
+}
+FaceValues by_node(Column<float> values) {
+    return [values = std::move(values)](const Face& face) {
+        std::array<float, 6> all{};
+        for (std::size_t i = 0; i < 6; ++i) all[i] = values[face.nodes[i]];
+        return all;
+    };
+}
+
+/// Shares from 0 to 1, so that pictures can be compared; below that where the worst is.
+PictureValues of_goodness(Column<float> values, std::string title) {
+    const double low = std::clamp(extent_of(values).low, -1.0, 0.0);
+    return {by_element(std::move(values)), ColourRange{low, 1, Ramp::good_is_high}, std::move(title)};
+}
+
+template <int D>
+Outcome<Column<float>> qualities(const QuadraticMesh<D>& mesh, const Execution& execution) {
+    return map_each(execution, judged_count(mesh.linear),
+                    [&](std::size_t e) { return static_cast<float>(quality_of(mesh.linear, e)); })
+        .map([](auto made) { return Column<float>(std::move(made)); });
+}
+
+/// References of the facets or elements that the faces show.
+template <int D>
+PictureValues of_references(const QuadraticMesh<D>& mesh) {
+    ColourKinds kinds;
+    const auto add = [&](const Column<Reference>& references) {
+        kinds.numbers.insert(kinds.numbers.end(), references.begin(), references.end());
+    };
+    add(mesh.linear.elements.references);
+    if (D == 3) add(mesh.linear.facets.references);
+    sort_distinct(kinds.numbers);
+    FaceValues places = [numbers = kinds.numbers](const Face& face) {
+        const auto found = std::lower_bound(numbers.begin(), numbers.end(), face.reference);
+        const bool is_listed = found != numbers.end() && *found == face.reference;
+        std::array<float, 6> all{};
+        all.fill(is_listed ? static_cast<float>(found - numbers.begin()) : nan);
+        return all;
+    };
+    return {std::move(places), std::move(kinds), "reference"};
+}
+
+/// A value a vertex at all nodes: those of edges have the mean of the ends.
+template <int D>
+Column<float> at_all_nodes(const QuadraticMesh<D>& mesh, const Column<double>& values) {
+    const std::size_t vertices = mesh.linear.points.size();
+    Buffer<float> all(vertices + mesh.edges.size());
+    std::fill(all.begin(), all.end(), nan);
+    for (std::size_t n = 0; n < std::min(values.size(), all.size()); ++n) all[n] = static_cast<float>(values[n]);
+    if (values.size() == vertices)
+        for (std::size_t e = 0; e < mesh.edges.size(); ++e) {
+            const auto [a, b] = mesh.edges.vertices[e];
+            all[vertices + e] = (all[a.index()] + all[b.index()]) / 2;
+        }
+    return all;
+}
+
+/// Largest over smallest size at each vertex.
+template <int D>
+Outcome<PictureValues> of_anisotropy(const QuadraticMesh<D>& mesh, const MetricFile& file, const Execution& execution) {
+    const auto metric = log_metrics_of_file<D>(file, mesh.linear.points.size(), execution);
+    if (!metric) return fail(metric.error());
+    auto ratios = map_each(execution, metric->log_metrics.size(), [&](std::size_t v) {
+        const SpectralMetric<D> m(metric->log_metrics[v]);
+        double low = m.log_values[0], high = low;
+        for (int i = 1; i < D; ++i) {
+            low = std::fmin(low, m.log_values[i]);
+            high = std::fmax(high, m.log_values[i]);
+        }
+        return exp((high - low) / 2);
+    });
+    if (!ratios) return fail(ratios.error());
+    Column<float> values = at_all_nodes(mesh, Column<double>(std::move(*ratios)));
+    const double high = std::fmax(extent_of(values).high, 1.0 + 1e-9);
+    return PictureValues{by_node(std::move(values)),
+                         ColourRange{1, high, Ramp::plain, high > 10 ? Spacing::logarithmic : Spacing::linear},
+                         "anisotropy"};
+}
+
+/// A number as it is, of several components their length.
+template <int D>
+PictureValues of_solution(const QuadraticMesh<D>& mesh, const NamedField& field) {
+    const auto components = static_cast<std::size_t>(field.field.components);
+    Buffer<double> lengths(field.field.values.size() / components);
+    for (std::size_t n = 0; n < lengths.size(); ++n) {
+        double squares = 0;
+        for (std::size_t c = 0; c < components; ++c) {
+            const double x = field.field.values[n * components + c];
+            squares += x * x;
+        }
+        lengths[n] = components == 1 ? field.field.values[n] : std::sqrt(squares);
+    }
+    Column<float> values = at_all_nodes(mesh, Column<double>(std::move(lengths)));
+    const Extent extent = extent_of(values);
+    return {by_node(std::move(values)), ColourRange{extent.low, extent.high},
+            components == 1 ? field.name : "length of " + field.name};
+}
+
+/// Returns scaled Jacobians of degree 2, qualities of degree 1, of each element or triangle of a standalone surface.
+template <int D>
+Outcome<Column<float>> element_goodness(const QuadraticMesh<D>& mesh, int degree, const Execution& execution) {
+    if (degree == 1) return qualities(mesh, execution);
+    return validate(mesh, 0, execution).map([](const Validation<D>& v) { return v.min_scaled_jacobian; });
+}
+
+template <int D>
+Outcome<PictureValues> picture_values(const QuadraticMesh<D>& mesh, PictureColour colour, const PictureInputs& inputs,
+                                      const Execution& execution) {
+    switch (colour) {
+        case PictureColour::scaled_jacobian:
+            return element_goodness(mesh, 2, execution).map([](Column<float> values) {
+                return of_goodness(std::move(values), "scaled Jacobian");
+            });
+        case PictureColour::quality:
+            return qualities(mesh, execution).map([](Column<float> values) {
+                return of_goodness(std::move(values), "quality");
+            });
+        case PictureColour::reference: return of_references(mesh);
+        case PictureColour::anisotropy:
+            if (!inputs.metric)
+                return fail(ErrorKind::usage, "needs a metric", "--colour anisotropy", {}, "give --metric FILE");
+            return of_anisotropy(mesh, *inputs.metric, execution);
+        case PictureColour::solution:
+            if (!inputs.solution)
+                return fail(ErrorKind::usage, "needs a solution", "--colour solution", {}, "give --solution FILE");
+            return of_solution(mesh, *inputs.solution);
+        case PictureColour::none: break;
+    }
+    return PictureValues{[](const Face&) { return std::array<float, 6>{}; }};
+}
 
 PictureColour usual_colour(const PictureInputs& inputs, int degree) {
     if (inputs.solution) return PictureColour::solution;
@@ -59,7 +220,7 @@ Cut<D> cut_in(const Cut<3>& cut) {
     return own;
 }
 
-/// Where the middle of the reference element is.
+/// Image of the middle of the reference element.
 template <int K, int D>
 Vec<3> middle_of(const QuadraticMesh<D>& mesh, const SimplexVertices<K>& vertices,
                  const std::array<EdgeId, edges_per_simplex<K>>& edges) {
@@ -89,12 +250,9 @@ std::vector<std::uint32_t> worst_of(const Column<float>& goodness, std::size_t c
     return order;
 }
 
-using References = std::vector<Reference>;  ///< rising, each once
-
 References distinct(const Column<Reference>& references) {
     References all(references.begin(), references.end());
-    std::sort(all.begin(), all.end());
-    all.erase(std::unique(all.begin(), all.end()), all.end());
+    sort_distinct(all);
     return all;
 }
 bool contains(const References& references, Reference reference) {
@@ -130,10 +288,8 @@ class PictureGroups {
             if (!add_named(text, found) && !add_numbered(text, found))
                 return fail(ErrorKind::usage, "the mesh has no group and no reference " + in_quotes(text),
                             std::string(option), {}, all());
-        for (References* references : {&found.facets, &found.elements}) {
-            std::sort(references->begin(), references->end());
-            references->erase(std::unique(references->begin(), references->end()), references->end());
-        }
+        sort_distinct(found.facets);
+        sort_distinct(found.elements);
         return found;
     }
 
@@ -352,167 +508,5 @@ Outcome<Picture> picture_of(const PictureInputs& inputs, const PictureChoice& ch
     return std::visit([&]<int D>(const Mesh<D>& mesh) { return picture<D>(inputs, choice, mesh.degree, execution); },
                       inputs.mesh.mesh);
 }
-
-namespace {
-
-constexpr float nan = std::numeric_limits<float>::quiet_NaN();
-
-struct Extent {
-    double low = std::numeric_limits<double>::infinity(), high = -std::numeric_limits<double>::infinity();
-};
-Extent extent_of(const Column<float>& values) {
-    Extent e;
-    for (const float v : values)
-        if (std::isfinite(v)) e = {std::fmin(e.low, static_cast<double>(v)), std::fmax(e.high, static_cast<double>(v))};
-    return e.low <= e.high ? e : Extent{0, 1};
-}
-
-FaceValues by_element(Column<float> values) {
-    return [values = std::move(values)](const Face& face) {
-        std::array<float, 6> all{};
-        all.fill(values[face.element]);
-        return all;
-    };
-}
-FaceValues by_node(Column<float> values) {
-    return [values = std::move(values)](const Face& face) {
-        std::array<float, 6> all{};
-        for (std::size_t i = 0; i < 6; ++i) all[i] = values[face.nodes[i]];
-        return all;
-    };
-}
-
-/// Shares from 0 to 1, so that pictures can be compared; below that where the worst is.
-PictureValues of_goodness(Column<float> values, std::string title) {
-    const double low = std::clamp(extent_of(values).low, -1.0, 0.0);
-    return {by_element(std::move(values)), ColourRange{low, 1, Ramp::good_is_high}, std::move(title)};
-}
-
-template <int D>
-Outcome<Column<float>> qualities(const QuadraticMesh<D>& mesh, const Execution& execution) {
-    return map_each(execution, judged_count(mesh.linear),
-                    [&](std::size_t e) { return static_cast<float>(quality_of(mesh.linear, e)); })
-        .map([](auto made) { return Column<float>(std::move(made)); });
-}
-
-/// Of facets and of elements, whichever a face shows.
-template <int D>
-PictureValues of_references(const QuadraticMesh<D>& mesh) {
-    ColourKinds kinds;
-    const auto add = [&](const Column<Reference>& references) {
-        kinds.numbers.insert(kinds.numbers.end(), references.begin(), references.end());
-        std::sort(kinds.numbers.begin(), kinds.numbers.end());
-        kinds.numbers.erase(std::unique(kinds.numbers.begin(), kinds.numbers.end()), kinds.numbers.end());
-    };
-    add(mesh.linear.elements.references);
-    if (D == 3) add(mesh.linear.facets.references);
-    FaceValues places = [numbers = kinds.numbers](const Face& face) {
-        const auto found = std::lower_bound(numbers.begin(), numbers.end(), face.reference);
-        const bool is_listed = found != numbers.end() && *found == face.reference;
-        std::array<float, 6> all{};
-        all.fill(is_listed ? static_cast<float>(found - numbers.begin()) : nan);
-        return all;
-    };
-    return {std::move(places), std::move(kinds), "reference"};
-}
-
-/// A value a vertex at all nodes: those of edges have the mean of the ends.
-template <int D>
-Column<float> at_all_nodes(const QuadraticMesh<D>& mesh, const Column<double>& values) {
-    const std::size_t vertices = mesh.linear.points.size();
-    Buffer<float> all(vertices + mesh.edges.size());
-    std::fill(all.begin(), all.end(), nan);
-    for (std::size_t n = 0; n < std::min(values.size(), all.size()); ++n) all[n] = static_cast<float>(values[n]);
-    if (values.size() == vertices)
-        for (std::size_t e = 0; e < mesh.edges.size(); ++e) {
-            const auto [a, b] = mesh.edges.vertices[e];
-            all[vertices + e] = (all[a.index()] + all[b.index()]) / 2;
-        }
-    return all;
-}
-
-/// Largest over smallest size at each vertex.
-template <int D>
-Outcome<PictureValues> of_anisotropy(const QuadraticMesh<D>& mesh, const MetricFile& file, const Execution& execution) {
-    const auto metric = log_metrics_of_file<D>(file, mesh.linear.points.size(), execution);
-    if (!metric) return fail(metric.error());
-    auto ratios = map_each(execution, metric->log_metrics.size(), [&](std::size_t v) {
-        const SpectralMetric<D> m(metric->log_metrics[v]);
-        double low = m.log_values[0], high = low;
-        for (int i = 1; i < D; ++i) {
-            low = std::fmin(low, m.log_values[i]);
-            high = std::fmax(high, m.log_values[i]);
-        }
-        return exp((high - low) / 2);
-    });
-    if (!ratios) return fail(ratios.error());
-    Column<float> values = at_all_nodes(mesh, Column<double>(std::move(*ratios)));
-    const double high = std::fmax(extent_of(values).high, 1.0 + 1e-9);
-    return PictureValues{by_node(std::move(values)),
-                         ColourRange{1, high, Ramp::plain, high > 10 ? Spacing::logarithmic : Spacing::linear},
-                         "anisotropy"};
-}
-
-/// A number as it is, of several components their length.
-template <int D>
-PictureValues of_solution(const QuadraticMesh<D>& mesh, const NamedField& field) {
-    const auto components = static_cast<std::size_t>(field.field.components);
-    Buffer<double> lengths(field.field.values.size() / components);
-    for (std::size_t n = 0; n < lengths.size(); ++n) {
-        double squares = 0;
-        for (std::size_t c = 0; c < components; ++c) {
-            const double x = field.field.values[n * components + c];
-            squares += x * x;
-        }
-        lengths[n] = components == 1 ? field.field.values[n] : std::sqrt(squares);
-    }
-    Column<float> values = at_all_nodes(mesh, Column<double>(std::move(lengths)));
-    const Extent extent = extent_of(values);
-    return {by_node(std::move(values)), ColourRange{extent.low, extent.high},
-            components == 1 ? field.name : "length of " + field.name};
-}
-
-}  // namespace
-
-template <int D>
-Outcome<Column<float>> element_goodness(const QuadraticMesh<D>& mesh, int degree, const Execution& execution) {
-    if (degree == 1) return qualities(mesh, execution);
-    return validate(mesh, 0, execution).map([](const Validation<D>& v) { return v.min_scaled_jacobian; });
-}
-
-template <int D>
-Outcome<PictureValues> picture_values(const QuadraticMesh<D>& mesh, PictureColour colour, const PictureInputs& inputs,
-                                      const Execution& execution) {
-    switch (colour) {
-        case PictureColour::scaled_jacobian:
-            return element_goodness(mesh, 2, execution).map([](Column<float> values) {
-                return of_goodness(std::move(values), "scaled Jacobian");
-            });
-        case PictureColour::quality:
-            return qualities(mesh, execution).map([](Column<float> values) {
-                return of_goodness(std::move(values), "quality");
-            });
-        case PictureColour::reference: return of_references(mesh);
-        case PictureColour::anisotropy:
-            if (!inputs.metric)
-                return fail(ErrorKind::usage, "needs a metric", "--colour anisotropy", {}, "give --metric FILE");
-            return of_anisotropy(mesh, *inputs.metric, execution);
-        case PictureColour::solution:
-            if (!inputs.solution)
-                return fail(ErrorKind::usage, "needs a solution", "--colour solution", {}, "give --solution FILE");
-            return of_solution(mesh, *inputs.solution);
-        case PictureColour::none: break;
-    }
-    return PictureValues{[](const Face&) { return std::array<float, 6>{}; }};
-}
-
-#define CAMBER_INSTANTIATE(D)                                                                                       \
-    template Outcome<Column<float>> element_goodness<D>(const QuadraticMesh<D>&, int, const Execution&);            \
-    template Outcome<PictureValues> picture_values<D>(const QuadraticMesh<D>&, PictureColour, const PictureInputs&, \
-                                                      const Execution&);
-
-CAMBER_INSTANTIATE(2)
-CAMBER_INSTANTIATE(3)
-#undef CAMBER_INSTANTIATE
 
 }  // namespace camber::run

@@ -168,8 +168,6 @@ std::string entity_rows(const DistancesReport& report, std::size_t most) {
 
 namespace {
 
-std::string row(std::string_view name, std::string_view value) { return fmt::format("  {:<26}{}\n", name, value); }
-
 /// "1 inlet: 170, 2 wall: 734".
 std::string counts_text(std::string_view key, const ReferenceCounts& counts, const Groups& groups) {
     const int dimension = key.starts_with("edges") ? 1 : key.starts_with("triangles") ? 2 : 3;
@@ -182,14 +180,14 @@ std::string counts_text(std::string_view key, const ReferenceCounts& counts, con
 /// A row for each item, the first with the key.
 std::string rows_of_list(std::string_view key, const auto& items, auto&& text_of_item) {
     std::string text;
-    for (const auto& item : items) text += row(text.empty() ? key : "", text_of_item(item));
+    for (const auto& item : items) text += short_row(text.empty() ? key : "", text_of_item(item));
     return text;
 }
 
 /// The row of a value; empty for 0, false and empty ones.
 std::string row_of(std::string_view key, const Json& value) {
     if ((value.is_number() && value == 0) || (value.is_structured() && value.empty()) || value == false) return {};
-    return row(
+    return short_row(
         key, value.is_string() ? value.get<std::string>() : value.dump(-1, ' ', false, Json::error_handler_t::replace));
 }
 
@@ -199,7 +197,7 @@ std::string rows_of(const Info& info, const Groups& groups) {
     each_shown_field(info, Reported::volume, [&](const auto& field, const auto& value) {
         using T = std::remove_cvref_t<decltype(value)>;
         if constexpr (std::same_as<T, ReferenceCounts>)
-            text += value.empty() ? std::string() : row(field.key, counts_text(field.key, value, groups));
+            text += value.empty() ? std::string() : short_row(field.key, counts_text(field.key, value, groups));
         else if constexpr (std::same_as<T, Groups>)
             text += rows_of_list(field.key, value, [](const Group& group) {
                 return fmt::format("{}D {} {}", group.dimension, group.reference, group.name);

@@ -1,12 +1,8 @@
 module;
 #include <concepts>
-#include <cstddef>
 #include <functional>
-#include <optional>
 #include <string>
-#include <string_view>
 #include <type_traits>
-#include <utility>
 #include <vector>
 #include <nlohmann/json.hpp>
 /// JSON of report structs, by their fields.
