@@ -1,6 +1,6 @@
-// Cavities before and after, as JSON for docs/pictures/draw_cavities.py: a point put into an anisotropic mesh by its
-// Delaunay cavity, a collapse, a swap in two dimensions; the shell of an edge in three; and curved ones. A program, not
-// a timed test.
+// Prints cavities before and after an operation as JSON for docs/pictures/draw_cavities.py: the Delaunay cavity of an
+// inserted point in an anisotropic mesh, a collapse and a swap in 2D, the shell of an edge in 3D, and curved cavities.
+// This program is not a timed test.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -27,14 +27,14 @@ using namespace camber;
 
 namespace {
 
-/// A metric of these sizes along a direction and across it.
+/// Returns a metric with the given sizes along a direction and across it.
 LogMetric<2> metric_of(const Vec<2>& sizes) {
     const double angle = std::numbers::pi / 6;
     const Mat<2> axes{{Vec<2>{{std::cos(angle), std::sin(angle)}}, Vec<2>{{-std::sin(angle), std::cos(angle)}}}};
     return log_metric_of_sizes<2>(sizes, axes);
 }
 
-/// A square whose edges are of unit length in a metric of these sizes.
+/// A square whose edges have unit length in a metric of the given sizes.
 struct Square {
     AdaptationGoal<2> goal;
     Adaptation<2> state;
@@ -63,8 +63,8 @@ CavityRequest<2> insertion_request(const Square& square, const Vec<2>& place) {
     return request;
 }
 
-/// The mesh is isotropic yet, the point's metric not. Of places near the middle with a large cavity, the one that is
-/// farthest from the vertices around it.
+/// Inserts a point with an anisotropic metric into an isotropic mesh. Among the positions near the middle with a large
+/// cavity, the one farthest from the surrounding vertices is used.
 void insert_one(const Square& square) {
     OperationWorkspace<2> workspace;
     JudgedPatch<2> patch, best;
@@ -83,7 +83,7 @@ void insert_one(const Square& square) {
             best = patch;
             best_request = request;
         }
-    // The rows of the metric's root: the unit ellipse is where |R (x − p)| = 1.
+    // Rows of the root R of the metric: the unit ellipse is |R (x − p)| = 1.
     const auto& rows = best_request.metric.measure.rows;
     std::array<char, 160> ellipse{};
     std::snprintf(ellipse.data(), ellipse.size(), "\"root\": [[%.6f, %.6f], [%.6f, %.6f]],", rows[0][0], rows[0][1],
@@ -91,7 +91,7 @@ void insert_one(const Square& square) {
     print_patch("insertion", square.state.mesh, best.patch(), ellipse.data());
 }
 
-/// The inner vertex nearest to a place.
+/// Returns the inner vertex nearest to a position.
 VertexId inner_vertex(const DynamicMesh<2>& mesh, const Vec<2>& place) {
     VertexId best;
     for (std::size_t v = 0; v < mesh.points.size(); ++v)
@@ -101,7 +101,7 @@ VertexId inner_vertex(const DynamicMesh<2>& mesh, const Vec<2>& place) {
     return best;
 }
 
-/// The vertex goes into the neighbour where the worst of the new elements is best.
+/// Collapses the vertex onto the neighbour for which the worst new element is best.
 void collapse_one(const Square& square, const Vec<2>& place) {
     const DynamicMesh<2>& mesh = square.state.mesh;
     const VertexId v = inner_vertex(mesh, place);
@@ -124,7 +124,7 @@ void collapse_one(const Square& square, const Vec<2>& place) {
     print_patch("collapse", mesh, best.patch(), more.data());
 }
 
-/// The edge of an element whose swap gives the best elements.
+/// Swaps the edge of an element whose swap gives the best elements.
 void swap_one(const Square& square, const Vec<2>& place) {
     const ElementId e = testing::locate(square.state.mesh, place).value().element;
     JudgedPatch<2> patch, best;
@@ -144,7 +144,7 @@ void swap_one(const Square& square, const Vec<2>& place) {
     print_patch("swap", square.state.mesh, best.patch(), "");
 }
 
-/// Tetrahedra around an edge, joined to a vertex of the ring around it.
+/// Connects the tetrahedra around an edge to a vertex of the ring around it.
 void swap_in_space() {
     constexpr std::size_t n = 5;
     Buffer<Vec<3>> points;

@@ -1,6 +1,6 @@
-// What a commit costs a patch, at several sizes of mesh: 64 splits of edges far apart, planned beforehand, committed
-// together. The mesh is given away, as a run does; what it costs should not depend on its size. bytes_an_element: what
-// a DynamicMesh has beside points, elements and their references.
+// Cost of a commit per patch, for several mesh sizes. 64 splits of distant edges are planned beforehand and committed
+// together. The mesh is moved into the commit, as in a run, so the cost should not depend on the mesh size.
+// bytes_an_element: memory of a DynamicMesh besides points, elements and references.
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
@@ -62,7 +62,7 @@ std::vector<Patch<3>> splits(const DynamicMesh<3>& mesh, std::size_t count, std:
 void commit_splits(benchmark::State& state) {
     DynamicMesh<3> mesh = box_of(static_cast<std::size_t>(state.range(0)));
     state.counters["bytes_an_element"] = topology_bytes(mesh) / static_cast<double>(mesh.element_count());
-    // Columns that are full grow once, and by half.
+    // Full columns grow once, by half.
     mesh = [&] {
         const auto first = splits(mesh, 64, 1);
         return replace_cavities<3>(std::move(mesh), first).value().mesh;

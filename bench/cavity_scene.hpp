@@ -22,7 +22,7 @@ T must(Outcome<T> outcome) {
     std::exit(1);
 }
 
-/// Of each edge: its ends, and where its node is.
+/// Prints the ends and the node of each edge.
 template <int D>
 void print_nodes(const DynamicMesh<D>& mesh) {
     std::printf(",\n  \"nodes\": [");
@@ -60,7 +60,7 @@ void print_mesh(const char* name, const DynamicMesh<D>& mesh, const std::vector<
     std::printf("}");
 }
 
-/// A mesh before and after a patch. The last number of an element: whether it is of the cavity, or of the star.
+/// Prints a mesh before and after a patch. The last number of an element is 1 if it belongs to the cavity or the star.
 template <int D>
 void print_patch(const char* name, DynamicMesh<D> mesh, const Patch<D>& patch, const char* more) {
     std::printf("%s\"%s\": {%s\n", std::string(name) == "insertion" ? "" : ",\n", name, more);

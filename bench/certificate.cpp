@@ -1,6 +1,7 @@
-// How often is `certify` wrong, how often does it not tell, and what does each level cost? Elements on integer lattices
-// against 128-bit integers, elements in general position against integers of any length
-// (tests/support/exact_oracle.hpp, which shares no code with the library). A program with arguments, not a timed test:
+// Counts wrong and undecided results of `certify` and measures the time of each level. Elements on integer lattices are
+// compared with 128-bit integers, elements in general position with integers of arbitrary length
+// (tests/support/exact_oracle.hpp, which shares no code with the library). The program takes arguments and is not a
+// timed test:
 //
 //     certificate --lattice 10000000 --general 100000 [--bound 0] [--threads 0] [--seed 1]
 #include <algorithm>
@@ -34,13 +35,13 @@ struct Arguments {
     std::uint64_t seed = 1;
 };
 
-/// What became of the elements of one family.
+/// Counts of the results of one family of elements.
 struct Tally {
     std::size_t elements = 0;
     std::array<std::size_t, 3> verdicts{};           // by Verdict
-    std::size_t false_valid = 0, false_invalid = 0;  // the oracle says the contrary, and can prove it
-    std::size_t unproven = 0;                        // the oracle cannot tell, and there is no witness either
-    std::size_t no_witness = 0, wrong_witness = 0;   // of the invalid ones
+    std::size_t false_valid = 0, false_invalid = 0;  // the oracle proves the contrary
+    std::size_t unproven = 0;                        // undecided by the oracle, without a witness
+    std::size_t no_witness = 0, wrong_witness = 0;   // of the invalid elements
     std::array<std::size_t, levels> decided{};       // by Level
     std::array<double, levels> nanoseconds{};
 
@@ -71,7 +72,7 @@ Certificate<D> timed(const NodalSimplex<D>& s, double bound, Tally& tally) {
     return certificate;
 }
 
-/// `witness_fails` is whether the condition fails at the witness, exactly.
+/// Adds a result to the tally. `witness_fails` is true if the exact condition fails at the witness.
 template <int D>
 void compare(const Certificate<D>& certificate, Answer answer, bool witness_fails, Tally& tally) {
     const bool invalid = certificate.verdict == Verdict::invalid;
@@ -87,7 +88,7 @@ void try_lattice(families::Random& random, double bound, Tally& tally) {
     const auto n = families::lattice_element<D>(random, random() % 3 < 2 ? 1 : 2, 1 + random() % (2 * D));
     const auto s = families::in_doubles<D>(n);
     const auto certificate = timed(s, bound, tally);
-    // The lattice is for bound 0: shares of |det straight| would not fit 128 bits.
+    // Lattice elements are checked for bound 0 only: multiples of |det straight| would not fit into 128 bits.
     const Answer answer = oracle::answer<D, oracle::Wide, std::int64_t>(n, {}, {28, 10000, 24});
     const bool fails = certificate.witness && !oracle::holds_at<D>(s, *certificate.witness, 0);
     compare(certificate, answer, fails, tally);
@@ -105,7 +106,7 @@ void try_general(families::Random& random, families::Family family, double bound
     compare(certificate, answer, fails, tally);
 }
 
-/// `count` times `one(random, tally)`, in parallel; what is tried does not depend on the threads.
+/// Calls `one(random, tally)` `count` times in parallel. The random elements do not depend on the number of threads.
 template <class One>
 Tally repeat(const Arguments& arguments, std::size_t count, std::uint64_t stream, One&& one) {
     constexpr std::size_t grain = 1000;
@@ -187,7 +188,7 @@ void run(const Arguments& arguments, Tally& total) {
 
 }  // namespace
 
-/// 0 if nothing was found wrong, 1 if something was, 2 for wrong arguments.
+/// Exit code: 0 if all results are correct, 1 if one is wrong, 2 for wrong arguments.
 int main(int count, char** words) {
     Arguments arguments;
     if (!read(count, words, arguments)) {

@@ -1,4 +1,4 @@
-// What it costs to know that walls do not cross: pairs by what they share, a whole sphere, and a grid of facets.
+// Cost of the crossing check: pairs of facets by number of common vertices, a whole sphere, and a grid of facets.
 //
 //     build/bin/bench_crossing
 #include <benchmark/benchmark.h>
@@ -19,7 +19,7 @@ using namespace camber;
 
 namespace {
 
-/// The unit sphere in 20 n² curved triangles.
+/// Returns the unit sphere in 20 n² curved triangles.
 QuadraticMesh<3> sphere(int n) {
     UnitSphere<3> unit = icosphere<3>(n);
     LinearMesh<3> mesh;
@@ -35,7 +35,8 @@ QuadraticMesh<3> sphere(int n) {
     return std::move(*curved);
 }
 
-/// Pairs of facets that share so many vertices; with none, those whose boxes meet.
+/// Measures pairs of facets with the given number of common vertices. Pairs without common vertices have boxes that
+/// meet.
 void pairs(benchmark::State& state) {
     const auto mesh = sphere(20);
     std::vector<NodalFacet<3>> facets;

@@ -1,4 +1,5 @@
-// Operations of degree 2 in a layer beneath a circle, whose edges follow it: a split, a collapse, a swap.
+// Quadratic operations in a layer below a circle: a split, a collapse and a swap. The edges of the layer follow the
+// circle.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -26,14 +27,14 @@ namespace {
 
 constexpr double inner = 0.45, outer = 1, opening = 5 * std::numbers::pi / 6;
 
-/// The unit square onto a sector of a ring.
+/// Maps the unit square to a sector of a ring.
 Vec<2> on_ring(const Vec<2>& p) {
     const double radius = inner + (outer - inner) * p[1];
     const double angle = std::numbers::pi / 2 + (0.5 - p[0]) * opening;
     return radius * Vec<2>{{std::cos(angle), std::sin(angle)}};
 }
 
-/// Edges are to be long along the circle and short across it.
+/// Returns a metric that requests long edges along the circle and short ones across it.
 LogMetric<2> layer_metric(const Vec<2>& p) {
     const Vec<2> across = p / norm(p);
     return log_metric_of_sizes<2>({{0.35, 0.1}}, Mat<2>{{Vec<2>{{across[1], -across[0]}}, across}});
@@ -58,7 +59,7 @@ struct Layer {
     AdaptationGoal<2> goal;
     Adaptation<2> state;
 };
-Layer begun_layer(const Execution& execution) {
+Layer make_layer(const Execution& execution) {
     const QuadraticMesh<2> mesh = bowed_layer(execution);
     Buffer<LogMetric<2>> metrics(mesh.linear.points.size());
     for (std::size_t v = 0; v < metrics.size(); ++v) metrics[v] = layer_metric(mesh.linear.points[v]);
@@ -75,12 +76,12 @@ Layer begun_layer(const Execution& execution) {
     return layer;
 }
 
-/// The best of what is candidate for: where an element would be inverted if it were straight, otherwise by the worst
+/// Best candidate operation: one with elements whose straight form is inverted, otherwise the one with the best worst
 /// shape.
 class Best {
   public:
     explicit Best(const Layer& layer) : layer_(layer) {}
-    void look_at(const CavityRequest<2>& request, std::size_t min_elements, VertexId goes = {}) {
+    void consider(const CavityRequest<2>& request, std::size_t min_elements, VertexId target = {}) {
         const OperationResult result = operate(layer_.state, layer_.goal, request, {}, workspace_, patch_);
         if (result.rejected != RejectionReason::none || patch_.patch().removed.elements.size() < min_elements) return;
         if (!(result.worst_shape > 0.3)) return;
@@ -88,11 +89,11 @@ class Best {
         if (!(worth > worth_)) return;
         worth_ = worth;
         best_ = patch_;
-        goes_ = goes;
+        target_ = target;
     }
     void print(const char* name) const {
         std::array<char, 40> more{};
-        if (goes_.valid()) std::snprintf(more.data(), more.size(), "\"goes\": %u,", goes_.value);
+        if (target_.valid()) std::snprintf(more.data(), more.size(), "\"goes\": %u,", target_.value);
         print_patch(name, layer_.state.mesh, best_.patch(), more.data());
     }
 
@@ -101,10 +102,10 @@ class Best {
     OperationWorkspace<2> workspace_;
     JudgedPatch<2> patch_, best_;
     double worth_ = 0;
-    VertexId goes_;
+    VertexId target_;
 };
 
-/// In the middle of an inner edge, with the cavity grown from there.
+/// Splits an inner edge at its middle; the cavity grows from there.
 void split_one(const Layer& layer) {
     const DynamicMesh<2>& mesh = layer.state.mesh;
     Best best(layer);
@@ -126,7 +127,7 @@ void split_one(const Layer& layer) {
             BentSpokes<2> spokes(layer.state, layer.goal);
             spokes.begin({request.place, &request.metric, &request.gradient});
             grow_delaunay(layer.state, spokes, 64, 0, request.cavity);
-            best.look_at(request, 4);
+            best.consider(request, 4);
         }
     best.print("curved-insertion");
 }
@@ -143,7 +144,7 @@ void collapse_one(const Layer& layer) {
             for (const VertexId w : mesh.elements.vertices[e])
                 if (w != v) {
                     request.join_to(layer.state, w);
-                    best.look_at(request, 3, v);
+                    best.consider(request, 3, v);
                 }
     }
     best.print("curved-collapse");
@@ -159,7 +160,7 @@ void swap_one(const Layer& layer) {
             if (!request.cavity.facets.empty()) continue;
             const auto [i, j] = local_edges<2>[k];
             request.join_to(layer.state, mesh.elements.vertices[ElementId(e)][3 - i - j]);
-            best.look_at(request, 2);
+            best.consider(request, 2);
         }
     best.print("curved-swap");
 }
@@ -167,7 +168,7 @@ void swap_one(const Layer& layer) {
 }  // namespace
 
 void print_curved_cavities(const Execution& execution) {
-    const Layer layer = begun_layer(execution);
+    const Layer layer = make_layer(execution);
     split_one(layer);
     collapse_one(layer);
     swap_one(layer);

@@ -2,5 +2,5 @@
 
 import camber.core;
 
-/// The scenes of a layer beneath a circle: a split, a collapse, a swap of degree 2.
+/// Prints the scenes of a layer below a circle: a quadratic split, collapse and swap.
 void print_curved_cavities(const camber::Execution& execution);

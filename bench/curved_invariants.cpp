@@ -1,12 +1,14 @@
-// The laws of the cavity operator of degree 2, whole: random operations through `plan` on random bowed domains that are
-// stretched by up to 10^6, until each kind was accepted so many times where the cavity was bowed, with all that holds
-// looked at along the way (tests/support/curved_laws.hpp), and a table of what became of them. Exit code 1: a law
-// broke, by the seed and step that are told, or a kind stayed rare. A program with arguments, not a timed test:
+// Checks the invariants of the quadratic cavity operator with random operations on random bowed domains that are
+// stretched by up to 10^6. The run continues until each kind was accepted a given number of times on bowed cavities
+// (tests/support/curved_invariants.hpp), and prints a table of the results. Exit code 1: an invariant is violated (the
+// seed and the step are printed), or a kind is too rare. The program takes arguments and is not a timed test:
 //
-//     curved_laws [--operations 100000] [--accepted 10000] [--seed 1] [--check 16] [--threads 0]
+//     curved_invariants [--operations 100000] [--accepted 10000] [--seed 1] [--check 16] [--threads 0]
 //
-// operations, accepted: in all, and of each kind, in each dimension; check: steps from one look at the whole mesh to
-// the next. Threads have no say in the table.
+// operations: total number of operations per dimension.
+// accepted: number of accepted operations of each kind per dimension.
+// check: number of steps between two checks of the whole mesh.
+// The table does not depend on the number of threads.
 #include <algorithm>
 #include <array>
 #include <chrono>
@@ -69,52 +71,53 @@ void print(const CurvedTally<D>& tally) {
     }
 }
 
-/// One domain.
+/// Result of one domain.
 template <int D>
-struct Ran {
+struct DomainResult {
     CurvedTally<D> tally;
-    std::string broken;
+    std::string violation;
 };
 template <int D>
-Ran<D> ran(std::uint64_t seed, const CurvedRunOptions& options) {
-    Ran<D> out;
+DomainResult<D> run_domain(std::uint64_t seed, const CurvedRunOptions& options) {
+    DomainResult<D> out;
     try {
-        out.broken = CurvedRun<D>(seed, options).run(out.tally);
+        out.violation = CurvedRun<D>(seed, options).run(out.tally);
     } catch (const std::exception& e) {
-        out.broken = "seed " + std::to_string(seed) + ": " + e.what();
+        out.violation = "seed " + std::to_string(seed) + ": " + e.what();
     }
     return out;
 }
 
-/// False where a law breaks or a kind stays rare.
+/// Returns false if an invariant is violated or a kind is too rare.
 template <int D>
 bool holds(const Arguments& a) {
     const auto begin = std::chrono::steady_clock::now();
     const CurvedRunOptions options{.steps_a_check = static_cast<std::size_t>(a.check)};
-    constexpr std::size_t together = 32;
+    constexpr std::size_t batch_size = 32;
     CurvedTally<D> tally;
     std::size_t domains = 0;
     const Execution execution{.threads = static_cast<int>(a.threads)};
     const auto count = [&] { return static_cast<double>(domains * options.steps); };
     const auto is_rare = [&] { return static_cast<double>(tally.least()) < a.accepted; };
-    // A kind of which one try in a hundred goes is not rare.
-    const double most = 100 * (a.operations + a.accepted * static_cast<double>(tally.rows.size()));
-    for (; count() < a.operations || (is_rare() && count() < most); domains += together) {
+    // A kind is rare if fewer than one in a hundred attempts is accepted.
+    const double max_operations = 100 * (a.operations + a.accepted * static_cast<double>(tally.rows.size()));
+    for (; count() < a.operations || (is_rare() && count() < max_operations); domains += batch_size) {
         const auto batch = must(map_each(
-            execution, together,
-            [&](std::size_t i) { return ran<D>(static_cast<std::uint64_t>(a.seed) + domains + i, options); }, 1));
-        for (const Ran<D>& one : batch) {
+            execution, batch_size,
+            [&](std::size_t i) { return run_domain<D>(static_cast<std::uint64_t>(a.seed) + domains + i, options); },
+            1));
+        for (const DomainResult<D>& one : batch) {
             tally += one.tally;
-            if (one.broken.empty()) continue;
-            std::printf("%dD: a law is broken: %s\n", D, one.broken.c_str());
+            if (one.violation.empty()) continue;
+            std::printf("%dD: an invariant is violated: %s\n", D, one.violation.c_str());
             return false;
         }
     }
     print(tally);
-    std::printf("%zu operations on %zu domains, seeds from %.0f on, in %.1f s\n\n", domains * options.steps, domains,
+    std::printf("%zu operations on %zu domains, first seed %.0f, in %.1f s\n\n", domains * options.steps, domains,
                 a.seed, std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
     if (!is_rare()) return true;
-    std::printf("%dD: a kind was accepted %zu times only\n", D, tally.least());
+    std::printf("%dD: a kind was accepted only %zu times\n", D, tally.least());
     return false;
 }
 
@@ -133,7 +136,7 @@ int main(int argc, char** argv) {
         const bool flat = holds<2>(a);
         return holds<3>(a) && flat ? 0 : 1;
     } catch (const std::exception& e) {
-        std::printf("a law is broken: %s\n", e.what());
+        std::printf("an invariant is violated: %s\n", e.what());
         return 1;
     }
 }

@@ -1,7 +1,7 @@
-// Quality of curved elements in a metric (metric:unit_mesh): what the rule of 8 points errs by against a dense one,
-// how near the bound comes, and what each costs. A program with an argument, not a timed test:
+// Quality of curved elements in a metric (metric:unit_mesh): error of the 8-point rule against a dense rule, tightness
+// of the bound, and cost of each. The program takes an argument and is not a timed test:
 //
-//     distortion [elements a family, 2000]
+//     distortion [elements per family, 2000]
 #include <algorithm>
 #include <array>
 #include <charconv>
@@ -30,7 +30,8 @@ struct Element {
     VertexLogMetrics<D> metrics;
 };
 
-/// Near the regular simplex, nodes moved by up to `bent` of an edge in each coordinate, entries of log M by `change`.
+/// Returns an element near the regular simplex. Nodes are displaced by up to `bent` edge lengths per coordinate,
+/// entries of log M by up to `change`.
 template <int D>
 Element<D> element_of(Dice& dice, double bent, double change) {
     const Mat<D> w = regular_simplex<D>();
@@ -43,8 +44,8 @@ Element<D> element_of(Dice& dice, double bent, double change) {
     return e;
 }
 
-/// In a layer of anisotropy 1000 around a cylinder (2D: a circle), whose sagitta over an edge is `sagitta` times the
-/// layer's height; its edges bent as the layer is, or straight.
+/// Returns an element of a layer of anisotropy 1000 around a cylinder (2D: a circle). The sagitta of an edge is
+/// `sagitta` layer heights. Edges follow the layer if `curved`, otherwise they are straight.
 template <int D>
 Element<D> layer_of(Dice& dice, double sagitta, bool curved) {
     constexpr double height = 1e-3;
@@ -81,32 +82,32 @@ Element<D> layer_of(Dice& dice, double sagitta, bool curved) {
     return e;
 }
 
-/// The mean and the least by 12 collapsed Gauss points a direction.
+/// Mean and minimum over 12 collapsed Gauss points per direction.
 struct Dense {
-    double mean = 0, least = 1;
+    double mean = 0, minimum = 1;
 };
 template <int D>
 Dense dense_quality(const Element<D>& e) {
     static const Quadrature rule = gauss_legendre(12);
     double distortion = 0, volume = 0;
     Dense out;
-    const auto visit = [&](auto&& self, Barycentric<D> xi, int direction, double left, double weight) -> void {
+    const auto visit = [&](auto&& self, Barycentric<D> xi, int direction, double remaining, double weight) -> void {
         if (direction == 0) {
-            xi[0] = left;
+            xi[0] = remaining;
             const double quality = quality_at<D>(e.nodes, e.metrics, xi);
-            out.least = std::min(out.least, quality);
+            out.minimum = std::min(out.minimum, quality);
             distortion += weight / quality;
             volume += weight;
             return;
         }
         for (std::size_t q = 0; q < rule.size(); ++q) {
-            xi[direction] = left * rule.t[q];
-            self(self, xi, direction - 1, left * (1 - rule.t[q]),
+            xi[direction] = remaining * rule.t[q];
+            self(self, xi, direction - 1, remaining * (1 - rule.t[q]),
                  weight * rule.w[q] * std::pow(1 - rule.t[q], direction - 1));
         }
     };
     visit(visit, {}, D, 1, 1);
-    out.mean = out.least > 0 ? volume / distortion : 0;
+    out.mean = out.minimum > 0 ? volume / distortion : 0;
     return out;
 }
 
@@ -128,8 +129,9 @@ void row(const char* name, std::size_t count, Make&& make) {
         error += off;
         largest = std::max(largest, off);
         for (std::size_t k = 0; k < efforts.size(); ++k)
-            shares[k] += std::max(
-                0.0, bound_quality<D>(e.nodes, e.metrics, {.share = 1, .bisections = efforts[k]}).bound / dense.least);
+            shares[k] +=
+                std::max(0.0, bound_quality<D>(e.nodes, e.metrics, {.share = 1, .bisections = efforts[k]}).bound /
+                                  dense.minimum);
     }
     const double all = static_cast<double>(n);
     std::printf("%dD %-34s %6zu %8.4f %10.1e %10.1e   ", D, name, n, mean / all, error / all, largest);
@@ -150,7 +152,7 @@ void rows(std::size_t count) {
     row<D>("layer, sagitta 1, straight", count, [](Dice& d) { return layer_of<D>(d, 1, false); });
 }
 
-/// The least of several runs, in nanoseconds an item.
+/// Returns the minimum time of several runs in nanoseconds per item.
 template <class F>
 double nanoseconds(std::size_t items, F&& f) {
     double best = HUGE_VAL;
@@ -176,7 +178,7 @@ void costs() {
         metrics.push_back(element_metric<D>(elements.back().metrics));
     }
     double sum = 0;
-    const auto tell = [&](const char* what, std::size_t items, auto&& f) {
+    const auto print_time = [&](const char* what, std::size_t items, auto&& f) {
         std::printf("%dD %-52s %8.0f ns\n", D, what, nanoseconds(items, [&] {
                         for (std::size_t i = 0; i < items; ++i) sum += f(i);
                     }));
@@ -192,31 +194,36 @@ void costs() {
         measures[k] = MeasuringMetric<D>(elements[0].metrics[k]);
         at[k] = &measures[k];
     }
-    tell("metric_quality (straight, metrics ready)", n,
-         [&](std::size_t i) { return metric_quality<D>(corners(i), at); });
-    tell("element_metric", n, [&](std::size_t i) { return element_metric<D>(elements[i].metrics).root[0][0][0]; });
-    tell("curved_quality, metric ready", n,
-         [&](std::size_t i) { return curved_quality<D>(elements[i].nodes, metrics[i]).mean; });
-    tell("curved_quality_gradient, metric ready", n,
-         [&](std::size_t i) { return curved_quality_gradient<D>(elements[i].nodes, metrics[i]).by_node[D + 1][0]; });
+    print_time("metric_quality (straight, metrics ready)", n,
+               [&](std::size_t i) { return metric_quality<D>(corners(i), at); });
+    print_time("element_metric", n,
+               [&](std::size_t i) { return element_metric<D>(elements[i].metrics).root[0][0][0]; });
+    print_time("curved_quality, metric ready", n,
+               [&](std::size_t i) { return curved_quality<D>(elements[i].nodes, metrics[i]).mean; });
+    print_time("curved_quality_gradient, metric ready", n, [&](std::size_t i) {
+        return curved_quality_gradient<D>(elements[i].nodes, metrics[i]).by_node[D + 1][0];
+    });
     for (const Instructions set : {Instructions::baseline, Instructions::avx2})
         if (has(set))
-            tell(set == Instructions::baseline ? "element_metric + curved_quality, SSE2"
-                                               : "element_metric + curved_quality, AVX2",
-                 n, [&](std::size_t i) {
-                     return curved_quality<D>(elements[i].nodes, element_metric<D>(elements[i].metrics, set), set).mean;
-                 });
+            print_time(
+                set == Instructions::baseline ? "element_metric + curved_quality, SSE2"
+                                              : "element_metric + curved_quality, AVX2",
+                n, [&](std::size_t i) {
+                    return curved_quality<D>(elements[i].nodes, element_metric<D>(elements[i].metrics, set), set).mean;
+                });
     for (const int bisections : {0, 16})
-        tell(bisections == 0 ? "bound_quality, no bisection" : "bound_quality, 16 bisections", 400, [&](std::size_t i) {
-            return bound_quality<D>(elements[i].nodes, elements[i].metrics, {.share = 1, .bisections = bisections})
-                .bound;
-        });
+        print_time(
+            bisections == 0 ? "bound_quality, no bisection" : "bound_quality, 16 bisections", 400, [&](std::size_t i) {
+                return bound_quality<D>(elements[i].nodes, elements[i].metrics, {.share = 1, .bisections = bisections})
+                    .bound;
+            });
     std::vector<MeasuringMetric<D>> ends;
     ends.reserve(n);
     for (const Element<D>& e : elements) ends.emplace_back(e.metrics[1]);
-    tell("edge_length, straight, metrics ready", n,
-         [&](std::size_t i) { return edge_length(measures[0], ends[i], elements[i].nodes[1] - elements[i].nodes[0]); });
-    tell("bent_length, metrics ready", n, [&](std::size_t i) {
+    print_time("edge_length, straight, metrics ready", n, [&](std::size_t i) {
+        return edge_length(measures[0], ends[i], elements[i].nodes[1] - elements[i].nodes[0]);
+    });
+    print_time("bent_length, metrics ready", n, [&](std::size_t i) {
         const auto& p = elements[i].nodes;
         return bent_length<D>({elements[0].metrics[0], measures[0]}, {elements[i].metrics[1], ends[i]}, p[1] - p[0],
                               p[D + 1] - midpoint(p[0], p[1]));
@@ -232,8 +239,8 @@ int main(int argc, char** argv) {
         const std::string_view text = argv[1];
         std::from_chars(text.data(), text.data() + text.size(), count);
     }
-    std::printf("%-37s %6s %8s %10s %10s    bound / least after 0 16 64 128\n", "family", "of", "quality", "mean error",
-                "largest");
+    std::printf("%-37s %6s %8s %10s %10s    bound / minimum after 0 16 64 128\n", "family", "of", "quality",
+                "mean error", "largest");
     rows<2>(count);
     rows<3>(count);
     costs<2>();

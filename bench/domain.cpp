@@ -1,8 +1,9 @@
-// One of the domains of tests/support/named_domains.hpp as a file:
+// Writes one of the domains of tests/support/named_domains.hpp to a file:
 //
 //     domain ball|quarter|baffle CELLS OUT
 //
-// ball: of radius 1 in a box from -2 to 2, each a material. CELLS: along each axis; of the ball a multiple of 4.
+// ball: a ball of radius 1 in a box from -2 to 2, each with its material. CELLS: number of cells along each axis; for
+// the ball a multiple of 4.
 #include <cstdio>
 #include <cstdlib>
 #include <string_view>

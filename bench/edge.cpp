@@ -1,20 +1,23 @@
-// The nodes of all volume edges of a mesh, one thread: edge/METHOD/FIELD.
+// Optimises the nodes of all volume edges of a mesh on one thread: edge/METHOD/FIELD.
 //
-//   paper_reference  the paper's method, edge by edge (paper_reference/): metric along the edge from its three nodes
+//   paper_reference  method of the paper, edge by edge (paper_reference/): metric along the edge from its three nodes
 //   paper_points     the same with the metric located and interpolated at each quadrature point
-//   camber           searched_targets by the energy, as `curve` calls it: in packs, with the acceptance
+//   camber           searched_targets by the energy, as called by `curve`: in packs, with the acceptance check
 //   camber_length    the same by the length
-//   default          offsets for accuracy, over the column of edges
+//   default          offsets for accuracy, for all edges at once
 //
 //   natural   a shell with layers as rows of prisms in its natural metric
-//   polar     polar-1 (anisotropy 100) on a mesh made for it; CAMBER_BENCH_POLAR=MESH,SOLUTION: another one, of files
-//   rotating  sizes of anisotropy 10^6 whose axes turn, on a box that does not resolve them
+//   polar     polar-1 (anisotropy 100) on a mesh adapted to it, or the files in CAMBER_BENCH_POLAR=MESH,SOLUTION
+//   rotating  sizes of anisotropy 10^6 with rotating axes, on a box that does not resolve them
 //
-// edges_per_second by one core. true_length: the mean over the edges of the curved edge's Riemannian length over the
-// straight one's, both in the field of the back mesh by 16 pieces of 4 Gauss points; true_length_p99: the percentile 99
-// of that; longer: the share of edges that are longer than their chords by more than 1e-9. Of an edge, in the mean:
-// evaluations and exponentials (the paper's), its walks and the elements that they looked at; decompositions: of M, by
-// searches in packs. Shares of edges: single: searched alone; judged: those that twelve points had to accept.
+// edges_per_second: on one core.
+// true_length: mean ratio of the Riemannian lengths of curved and straight edges in the field of the back mesh, by 16
+// pieces of 4 Gauss points.
+// true_length_p99: 99th percentile of that ratio.
+// longer: share of edges that are longer than their chords by more than 1e-9.
+// Mean numbers per edge: evaluations and exponentials (method of the paper), walks and elements visited by them;
+// decompositions of M (searches in packs).
+// Shares of edges: single (searched outside packs), judged (accepted by a rule of twelve points).
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
@@ -48,16 +51,16 @@ using namespace edge_cases;
 namespace {
 
 const EdgeCase& natural() {
-    static const EdgeCase made = natural_case();
-    return made;
+    static const EdgeCase edge_case = natural_case();
+    return edge_case;
 }
 const EdgeCase& polar() {
-    static const EdgeCase made = polar_case(std::getenv("CAMBER_BENCH_POLAR"));
-    return made;
+    static const EdgeCase edge_case = polar_case(std::getenv("CAMBER_BENCH_POLAR"));
+    return edge_case;
 }
 const EdgeCase& rotating() {
-    static const EdgeCase made = rotating_case();
-    return made;
+    static const EdgeCase edge_case = rotating_case();
+    return edge_case;
 }
 
 void count_lengths(benchmark::State& state, const EdgeCase& c, std::span<const Vec<3>> nodes) {
@@ -161,10 +164,10 @@ void add(const std::string& name, std::function<void(benchmark::State&)> run) {
 }
 
 bool registered() {
-    using Made = const EdgeCase& (*)();
-    for (const auto& [field, made] :
-         {std::pair<std::string, Made>{"natural", natural}, {"polar", polar}, {"rotating", rotating}}) {
-        const Made get = made;
+    using CaseFunction = const EdgeCase& (*)();
+    for (const auto& [field, make_case] :
+         {std::pair<std::string, CaseFunction>{"natural", natural}, {"polar", polar}, {"rotating", rotating}}) {
+        const CaseFunction get = make_case;
         add("edge/paper_reference/" + field, [=](auto& state) { by_the_paper(state, get(), paper::Along::nodes); });
         add("edge/paper_points/" + field, [=](auto& state) { by_the_paper(state, get(), paper::Along::points); });
         add("edge/camber/" + field, [=](auto& state) { by_camber(state, get(), CurvingAim::energy); });

@@ -1,5 +1,5 @@
 #pragma once
-// Meshes and fields for edge.cpp, and lengths of edges in them. Imports come before it.
+// Meshes and fields for edge.cpp, and lengths of edges in them. The includer imports the modules before it.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -22,18 +22,18 @@ namespace edge_cases {
 
 using namespace camber;
 
-/// A mesh in a field, its volume edges, and the same field as the paper's reference has it.
+/// A mesh with a metric field, its volume edges, and the same field for the reference implementation of the paper.
 struct EdgeCase {
     QuadraticMesh<3> mesh;
     Column<EdgeKind> kinds;
     Incidence<ElementId> shell;
     BackMesh<3> back;
     paper::BackField field;
-    std::vector<EdgeId> edges;             ///< of the volume
-    std::vector<double> straight_lengths;  ///< true_length of each with its node in the middle
+    std::vector<EdgeId> edges;             ///< volume edges
+    std::vector<double> straight_lengths;  ///< true_length of each edge with its node at the midpoint
 };
 
-/// Sixteen pieces of four Gauss points.
+/// Returns a rule of 16 pieces with 4 Gauss points each.
 inline Quadrature true_rule() {
     constexpr int pieces = 16;
     const Quadrature gauss = gauss_legendre(4);
@@ -57,7 +57,7 @@ inline EdgeCase case_of(const LinearMesh<3>& mesh, const Column<LogMetric<3>>& l
     const Execution all;
     for (const auto& [p, q, r, s] : mesh.elements.vertices)
         if (!(signed_volume<3>(std::array{mesh.points[p], mesh.points[q], mesh.points[r], mesh.points[s]}) > 0))
-            throw std::runtime_error("the mesh has elements that are turned over");
+            throw std::runtime_error("the mesh has inverted elements");
     EdgeCase c;
     c.mesh = elevate(mesh, all).value();
     c.kinds = find_features(mesh, c.mesh.edges, FeatureOptions<3>{}, all).value().edge_kinds;
@@ -71,7 +71,7 @@ inline EdgeCase case_of(const LinearMesh<3>& mesh, const Column<LogMetric<3>>& l
     return c;
 }
 
-/// The shell with layers of configs/layers.json as rows of prisms, in its natural metric.
+/// Returns the shell with layers of configs/layers.json as rows of prisms, in its natural metric.
 inline EdgeCase natural_case() {
     ShellOptions<3> options;
     options.inner_size = 0.3;
@@ -91,7 +91,7 @@ inline std::vector<std::byte> bytes_of(const std::string& path) {
     return {bytes.begin(), bytes.end()};
 }
 
-/// "MESH,SOLUTION": a mesh and tensors at its vertices.
+/// Reads a mesh and tensors at its vertices. `paths` is "MESH,SOLUTION".
 inline EdgeCase file_case(const std::string& paths) {
     const std::size_t comma = paths.find(',');
     if (comma == std::string::npos) throw std::runtime_error(paths + ": give MESH,SOLUTION");
@@ -104,15 +104,15 @@ inline EdgeCase file_case(const std::string& paths) {
     return case_of(mesh_as<LinearMesh<3>>(decoded.mesh).value(), Column<LogMetric<3>>(std::move(logs.log_metrics)));
 }
 
-/// UGAWG polar-1 with sizes 0.77 of its own (anisotropy 100), on a box that is mapped to it: the quarter of a pipe
-/// 0.2 ≤ r ≤ 0.9, with cells of about one length in the metric; or the file that CAMBER_BENCH_POLAR names. Vertices are
-/// off their lattice along r and z alone: chords around the layer sag by two of its sizes, so that with others straight
-/// elements would be turned over.
+/// Returns UGAWG polar-1 with its sizes multiplied by 0.77 (anisotropy 100), or the case of the files in
+/// CAMBER_BENCH_POLAR. The mesh is a box mapped to the quarter of a pipe 0.2 ≤ r ≤ 0.9, with cells of about unit length
+/// in the metric. Vertices are displaced along r and z only: chords around the layer sag by two layer sizes, so other
+/// displacements would invert straight elements.
 inline EdgeCase polar_case(const char* file) {
     if (file != nullptr) return file_case(file);
     const PolarOneField field{.scale = 0.77};
     const double growth = 2 * (field.size - field.min_size);
-    // ∫ dr/h_r from the layer, and back.
+    // ∫ dr/h_r from the layer, and its inverse.
     const auto coordinate = [&](double distance) { return std::log1p(growth * distance / field.min_size) / growth; };
     const auto distance = [&](double rho) { return field.min_size / growth * std::expm1(growth * rho); };
     BoxOptions<3> box;
@@ -130,7 +130,8 @@ inline EdgeCase polar_case(const char* file) {
     return case_of(mesh, log_metrics_of<3>(AnalyticField<3>(field), mesh.points.view(), Execution{}).value());
 }
 
-/// Sizes 1e-7 and 0.1 whose axes turn once across the unit box, sampled by 20 cells: far coarser than it asks for.
+/// Returns sizes 1e-7 and 0.1 whose axes rotate once across the unit box, sampled by 20 cells. The cells are much
+/// larger than the requested sizes.
 inline EdgeCase rotating_case() {
     BoxOptions<3> box;
     box.cells = {20, 20, 20};

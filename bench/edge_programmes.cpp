@@ -1,5 +1,5 @@
-// The programmes of one edge: six tetrahedra around it, their other nodes a little off the middles. items_per_second:
-// programmes.
+// Optimisation problems of one edge: six tetrahedra around it, with their other nodes slightly off the midpoints.
+// items_per_second counts problems.
 #include <benchmark/benchmark.h>
 
 #include <array>
@@ -45,14 +45,14 @@ EdgeShell<3> ring(std::mt19937_64& random, double amplitude) {
 }
 
 const std::vector<EdgeShell<3>>& rings() {
-    static const std::vector<EdgeShell<3>> made = [] {
+    static const std::vector<EdgeShell<3>> shells = [] {
         std::mt19937_64 random(1);
         std::vector<EdgeShell<3>> all;
         all.reserve(256);
         for (int i = 0; i < 256; ++i) all.push_back(ring(random, 0.15));
         return all;
     }();
-    return made;
+    return shells;
 }
 
 template <class Programme>

@@ -1,4 +1,4 @@
-// Binary GMF beside a copy of the same bytes: the ratio is what counts.
+// Time of binary GMF files compared with a copy of the same bytes.
 #include <benchmark/benchmark.h>
 
 #include <cstddef>

@@ -1,12 +1,13 @@
-// The laws of a mesh that changes, whole: random operations on random domains, until each kind was accepted so many
-// times, with all that holds of a mesh looked at along the way (tests/support/mesh_laws.hpp), and a table of what
-// became of them; then the same by topology alone, where elements may be inverted. Exit code 1: a law broke, by the
-// seed and step that are told, or a kind stayed rare. A program with arguments, not a timed test:
+// Checks the invariants of dynamic meshes with random operations on random domains, until each kind was accepted a
+// given number of times (tests/support/mesh_invariants.hpp), and prints a table of the results. A second run checks
+// topology only, where elements may be inverted. Exit code 1: an invariant is violated (the seed and the step are
+// printed), or a kind is too rare. The program takes arguments and is not a timed test:
 //
-//     laws [--operations 100000] [--accepted 10000] [--seed 1] [--check 16]
+//     invariants [--operations 100000] [--accepted 10000] [--seed 1] [--check 16]
 //
-// operations, accepted: in all, and of each kind, in each dimension; check: steps from one look at the whole mesh to
-// the next.
+// operations: total number of operations per dimension.
+// accepted: number of accepted operations of each kind per dimension.
+// check: number of steps between two checks of the whole mesh.
 #include <algorithm>
 #include <array>
 #include <chrono>
@@ -51,33 +52,33 @@ void print(const Tally<D>& tally, const char* what) {
     }
 }
 
-/// False where a law breaks or a kind stays rare.
+/// Returns false if an invariant is violated or a kind is too rare.
 template <int D, class Run>
 bool holds(const Arguments& a, const char* what, RunOptions options, Run&& run) {
     const auto begin = std::chrono::steady_clock::now();
     options.steps_a_check = a.check;
     Tally<D> tally;
     std::size_t domains = 0;
-    // A kind of which one try in a hundred goes is not rare.
-    const std::size_t most = 100 * (a.operations + a.accepted * kinds<D>().size()) / options.steps;
-    for (; domains <= most && (tally.least() < a.accepted || domains * options.steps < a.operations); ++domains)
-        if (const std::string broken = run(a.seed + domains, options, tally); !broken.empty()) {
-            std::printf("%dD, %s: a law is broken: %s\n", D, what, broken.c_str());
+    // A kind is rare if fewer than one in a hundred attempts is accepted.
+    const std::size_t max_domains = 100 * (a.operations + a.accepted * kinds<D>().size()) / options.steps;
+    for (; domains <= max_domains && (tally.least() < a.accepted || domains * options.steps < a.operations); ++domains)
+        if (const std::string violation = run(a.seed + domains, options, tally); !violation.empty()) {
+            std::printf("%dD, %s: an invariant is violated: %s\n", D, what, violation.c_str());
             return false;
         }
     print(tally, what);
-    std::printf("%zu operations on %zu domains, seeds from %llu on, in %.1f s\n\n", domains * options.steps, domains,
+    std::printf("%zu operations on %zu domains, first seed %llu, in %.1f s\n\n", domains * options.steps, domains,
                 static_cast<unsigned long long>(a.seed),
                 std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
     if (tally.least() >= a.accepted) return true;
-    std::printf("%dD, %s: a kind was accepted %zu times only\n", D, what, tally.least());
+    std::printf("%dD, %s: a kind was accepted only %zu times\n", D, what, tally.least());
     return false;
 }
 template <int D>
 bool all_hold(const Arguments& a) {
     const RunOptions small{.steps = 200, .max_elements = 300};
-    const bool of_domains = holds<D>(a, "of the domain", {.max_elements = D == 2 ? 200 : 600}, run_operations<D>);
-    return holds<D>(a, "topology alone", small, run_topology<D>) && of_domains;
+    const bool of_domains = holds<D>(a, "domain", {.max_elements = D == 2 ? 200 : 600}, run_operations<D>);
+    return holds<D>(a, "topology only", small, run_topology<D>) && of_domains;
 }
 
 }  // namespace
@@ -98,7 +99,7 @@ int main(int argc, char** argv) {
         const bool flat = all_hold<2>(a);
         return all_hold<3>(a) && flat ? 0 : 1;
     } catch (const std::exception& e) {
-        std::printf("a law is broken: %s\n", e.what());
+        std::printf("an invariant is violated: %s\n", e.what());
         return 1;
     }
 }

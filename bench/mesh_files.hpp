@@ -1,5 +1,4 @@
-// Meshes from files and to files, for programs that stop where that fails. Who includes this imports camber.core and
-// camber.io.
+// Reads and writes meshes for programs that exit on failure. The includer imports camber.core and camber.io.
 #pragma once
 
 #include <cstddef>
@@ -33,7 +32,7 @@ inline AnyMesh read_mesh(const std::string& path, const Execution& execution = {
     return must(decode_mesh(bytes_of(path), path, execution)).mesh;
 }
 
-/// In the format of the path's ending.
+/// Writes a mesh in the format of the file name extension.
 inline void write_mesh(const std::string& path, const AnyMesh& mesh) {
     const MeshFormat& format = *must(format_to_write(mesh_formats(), path));
     std::ofstream file(path, std::ios::binary);

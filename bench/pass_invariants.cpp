@@ -1,14 +1,17 @@
-// What passes keep, counted: domains of two and three dimensions, twenty rounds of collapse, split, swap and smooth to
-// metrics that are coarser and finer in turn, and after each round all that must hold (tests/support/many_rounds.hpp).
-// Exit code 1: something was not kept. A program with arguments, not a timed test:
+// Checks the invariants of remeshing passes on 2D and 3D domains: twenty rounds of collapse, split, swap and smooth to
+// alternately coarser and finer metrics, with a check after each round (tests/support/many_rounds.hpp). Exit code 1: an
+// invariant is violated. The program takes arguments and is not a timed test:
 //
-//     laws_of_passes [--cells 12] [--rounds 20] [--seed 1] [--threads 0]
+//     pass_invariants [--cells 12] [--rounds 20] [--seed 1] [--threads 0]
 //
-// cells: along each axis, down to a multiple of 4; in two dimensions four times as many.
+// cells: number of cells along each axis, rounded down to a multiple of 4; in 2D four times as many.
 //
-// Of a round: the size asked for, by that of the first mesh; what each pass did; the largest relative deviation of
-// sizes (volumes of materials, areas, lengths): of what is flat, from the beginning, and of what is curved, from its
-// formula; vertices that are not on their surface, since they went a part of their way only.
+// Columns of a round:
+// - the requested size relative to that of the first mesh;
+// - the number of operations of each pass;
+// - the maximum relative deviation of measures (volumes of materials, areas, lengths): of flat entities from the first
+//   mesh, of curved ones from their formula;
+// - the number of vertices off their surface, which moved only a part of the way to their target.
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -44,13 +47,13 @@ bool holds(NamedDomain<D> domain, const Arguments& a) {
                          {.threads = static_cast<int>(a.threads)});
     for (int k = 0; k < a.rounds; ++k) {
         Round round;
-        const std::string broken = rounds.run(size_of_round(k), round);
+        const std::string violation = rounds.run(size_of_round(k), round);
         const auto& [size, vertices, elements, passes, flat, curved, off, unit, worst] = round;
         std::printf("%5d %5.2f %8zu %8zu |%8zu %8zu %8zu %8zu |%8.1e %8.1e %5zu |%5.1f%% %7.1e\n", k + 1, size,
                     vertices, elements, passes[0].accepted, passes[1].accepted, passes[2].accepted, passes[3].accepted,
                     flat, curved, off, 100 * unit, worst);
-        if (broken.empty()) continue;
-        std::printf("not kept: %s\n\n", broken.c_str());
+        if (violation.empty()) continue;
+        std::printf("an invariant is violated: %s\n\n", violation.c_str());
         return false;
     }
     std::printf("\n");
@@ -71,7 +74,7 @@ int main(int argc, char** argv) {
         for (NamedDomain<2>& domain : named_domains<2>(4 * cells)) all = holds(std::move(domain), a) && all;
         for (NamedDomain<3>& domain : named_domains<3>(cells)) all = holds(std::move(domain), a) && all;
     } catch (const std::exception& e) {
-        std::printf("not kept: %s\n", e.what());
+        std::printf("an invariant is violated: %s\n", e.what());
         return 1;
     }
     return all ? 0 : 1;

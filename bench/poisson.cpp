@@ -1,20 +1,24 @@
-// What is curvature worth to a solver? −Δu = f with a known solution u, Dirichlet data u on the whole boundary, solved
-// with isoparametric P2 elements on meshes of degree 2, or of degree 1 with nodes in the middles of the chords:
+// Measures the benefit of curved meshes for a solver. Solves −Δu = f for a known solution u with Dirichlet data u on
+// the whole boundary, by isoparametric P2 elements on meshes of degree 2, or of degree 1 with nodes at the midpoints of
+// the chords:
 //
 //     poisson MESH… --field EXPRESSION… [--boundary EXPRESSION] [--solution OUT.sol] [--json] [--threads N]
 //     poisson MESH… --thickness 0.05 [--radius 1]
 //
-// A field is an expression as `camber check --field` takes it; `--thickness D` is u = exp(−(r − radius)/D), r the
-// distance to the origin. Each mesh is its own domain, u is known beyond the wall too, and errors are taken over the
-// mesh: what differs is how well the mesh carries u, not where it ends. What a solver has is told by `--boundary`: the
-// values that are known on the true walls, such as 0, and are given at nodes that are not on them. The interpolant's
-// errors stand beside: it has the same boundary values, so the solution's H1 error is at most as large. Two fields
-// check the program: a linear one is exact on any mesh, a quadratic one on straight elements.
+// A field is an expression as in `camber check --field`. `--thickness D` is u = exp(−(r − radius)/D), with the distance
+// r to the origin.
+// Each mesh is its own domain: u is known beyond the wall, and errors are integrated over the mesh. So the errors
+// measure the approximation of u, not the position of the boundary.
+// `--boundary` gives the boundary data that a solver has: the values on the true walls, such as 0. They are used at
+// boundary nodes that are off the walls.
+// The errors of the interpolant are printed for comparison. It has the same boundary values, so the H1 error of the
+// solution is at most as large.
+// Two fields check the program: a linear field is exact on any mesh, a quadratic one on straight elements.
 //
-// `--solution` writes the solutions of the last mesh at all of its nodes, a field each, in the order of its file; of a
-// mesh of degree 1 in the order of `camber convert MESH --elevate -o P2.meshb`. With that mesh they are read by
-// `camber metric P2.meshb --solution OUT.sol`, and by `camber curve P2.meshb --solution OUT.sol --set
-// 'stages=["curve","validate","relax","commit"]'`, which leaves nodes of the boundary where they are.
+// `--solution` writes the solutions of the last mesh at all of its nodes, one field each, in the node order of its
+// file. For a mesh of degree 1 the order is that of `camber convert MESH --elevate -o P2.meshb`. `camber metric
+// P2.meshb --solution OUT.sol` reads them with that mesh, and so does `camber curve P2.meshb --solution OUT.sol --set
+// 'stages=["curve","validate","relax","commit"]'`, which does not move boundary nodes.
 #include <charconv>
 #include <cstddef>
 #include <cstdio>
@@ -45,19 +49,19 @@ namespace {
 struct Arguments {
     std::vector<std::string> files, fields;
     double thickness = 0, radius = 1;
-    std::string boundary;  ///< empty: each field itself
+    std::string boundary;  ///< empty: the values of each field
     std::string solution;
     bool json = false;
     int threads = 0;
 };
 
-/// What is printed of one mesh and field.
-struct Told {
+/// Printed results of one mesh and field.
+struct RowReport {
     std::string mesh, field;
     Row row;
 };
 
-/// The layer of `--thickness` beside the fields.
+/// Returns the fields and the layer of `--thickness`.
 std::vector<std::string> fields_of(const Arguments& arguments, int dimension) {
     auto fields = arguments.fields;
     if (arguments.thickness > 0) {
@@ -70,11 +74,11 @@ std::vector<std::string> fields_of(const Arguments& arguments, int dimension) {
 }
 
 template <int D>
-Outcome<std::vector<Told>> rows_of(const std::string& path, QuadraticMesh<D> mesh, const Arguments& arguments) {
+Outcome<std::vector<RowReport>> rows_of(const std::string& path, QuadraticMesh<D> mesh, const Arguments& arguments) {
     const Execution execution{.threads = arguments.threads};
     const auto domain = assemble(std::move(mesh), execution);
     if (!domain) return fail(domain.error());
-    std::vector<Told> rows;
+    std::vector<RowReport> rows;
     for (const std::string& field : fields_of(arguments, D)) {
         const auto expression = ScalarExpression<D>::parsed(field);
         if (!expression) return fail(expression.error());
@@ -87,14 +91,14 @@ Outcome<std::vector<Told>> rows_of(const std::string& path, QuadraticMesh<D> mes
     return rows;
 }
 
-Outcome<std::vector<Told>> rows_of_file(const std::string& path, const Arguments& arguments) {
+Outcome<std::vector<RowReport>> rows_of_file(const std::string& path, const Arguments& arguments) {
     const auto file = read(path);
     if (!file) return fail(file.error());
     auto rows = std::visit([&](const auto& mesh) { return rows_of(path, mesh, arguments); }, file->mesh);
     if (!rows && rows.error().where.empty()) rows.error().where = path;
     if (!rows || arguments.solution.empty() || path != arguments.files.back()) return rows;
     std::vector<Vector> fields;
-    for (const Told& told : *rows) fields.push_back(told.row.nodal);
+    for (const RowReport& report : *rows) fields.push_back(report.row.nodal);
     const auto written = write_solution(arguments.solution, *file, fields);
     if (!written) return fail(written.error());
     return rows;
@@ -109,7 +113,7 @@ std::string quoted(const std::string& text) {
     return out + '"';
 }
 
-void print_json(const std::vector<Told>& all) {
+void print_json(const std::vector<RowReport>& all) {
     std::printf("[");
     for (const char* between = ""; const auto& [mesh, field, row] : all) {
         std::printf(
@@ -117,7 +121,7 @@ void print_json(const std::vector<Told>& all) {
             "\"interpolated\": {\"l2\": %.10g, \"h1\": %.10g}, \"turned\": %zu, \"solved_by\": %s, "
             "\"seconds\": %.3f}",
             between, quoted(mesh).c_str(), quoted(field).c_str(), row.unknowns, row.l2, row.h1, row.interpolated_l2,
-            row.interpolated_h1, row.turned, quoted(row.method).c_str(), row.seconds);
+            row.interpolated_h1, row.inverted, quoted(row.method).c_str(), row.seconds);
         between = ",";
     }
     std::printf("\n]\n");
@@ -130,24 +134,24 @@ void print_head() {
         "|---|---|---|---|---|---|---|---|---|---|---|\n");
 }
 
-void print(const Told& told, const Row& first) {
-    const Row& row = told.row;
-    std::printf("| %s | `%s` | %d | %.3e | %.3e | %.3g | %.3g | %.3e, %.3e | %zu | %s | %.1f |\n", told.mesh.c_str(),
-                told.field.c_str(), row.unknowns, row.l2, row.h1, first.l2 / row.l2, first.h1 / row.h1,
-                row.interpolated_l2, row.interpolated_h1, row.turned, row.method.c_str(), row.seconds);
+void print(const RowReport& report, const Row& first) {
+    const Row& row = report.row;
+    std::printf("| %s | `%s` | %d | %.3e | %.3e | %.3g | %.3g | %.3e, %.3e | %zu | %s | %.1f |\n", report.mesh.c_str(),
+                report.field.c_str(), row.unknowns, row.l2, row.h1, first.l2 / row.l2, first.h1 / row.h1,
+                row.interpolated_l2, row.interpolated_h1, row.inverted, row.method.c_str(), row.seconds);
     std::fflush(stdout);
 }
 
 Outcome<Done> run(const Arguments& arguments) {
-    std::vector<Told> all;
+    std::vector<RowReport> all;
     std::size_t fields = 0;
     if (!arguments.json) print_head();
     for (const std::string& path : arguments.files) {
         auto rows = rows_of_file(path, arguments);
         if (!rows) return fail(rows.error());
         fields = rows->size();
-        for (Told& told : *rows) {
-            all.push_back(std::move(told));
+        for (RowReport& report : *rows) {
+            all.push_back(std::move(report));
             if (!arguments.json) print(all.back(), all[(all.size() - 1) % fields].row);
         }
     }
@@ -188,7 +192,7 @@ std::optional<Arguments> read_arguments(std::span<char*> words) {
 
 }  // namespace
 
-/// 0 if all was solved, 2 for wrong arguments, 3 for a mesh that cannot be read or solved on.
+/// Exit code: 0 if all problems were solved, 2 for wrong arguments, 3 for a mesh that cannot be read or solved on.
 int main(int count, char** words) {
     const auto arguments = read_arguments(std::span(words, static_cast<std::size_t>(count)).subspan(1));
     if (!arguments) {

@@ -1,10 +1,10 @@
 #pragma once
-// Poisson's equation by isoparametric P2 elements, and the error of its solution where that is known: for poisson.cpp.
-// Imports come before it.
+// Poisson's equation by isoparametric P2 elements and the error of its solution for a known u, used by poisson.cpp. The
+// includer imports the modules before it.
 //
-// ∫ ∇u_h·∇v = ∫ ∇u·∇v for all v that are 0 on the boundary (that is ∫ f v, f = −Δu). Sought is what the solution has
-// beyond the interpolant, w = u_h − Iu:  ∫ ∇w·∇v = ∫ ∇e·∇v,  e = u − Iu.  So all that is small is computed as such, and
-// ∇u must be exact beside the error alone.
+// ∫ ∇u_h·∇v = ∫ ∇u·∇v for all v that are 0 on the boundary (that is ∫ f v, f = −Δu). The unknown is the difference of
+// the solution and the interpolant, w = u_h − Iu: ∫ ∇w·∇v = ∫ ∇e·∇v, e = u − Iu. So small quantities are computed
+// directly, and ∇u must be exact only relative to the error.
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -20,17 +20,18 @@
 
 namespace poisson {
 
-/// Elements with the quadrature's last change of them, as a share of the whole square of the error, L2's and H1's.
-struct Changed {
+/// Elements with the last change of their quadrature, as a share of the total squared L2 and H1 errors.
+struct ElementChange {
     std::uint32_t element = 0;
     double share = 0;
 };
 
-/// Those that matter: without the others, which together change two thousandths. An error below 1e-9 of u is rounding.
+/// Keeps the elements with relevant changes. The others together change the error by at most two thousandths. Errors
+/// below 1e-9 of u are rounding.
 template <int D>
-void drop_settled(std::vector<Changed>& active, const std::vector<Lacking<D>>& now,
-                  const std::vector<Lacking<D>>& before) {
-    Lacking<D> sum;
+void drop_settled(std::vector<ElementChange>& active, const std::vector<ElementErrors<D>>& now,
+                  const std::vector<ElementErrors<D>>& before) {
+    ElementErrors<D> sum;
     for (const auto& one : now) {
         sum.l2 += one.l2;
         sum.h1 += one.h1;
@@ -42,20 +43,21 @@ void drop_settled(std::vector<Changed>& active, const std::vector<Lacking<D>>& n
         const auto &a = now[element], &b = before[element];
         share = std::abs(a.l2 - b.l2) / (l2 > 0 ? l2 : 1) + std::abs(a.h1 - b.h1) / (h1 > 0 ? h1 : 1);
     }
-    std::ranges::sort(active, {}, &Changed::share);
+    std::ranges::sort(active, {}, &ElementChange::share);
     double settled = 0;
     const auto matters =
-        std::ranges::find_if(active, [&](const Changed& one) { return !((settled += one.share) <= 2e-3); });
+        std::ranges::find_if(active, [&](const ElementChange& one) { return !((settled += one.share) <= 2e-3); });
     active.erase(active.begin(), matters);
 }
 
-/// Of all elements, by rules that rise where the squares still change: layers cross few of them.
+/// Integrates over all elements. The order of the rule rises where the squared errors still change, since layers cross
+/// few elements.
 template <int D>
-Outcome<std::vector<Lacking<D>>> integrate(const Domain<D>& domain, const ScalarExpression<D>& expression,
-                                           const Vector& nodal, const Execution& execution) {
+Outcome<std::vector<ElementErrors<D>>> integrate(const Domain<D>& domain, const ScalarExpression<D>& expression,
+                                                 const Vector& nodal, const Execution& execution) {
     const std::size_t n = domain.mesh.linear.elements.size();
-    std::vector<Lacking<D>> all(n);
-    std::vector<Changed> active(n);
+    std::vector<ElementErrors<D>> all(n);
+    std::vector<ElementChange> active(n);
     for (std::size_t e = 0; e < n; ++e) active[e].element = static_cast<std::uint32_t>(e);
     for (const int points : {4, 6, 8, 11}) {
         const Rule<D> rule = basis_rule<D>(points);
@@ -67,7 +69,7 @@ Outcome<std::vector<Lacking<D>>> integrate(const Domain<D>& domain, const Scalar
                 Local<D> local;
                 const auto nodes = nodes_of(domain.mesh, e);
                 for (int k = 0; k < local.size(); ++k) local[k] = nodal[static_cast<Eigen::Index>(nodes[k])];
-                all[e] = lacking(element_of(domain.mesh, ElementId(e)), local, sampler, rule);
+                all[e] = element_errors(element_of(domain.mesh, ElementId(e)), local, sampler, rule);
             }
         };
         if (const auto done = each_chunk(execution, active.size(), chunk, 16); !done) return fail(done.error());
@@ -80,14 +82,14 @@ Outcome<std::vector<Lacking<D>>> integrate(const Domain<D>& domain, const Scalar
 struct Row {
     int unknowns = 0;
     double l2 = 0, h1 = 0;                            ///< of the solution
-    double interpolated_l2 = 0, interpolated_h1 = 0;  ///< of the interpolant, which has the same boundary values
-    std::size_t turned = 0;
+    double interpolated_l2 = 0, interpolated_h1 = 0;  ///< of the interpolant with the same boundary values
+    std::size_t inverted = 0;
     std::string method;
     double seconds = 0;
-    Vector nodal;  ///< the solution at the nodes
+    Vector nodal;  ///< values of the solution at the nodes
 };
 
-/// The interpolant: u at the nodes, on the boundary what is given there.
+/// Returns the nodal values of the interpolant: u at inner nodes and the boundary data at boundary nodes.
 template <int D>
 Vector nodal_values(const Domain<D>& domain, const ScalarExpression<D>& expression,
                     const ScalarExpression<D>& on_boundary) {
@@ -97,8 +99,8 @@ Vector nodal_values(const Domain<D>& domain, const ScalarExpression<D>& expressi
     Vector values(static_cast<Eigen::Index>(vertices + mesh.edges.size()));
     for (std::size_t node = 0; node < vertices + mesh.edges.size(); ++node) {
         const Vec<D>& place = node < vertices ? mesh.linear.points[node] : mesh.mid_nodes[node - vertices].point;
-        const bool is_given = domain.numbering.unknown_of[node] == given;
-        values[static_cast<Eigen::Index>(node)] = (is_given ? at_boundary : inside).value(place);
+        const bool is_prescribed = domain.numbering.unknown_of[node] == prescribed;
+        values[static_cast<Eigen::Index>(node)] = (is_prescribed ? at_boundary : inside).value(place);
     }
     return values;
 }
@@ -109,27 +111,27 @@ Outcome<Row> solve_on(const Domain<D>& domain, const ScalarExpression<D>& expres
     const auto begin = std::chrono::steady_clock::now();
     Row row;
     row.unknowns = domain.numbering.unknowns;
-    row.turned = domain.turned;
+    row.inverted = domain.inverted;
     row.nodal = nodal_values(domain, expression, on_boundary);
-    const auto lacks = integrate(domain, expression, row.nodal, execution);
-    if (!lacks) return fail(lacks.error());
+    const auto errors = integrate(domain, expression, row.nodal, execution);
+    if (!errors) return fail(errors.error());
     Vector load = Vector::Zero(row.unknowns), moments = load;
     double l2 = 0, h1 = 0;
-    for (std::size_t e = 0; e < lacks->size(); ++e) {
-        const Lacking<D>& lacks_here = (*lacks)[e];
-        l2 += lacks_here.l2;
-        h1 += lacks_here.h1;
+    for (std::size_t e = 0; e < errors->size(); ++e) {
+        const ElementErrors<D>& element = (*errors)[e];
+        l2 += element.l2;
+        h1 += element.h1;
         const auto nodes = nodes_of(domain.mesh, e);
         for (int i = 0; i < quadratic_nodes<D>; ++i)
             if (const int unknown = domain.numbering.unknown_of[nodes[i]]; unknown >= 0) {
-                load[unknown] += lacks_here.load[i];
-                moments[unknown] += lacks_here.moments[i];
+                load[unknown] += element.load[i];
+                moments[unknown] += element.moments[i];
             }
     }
     if (!std::isfinite(l2) || !std::isfinite(h1))
-        return fail(ErrorKind::input, "the field is not finite everywhere on the mesh, or beside it", {}, {},
+        return fail(ErrorKind::input, "the field is not finite on the mesh or near it", {}, {},
                     "a layer needs a mesh away from the origin, or a greater thickness");
-    constexpr double tolerance = 1e-8;  // of what is beyond the interpolant
+    constexpr double tolerance = 1e-8;  // of the difference to the interpolant
     const auto solved = solve(domain.stiffness, load, tolerance);
     if (!solved) return fail(solved.error());
     const Vector& w = solved->values;

@@ -1,6 +1,6 @@
 #pragma once
-// What of Poisson's equation does not depend on its solution: unknowns and matrices. For poisson.hpp. Imports come
-// before it.
+// Unknowns and matrices of Poisson's equation, which do not depend on the solution, used by poisson.hpp. The includer
+// imports the modules before it.
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -11,7 +11,7 @@
 
 namespace poisson {
 
-/// The nodes: the vertices, then the edges' nodes. Those of the boundary have their value given.
+/// Returns the nodes of an element: vertices first, then edge nodes. Values of boundary nodes are prescribed.
 template <int D>
 std::array<std::size_t, quadratic_nodes<D>> nodes_of(const QuadraticMesh<D>& mesh, std::size_t element) {
     const ElementId e(element);
@@ -22,10 +22,10 @@ std::array<std::size_t, quadratic_nodes<D>> nodes_of(const QuadraticMesh<D>& mes
     return nodes;
 }
 
-inline constexpr int given = -1, unused = -2;
+inline constexpr int prescribed = -1, unused = -2;
 
 struct Numbering {
-    std::vector<int> unknown_of;  ///< of each node: its unknown, or `given`, or `unused` by elements
+    std::vector<int> unknown_of;  ///< unknown of each node, or `prescribed`, or `unused` by elements
     int unknowns = 0;
 };
 
@@ -41,10 +41,10 @@ Outcome<Numbering> number_nodes(const QuadraticMesh<D>& mesh, const Execution& e
         const auto nodes = nodes_of(mesh, face.element.index());
         const auto opposite = static_cast<int>(face.opposite);
         for (int i = 0; i <= D; ++i)
-            if (i != opposite) numbering.unknown_of[nodes[i]] = given;
+            if (i != opposite) numbering.unknown_of[nodes[i]] = prescribed;
         for (int k = 0; k < edges_per_simplex<D>; ++k)
             if (local_edges<D>[k][0] != opposite && local_edges<D>[k][1] != opposite)
-                numbering.unknown_of[nodes[D + 1 + k]] = given;
+                numbering.unknown_of[nodes[D + 1 + k]] = prescribed;
     }
     for (std::size_t e = 0; e < mesh.linear.elements.size(); ++e)
         for (const std::size_t node : nodes_of(mesh, e))
@@ -52,22 +52,24 @@ Outcome<Numbering> number_nodes(const QuadraticMesh<D>& mesh, const Execution& e
     return numbering;
 }
 
-/// What does not depend on the solution.
+/// Data that does not depend on the solution.
 template <int D>
 struct Domain {
     QuadraticMesh<D> mesh;
     Numbering numbering;
     Eigen::SparseMatrix<double> stiffness, mass;  ///< ∫ ∇φ_i·∇φ_j, ∫ φ_i φ_j of the unknowns
-    std::size_t turned = 0;                       ///< elements with det J <= 0 at a point of the quadrature
+    std::size_t inverted = 0;                     ///< elements with det J <= 0 at a quadrature point
 };
 
-/// Turned elements count with |det J|, so that the matrices stay positive; points with det J = 0 are left out.
+/// Assembles the matrices. Inverted elements count with |det J|, so the matrices stay positive definite. Points with
+/// det J = 0 are omitted.
 template <int D>
 Outcome<Domain<D>> assemble(QuadraticMesh<D> given_mesh, const Execution& execution) {
     auto numbering = number_nodes(given_mesh, execution);
     if (!numbering) return fail(numbering.error());
     if (numbering->unknowns == 0)
-        return fail(ErrorKind::input, "no node is inside: nothing to solve", {}, {}, "give a finer mesh");
+        return fail(ErrorKind::input, "the mesh has no inner node, so there is no unknown", {}, {},
+                    "give a finer mesh");
     const int n = numbering->unknowns;
     Domain<D> domain{std::move(given_mesh), std::move(*numbering), {n, n}, {n, n}, 0};
     const Rule<D> rule = basis_rule<D>(4);
@@ -75,16 +77,16 @@ Outcome<Domain<D>> assemble(QuadraticMesh<D> given_mesh, const Execution& execut
     for (std::size_t e = 0; e < domain.mesh.linear.elements.size(); ++e) {
         const auto element = element_of(domain.mesh, ElementId(e));
         LocalMatrix<D> stiffness = LocalMatrix<D>::Zero(), mass = LocalMatrix<D>::Zero();
-        bool turned = false;
+        bool inverted = false;
         for (const auto& point : rule) {
             const auto at = placed(element, point);
-            turned = turned || !(at.determinant > 0);
+            inverted = inverted || !(at.determinant > 0);
             if (at.determinant == 0) continue;
             const double weight = point.weight * std::abs(at.determinant);
             stiffness += weight * at.gradients.transpose() * at.gradients;
             mass += weight * point.basis * point.basis.transpose();
         }
-        domain.turned += turned;
+        domain.inverted += inverted;
         const auto nodes = nodes_of(domain.mesh, e);
         for (int i = 0; i < quadratic_nodes<D>; ++i)
             for (int j = 0; j < quadratic_nodes<D>; ++j) {

@@ -1,6 +1,6 @@
 #pragma once
-// A solution that is known, as an expression, and what its interpolant lacks on an element: for poisson.hpp. Imports
-// come before it.
+// A known solution given by an expression, and its interpolation error on an element, used by poisson.hpp. The includer
+// imports the modules before it.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -18,9 +18,9 @@ struct Sample {
     Eigen::Matrix<double, D, 1> gradient = Eigen::Matrix<double, D, 1>::Zero();
 };
 
-/// Values and gradients of an expression, by central differences of 6th order: with a step of a fiftieth of an
-/// element's height they are wrong by (h/50δ)⁶/140 of u/δ where u changes over δ, 1e-10 for an element as high as that.
-/// With a state: one a thread.
+/// Values and gradients of an expression by central differences of 6th order. With a step of a fiftieth of the element
+/// height h, the error is (h/50δ)⁶/140 of u/δ if u changes over δ, so 1e-10 for h = δ. An object has state: each thread
+/// needs its own.
 template <int D>
 class Sampler {
   public:
@@ -56,7 +56,7 @@ class Sampler {
     std::function<void(std::span<const Vec<D>>, std::span<double>)> values_of_;
 };
 
-/// A fiftieth of the least height of the straight element; 0 of a flat one.
+/// Returns a fiftieth of the minimum height of the straight element, or 0 for a flat one.
 template <int D>
 double step_in(const QuadraticSimplex<D, D>& element) {
     Barycentric<D> middle{};
@@ -65,25 +65,26 @@ double step_in(const QuadraticSimplex<D, D>& element) {
     Eigen::Matrix<double, D, D> jacobian;
     for (int a = 0; a < D; ++a)
         for (int k = 0; k < D; ++k) jacobian(k, a) = columns[a][k];
-    const Eigen::Matrix<double, D, D> by_place = jacobian.inverse();  // its rows: ∇λ_1 … ∇λ_D
+    const Eigen::Matrix<double, D, D> by_place = jacobian.inverse();  // rows: ∇λ_1 … ∇λ_D
     const double steepest = std::max(by_place.rowwise().norm().maxCoeff(), by_place.colwise().sum().norm());
     return 0.02 / steepest;
 }
 
-/// Of an element: what the interpolant lacks, e = u − Iu.
+/// Integrals of the interpolation error e = u − Iu of an element.
 template <int D>
-struct Lacking {
+struct ElementErrors {
     Local<D> load = Local<D>::Zero();     ///< ∫ ∇e·∇φ_i
     Local<D> moments = Local<D>::Zero();  ///< ∫ e φ_i
     double l2 = 0, h1 = 0;                ///< ∫ e², ∫ |∇e|²
     double u_l2 = 0, u_h1 = 0;            ///< ∫ u², ∫ |∇u|²
 };
 
-/// By one rule; `nodal`: u at the element's nodes. Points with det J = 0 are left out.
+/// Integrates with one rule. `nodal` has the values of u at the nodes of the element. Points with det J = 0 are
+/// omitted.
 template <int D>
-Lacking<D> lacking(const QuadraticSimplex<D, D>& element, const Local<D>& nodal, const Sampler<D>& solution,
-                   const Rule<D>& rule) {
-    Lacking<D> sum;
+ElementErrors<D> element_errors(const QuadraticSimplex<D, D>& element, const Local<D>& nodal,
+                                const Sampler<D>& solution, const Rule<D>& rule) {
+    ElementErrors<D> sum;
     const double step = step_in(element);
     for (const auto& point : rule) {
         const auto at = placed(element, point);

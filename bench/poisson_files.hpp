@@ -1,5 +1,5 @@
 #pragma once
-// Meshes that poisson.cpp reads and solutions that it writes. Imports come before it.
+// Input meshes and output solutions of poisson.cpp. The includer imports the modules before it.
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
@@ -20,10 +20,10 @@ namespace poisson {
 
 using namespace camber;
 
-/// A mesh of degree 2: one of degree 1 with nodes in the middles of its edges.
+/// A mesh of degree 2. A mesh of degree 1 gets nodes at the midpoints of its edges.
 struct MeshFile {
     std::variant<QuadraticMesh<2>, QuadraticMesh<3>> mesh;
-    Column<std::uint32_t> node_numbers;  ///< as `DecodedMesh::node_numbers`
+    Column<std::uint32_t> node_numbers;  ///< like `DecodedMesh::node_numbers`
 };
 
 template <int D>
@@ -51,7 +51,7 @@ inline Outcome<MeshFile> read(const std::string& path) {
         decoded->mesh);
 }
 
-/// Rows of the file's nodes, those that it has beside ours 0; a scalar field each.
+/// Returns one scalar field each, with a row for each node of the file. Rows of nodes that are not in the mesh are 0.
 inline Solution solution_of(const MeshFile& file, const std::vector<Eigen::VectorXd>& fields) {
     const auto nodes = static_cast<std::size_t>(fields.front().size());
     const auto row_of = [&](std::size_t node) {

@@ -1,10 +1,10 @@
 #pragma once
-// Lagrange elements of degree 2 at points of a quadrature: for poisson.hpp. Imports come before it.
+// Lagrange elements of degree 2 at quadrature points, used by poisson.hpp. The includer imports the modules before it.
 #include <array>
 #include <cstddef>
 #include <vector>
 
-// The macro alloca, which Eigen takes otherwise, does not come along where the standard headers are one module.
+// Eigen uses the macro alloca otherwise, which is not exported if the standard headers are one module.
 #define EIGEN_ALLOCA __builtin_alloca
 #include <Eigen/Dense>
 #include <Eigen/Sparse>
@@ -13,7 +13,7 @@ namespace poisson {
 
 using namespace camber;
 
-/// Of an element: a number a node, in the order of the vertices, then of `local_edges`.
+/// One number per node of an element, in the order of the vertices, then of `local_edges`.
 template <int D>
 using Local = Eigen::Matrix<double, quadratic_nodes<D>, 1>;
 template <int D>
@@ -21,7 +21,7 @@ using LocalMatrix = Eigen::Matrix<double, quadratic_nodes<D>, quadratic_nodes<D>
 template <int D>
 using Slopes = Eigen::Matrix<double, D, quadratic_nodes<D>>;
 
-/// A point of the quadrature with the Lagrange basis of degree 2 there, and its derivatives by ξ_1 … ξ_D.
+/// A quadrature point with the Lagrange basis of degree 2 there and its derivatives by ξ_1 … ξ_D.
 template <int D>
 struct BasisPoint {
     Barycentric<D> xi{};
@@ -53,7 +53,7 @@ void set_basis(BasisPoint<D>& point) {
     }
 }
 
-/// The conical Gauss product of n^D points, exact for polynomials of degree 2n − 1 in ξ.
+/// Returns the conical Gauss product of n^D points, which is exact for polynomials of degree 2n − 1 in ξ.
 template <int D>
 Rule<D> basis_rule(int n) {
     Rule<D> rule;
@@ -61,12 +61,12 @@ Rule<D> basis_rule(int n) {
     return rule;
 }
 
-/// Where a point of the rule is in an element.
+/// Position of a quadrature point in an element.
 template <int D>
 struct Placed {
     Vec<D> place;
     double determinant = 0;
-    Slopes<D> gradients;  ///< of the basis, by the coordinates
+    Slopes<D> gradients;  ///< gradients of the basis by the coordinates
 };
 
 template <int D>

@@ -1,5 +1,6 @@
 #pragma once
-// Systems of equations with a matrix that is symmetric and positive: for poisson.hpp. Imports come before it.
+// Solves linear systems with a symmetric positive definite matrix, used by poisson.hpp. The includer imports the
+// modules before it.
 #include <string>
 
 #include "poisson_rule.hpp"
@@ -13,10 +14,10 @@ struct Solved {
     std::string method;
 };
 
-/// Direct while the factor is small, else by conjugate gradients to a relative residual. Errors: one above a thousand
-/// times that.
+/// Solves directly if the matrix is small, otherwise by conjugate gradients to a relative residual. A residual above
+/// 1000 times the tolerance is an error.
 inline Outcome<Solved> solve(const Eigen::SparseMatrix<double>& matrix, const Vector& right, double tolerance) {
-    constexpr int max_direct = 5000;  // unknowns; 20 000 in 3D take 17 s, and conjugate gradients one
+    constexpr int max_direct = 5000;  // unknowns; 20 000 in 3D take 17 s, and 1 s with conjugate gradients
     Solved solved;
     if (matrix.rows() <= max_direct) {
         const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> factor(matrix);
@@ -33,8 +34,8 @@ inline Outcome<Solved> solve(const Eigen::SparseMatrix<double>& matrix, const Ve
     }
     const double residual = (matrix * solved.values - right).norm();
     if (!(residual <= 1e3 * tolerance * right.norm()))
-        return fail(ErrorKind::input, "the equations were not solved: the residual is not small", {}, {},
-                    "look for elements that are turned or nearly flat");
+        return fail(ErrorKind::input, "the linear solver did not converge", {}, {},
+                    "look for inverted or nearly flat elements");
     return solved;
 }
 

@@ -1,16 +1,18 @@
-// How exact recovered derivatives are, and what they cost. −Δu = f with a known u is solved with isoparametric P2
-// elements on boxes of three sizes; gradient, Hessian and third derivatives of the solution are recovered at the
-// vertices and compared with those of u:
+// Accuracy and cost of recovered derivatives. Solves −Δu = f for a known u with isoparametric P2 elements on boxes of
+// three sizes. Gradient, Hessian and third derivatives of the solution are recovered at the vertices and compared with
+// those of u:
 //
 //     recovery [--solution smooth|tanh|exp|wall] [--dimension 2|3] [--values
 //     solved|interpolated|linear|linear-interpolated]
 //              [--delaunay] [--bent 0.03] [--rings 2] [--core 0.3] [--boundary-rings 3] [--cells N] [--threads 1]
 //
-// Errors are relative, (Σ |T − T_u|² / Σ |T_u|²)^½ over the vertices inside, and over those on the boundary; in
-// brackets the order by the size before. `tanh` is a layer of thickness 0.1 (2D) or 0.2 (3D) aslant through the box,
-// `exp` one of 0.05 at a wall, on cells that grow 20 times, `wall` one of 0.002 on cells that grow 1000 times.
-// `interpolated` takes u's own values at the nodes; `linear` solves with elements of degree 1 (of which there are no
-// third derivatives). `--bent` maps the box to itself and bends all edges inside.
+// Errors are relative, (Σ |T − T_u|² / Σ |T_u|²)^½, over the inner vertices and over the boundary vertices. The number
+// in brackets is the order of convergence from the previous size.
+// `tanh` is an oblique layer of thickness 0.1 (2D) or 0.2 (3D) through the box. `exp` is a layer of thickness 0.05 at a
+// wall, on cells that grow by a factor of 20. `wall` is a layer of thickness 0.002 on cells that grow by a factor of
+// 1000.
+// `interpolated` uses the nodal values of u. `linear` solves with elements of degree 1, which have no third
+// derivatives. `--bent` maps the box to itself and bends all inner edges.
 #include <array>
 #include <charconv>
 #include <chrono>
@@ -101,8 +103,8 @@ KnownSolution<D> known(const Ridges<D>& ridges) {
                 }};
 }
 
-/// The boxes: jittered lattices cut along random diagonals, or the Delaunay triangulation of their vertices; for the
-/// layer `exp` finer towards it.
+/// Returns a box: a jittered lattice cut along random diagonals, or the Delaunay triangulation of its vertices. For
+/// `exp` the cells are smaller near the layer.
 template <int D>
 Outcome<QuadraticMesh<D>> box(int cells, const Arguments& arguments) {
     BoxOptions<D> options;
@@ -136,7 +138,7 @@ Outcome<QuadraticMesh<D>> box(int cells, const Arguments& arguments) {
     return curved;
 }
 
-/// That of the vertices alone.
+/// Returns the numbering restricted to the vertices.
 Numbering of_vertices(Numbering numbering, std::size_t vertices) {
     numbering.unknown_of.resize(vertices);
     numbering.unknowns = 0;
@@ -147,7 +149,7 @@ Numbering of_vertices(Numbering numbering, std::size_t vertices) {
 
 struct Values {
     Column<double> column;
-    std::vector<std::uint8_t> on_boundary;  ///< a vertex
+    std::vector<std::uint8_t> on_boundary;  ///< one mark per vertex
     int unknowns = 0;
 };
 
@@ -160,7 +162,7 @@ Outcome<Values> values_on(const QuadraticMesh<D>& mesh, const KnownSolution<D>& 
     if (linear) numbering = of_vertices(std::move(*numbering), vertices);
     const std::size_t nodes = numbering->unknown_of.size();
     Values out;
-    for (std::size_t v = 0; v < vertices; ++v) out.on_boundary.push_back(numbering->unknown_of[v] == given);
+    for (std::size_t v = 0; v < vertices; ++v) out.on_boundary.push_back(numbering->unknown_of[v] == prescribed);
     Eigen::VectorXd values(static_cast<Eigen::Index>(nodes));
     for (std::size_t n = 0; n < nodes; ++n)
         values[static_cast<Eigen::Index>(n)] =
@@ -179,7 +181,7 @@ Outcome<Values> values_on(const QuadraticMesh<D>& mesh, const KnownSolution<D>& 
     return out;
 }
 
-/// Σ |error|² and Σ |exact|² of the three orders.
+/// Σ |error|² and Σ |exact|² for the three orders.
 struct Sums {
     std::array<double, 3> errors{}, exact{};
     [[nodiscard]] double relative(std::size_t order) const { return std::sqrt(errors[order] / exact[order]); }
@@ -239,7 +241,7 @@ Outcome<Done> run(const Arguments& arguments) {
     if (arguments.cells > 0) sizes = {arguments.cells};
     const bool linear = arguments.values.starts_with("linear");
     std::printf(
-        "%s, %s, %dD%s%s\n\n| cells | unknowns | solved, s | rows a processor second | lower degree | gradient inside "
+        "%s, %s, %dD%s%s\n\n| cells | unknowns | solved, s | rows per CPU second | lower degree | gradient inside "
         "| Hessian |%s "
         "gradient on the boundary | Hessian |%s\n|---|---|---|---|---|---|---|%s---|---|%s\n",
         arguments.solution.c_str(), arguments.values.c_str(), D, arguments.delaunay ? ", Delaunay" : "",

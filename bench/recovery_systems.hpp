@@ -1,5 +1,6 @@
 #pragma once
-// −Δu = f with Dirichlet data u, of degree 2 and 1: for recovery.cpp. Imports come before it.
+// Linear systems of −Δu = f with Dirichlet data u, of degree 2 and 1, used by recovery.cpp. The includer imports the
+// modules before it.
 #include <array>
 #include <cstddef>
 #include <functional>
@@ -10,7 +11,7 @@
 
 namespace poisson {
 
-/// What is to be found, in closed form.
+/// The exact solution in closed form.
 template <int D>
 struct KnownSolution {
     std::function<double(const Vec<D>&)> value;
@@ -22,7 +23,7 @@ struct System {
     Eigen::VectorXd right;
 };
 
-/// ∫ ∇v·∇u = ∫ v f by isoparametric elements.
+/// Assembles ∫ ∇v·∇u = ∫ v f with isoparametric elements.
 template <int D>
 System assemble(const QuadraticMesh<D>& mesh, const std::vector<BasisPoint<D>>& rule, const KnownSolution<D>& solution,
                 const Numbering& numbering, const Eigen::VectorXd& values) {
@@ -55,7 +56,7 @@ System assemble(const QuadraticMesh<D>& mesh, const std::vector<BasisPoint<D>>& 
     return system;
 }
 
-/// The equations of degree 1 on the straight elements between the vertices.
+/// Assembles the equations of degree 1 on the straight elements.
 template <int D>
 System assemble_linear(const LinearMesh<D>& mesh, const KnownSolution<D>& solution, const Numbering& numbering,
                        const Eigen::VectorXd& values) {

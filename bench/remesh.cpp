@@ -1,11 +1,12 @@
-// A straight mesh brought to a metric by the passes of camber.remesh: what each did, its time, and how near to unit the
-// mesh is. A program with arguments, not a timed test:
+// Remeshes a straight mesh to a metric with the passes of module adapt. Prints the operations and the time of each
+// pass, and the share of unit edges. The program takes arguments and is not a timed test:
 //
 //     remesh MESH SOLUTION [--finer 2] [--rounds 4] [--threads 0] [--curved] [--check]
 //
-// finer: the metric's sizes divided by this; curved: as a mesh of degree 2 on the surrogate of its boundary (a mesh
-// that is curved already is one anyway, and keeps its nodes); check: the whole topology, and certificates, after each
-// pass.
+// finer: divisor of the sizes of the metric.
+// curved: remesh as a mesh of degree 2 on the surrogate of its boundary. A curved input mesh is always remeshed so and
+// keeps its nodes.
+// check: check the whole topology and the certificates after each pass.
 #include <array>
 #include <chrono>
 #include <cmath>
@@ -54,11 +55,11 @@ Column<LogMetric<3>> metrics_of(const Arguments& a, const Execution& execution) 
     return Column<LogMetric<3>>(std::move(logs));
 }
 
-Arguments arguments(std::span<char*> given) {
+Arguments arguments(std::span<char*> words) {
     Arguments a;
-    for (std::size_t i = 1; i < given.size(); ++i) {
-        const std::string_view word = given[i];
-        const auto number = [&] { return i + 1 < given.size() ? std::strtod(given[++i], nullptr) : 0.0; };
+    for (std::size_t i = 1; i < words.size(); ++i) {
+        const std::string_view word = words[i];
+        const auto number = [&] { return i + 1 < words.size() ? std::strtod(words[++i], nullptr) : 0.0; };
         if (word == "--finer")
             a.finer = number();
         else if (word == "--rounds")
@@ -75,7 +76,7 @@ Arguments arguments(std::span<char*> given) {
     return a;
 }
 
-void tell(const Adaptation<3>& r, const Execution& execution) {
+void print_quality(const Adaptation<3>& r, const Execution& execution) {
     const auto s = must(unit_mesh_statistics(r, execution));
     std::printf(
         "    %zu vertices, %zu elements; unit edges %.2f %%, lengths %.3f to %.3f, mean %.3f; quality %.2e, mean "
@@ -84,7 +85,7 @@ void tell(const Adaptation<3>& r, const Execution& execution) {
         s.mean_quality);
 }
 
-/// The topology, and the certificate of each curved element.
+/// Checks the topology and the certificate of each curved element.
 void check(const DynamicMesh<3>& mesh, const Execution& execution) {
     must(check_consistency(mesh, execution));
     if (!mesh.is_curved()) return;
@@ -103,7 +104,7 @@ Adaptation<3> step(const char* name, Adaptation<3> r, const Arguments& a, const 
     const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     const auto& s = done.statistics;
     std::printf(
-        "%-9s %6.2f s, of processors %6.2f s, %8zu proposals %8zu accepted (%.0f, %.0f a second), %zu rounds; "
+        "%-9s %6.2f s, %6.2f CPU s, %8zu proposals %8zu accepted (%.0f, %.0f a second), %zu rounds; "
         "rejected:",
         name, seconds, used, s.proposals, s.accepted, static_cast<double>(s.accepted) / seconds,
         static_cast<double>(s.accepted) / used, s.rounds);
@@ -111,10 +112,10 @@ Adaptation<3> step(const char* name, Adaptation<3> r, const Arguments& a, const 
         if (const std::size_t n = s.of(reason.value); n > 0 && reason.value != RejectionReason::none)
             std::printf(" %s %zu", std::string(reason.word).c_str(), n);
     if (done.state.mesh.is_curved())
-        std::printf("; straight test would refuse %zu, accept %zu more; drawn back %zu, programmes %zu",
+        std::printf("; straight test would reject %zu, accept %zu more; relaxed %zu, optimisation problems %zu",
                     s.straight_inverted, s.straight_positive, s.drawn_back, s.programmes);
     std::printf("\n");
-    tell(done.state, execution);
+    print_quality(done.state, execution);
     if (a.check) check(done.state.mesh, execution);
     return std::move(done.state);
 }
@@ -126,9 +127,9 @@ int main(int argc, char** argv) {
     const Execution execution{.threads = a.threads};
     const auto decoded = read_mesh(a.mesh, execution);
     QuadraticMesh<3> curved;
-    const auto& given = std::get<Mesh<3>>(decoded);
-    const LinearMesh<3> mesh = straight_simplices(given);
-    if (given.degree == 2) curved = must(as_quadratic(given));
+    const auto& input = std::get<Mesh<3>>(decoded);
+    const LinearMesh<3> mesh = straight_simplices(input);
+    if (input.degree == 2) curved = must(as_quadratic(input));
     const auto edges = must(unique_edges(mesh, execution));
     const auto features = must(find_features(mesh, edges, FeatureOptions<3>{}, execution));
     std::vector<VertexId> corners;
@@ -143,7 +144,7 @@ int main(int argc, char** argv) {
     if (a.curved && curved.edges.size() == 0) curved = must(elevate(mesh, execution));
     Adaptation<3> r = is_curved ? must(begin_adaptation(curved, breaks, goal, execution))
                                 : must(begin_adaptation(mesh, edges, breaks, goal, execution));
-    tell(r, execution);
+    print_quality(r, execution);
     for (int round = 0; round < a.rounds; ++round) {
         r = step("collapse", std::move(r), a, execution,
                  [&](Adaptation<3> state) { return collapse<3>(std::move(state), goal, {}, execution); });

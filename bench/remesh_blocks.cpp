@@ -1,12 +1,12 @@
-// A straight mesh brought to even sizes, or to the metric of a file divided by `finer`, as a whole and by blocks, and
-// how good it is where blocks met last beside all of it: within two rings of a vertex that the last cuts shared. A
-// program with arguments, not a timed test:
+// Remeshes a straight mesh to a uniform size, or to the metric of a file divided by `finer`, as a whole and by blocks.
+// Compares the quality within two rings of the vertices shared by the last blocks with that of the whole mesh. The
+// program takes arguments and is not a timed test:
 //
 //     remesh_blocks MESH SIZE|SOLUTION BLOCK [--finer 1] [--threads 0] [--turns
 //     0:6:loose,0.4:2:loose,0.2:2:strict,0.6:2:strict]
 //
-// BLOCK: elements in a block; 0: the mesh as a whole. A turn: the shift of its grid, its rounds, what lengths it
-// leaves.
+// BLOCK: number of elements of a block; 0: the mesh as a whole. A turn: the shift of its grid, its rounds and its
+// length limits.
 #include <algorithm>
 #include <array>
 #include <chrono>
@@ -62,29 +62,29 @@ std::vector<BlockTurn> turns_of(std::string_view text) {
     return turns;
 }
 
-Arguments arguments(std::span<char*> given) {
+Arguments arguments(std::span<char*> words) {
     Arguments a;
-    std::vector<std::string> words;
-    for (std::size_t i = 1; i < given.size(); ++i) {
-        const std::string_view word = given[i];
-        if (word == "--threads" && i + 1 < given.size())
-            a.threads = static_cast<int>(std::strtod(given[++i], nullptr));
-        else if (word == "--finer" && i + 1 < given.size())
-            a.finer = std::strtod(given[++i], nullptr);
-        else if (word == "--turns" && i + 1 < given.size())
-            a.turns = turns_of(given[++i]);
+    std::vector<std::string> positional;
+    for (std::size_t i = 1; i < words.size(); ++i) {
+        const std::string_view word = words[i];
+        if (word == "--threads" && i + 1 < words.size())
+            a.threads = static_cast<int>(std::strtod(words[++i], nullptr));
+        else if (word == "--finer" && i + 1 < words.size())
+            a.finer = std::strtod(words[++i], nullptr);
+        else if (word == "--turns" && i + 1 < words.size())
+            a.turns = turns_of(words[++i]);
         else
-            words.emplace_back(word);
+            positional.emplace_back(word);
     }
-    words.resize(3);
-    a.mesh = words[0];
-    a.size = std::strtod(words[1].c_str(), nullptr);
-    if (words[1].find(".sol") != std::string::npos) a.solution = words[1];
-    a.block = static_cast<std::size_t>(std::strtod(words[2].c_str(), nullptr));
+    positional.resize(3);
+    a.mesh = positional[0];
+    a.size = std::strtod(positional[1].c_str(), nullptr);
+    if (positional[1].find(".sol") != std::string::npos) a.solution = positional[1];
+    a.block = static_cast<std::size_t>(std::strtod(positional[2].c_str(), nullptr));
     return a;
 }
 
-/// Vertices within so many rings of elements of those that are marked.
+/// Extends the marks to vertices within the given number of rings of elements.
 Buffer<std::uint8_t> grown(const DynamicMesh<3>& mesh, Buffer<std::uint8_t> marked, int rings) {
     for (int ring = 0; ring < rings; ++ring) {
         const Buffer<std::uint8_t> before = marked;
@@ -99,7 +99,7 @@ struct Measured {
     std::size_t edges = 0, unit = 0, elements = 0;
     double quality = 0, worst = 1;
 };
-/// Of edges and elements with all vertices marked.
+/// Measures edges and elements whose vertices are all marked.
 Measured measured(const Adaptation<3>& r, const Buffer<std::uint8_t>& marked) {
     Measured m;
     const auto is_marked = [&](VertexId v) { return marked[v.index()] != 0; };
@@ -118,8 +118,8 @@ Measured measured(const Adaptation<3>& r, const Buffer<std::uint8_t>& marked) {
     }
     return m;
 }
-void tell(const char* where, const Measured& m) {
-    std::printf("  %-14s %9zu elements, %9zu edges, unit %.2f %%, quality mean %.4f, least %.4f\n", where, m.elements,
+void print_quality(const char* where, const Measured& m) {
+    std::printf("  %-14s %9zu elements, %9zu edges, unit %.2f %%, quality mean %.4f, minimum %.4f\n", where, m.elements,
                 m.edges, 100.0 * static_cast<double>(m.unit) / static_cast<double>(std::max<std::size_t>(m.edges, 1)),
                 m.quality / static_cast<double>(std::max<std::size_t>(m.elements, 1)), m.worst);
 }
@@ -127,8 +127,8 @@ void tell(const char* where, const Measured& m) {
 struct Clock {
     std::chrono::steady_clock::time_point begin = std::chrono::steady_clock::now();
     std::clock_t processor = std::clock();
-    void tell(const char* what) const {
-        std::printf("%s: %.1f s, of processors %.1f s\n", what,
+    void print_times(const char* what) const {
+        std::printf("%s: %.1f s, %.1f CPU s\n", what,
                     std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(),
                     static_cast<double>(std::clock() - processor) / CLOCKS_PER_SEC);
     }
@@ -144,7 +144,7 @@ Column<LogMetric<3>> metrics_of(const Arguments& a, std::size_t vertices, const 
     return Column<LogMetric<3>>(std::move(logs));
 }
 
-Remeshing<3> begun(const Arguments& a, const Execution& execution) {
+Remeshing<3> start_remeshing(const Arguments& a, const Execution& execution) {
     const LinearMesh<3> mesh = mesh_as<LinearMesh<3>>(read_mesh(a.mesh, execution)).value();
     const auto edges = must(unique_edges(mesh, execution));
     const auto boundary = must(find_boundary<3>(mesh, edges, {}, {}, execution));
@@ -155,18 +155,18 @@ Remeshing<3> begun(const Arguments& a, const Execution& execution) {
 
 void by_blocks(const Arguments& a, Remeshing<3> r, const Execution& execution) {
     const auto ranks = one_rank();
-    BroughtRows<3> brought{must(share_of(must(rows_of(r.mesh)), *ranks))};
+    BroughtRows<3> remeshed{must(share_of(must(rows_of(r.mesh)), *ranks))};
     r.mesh = {};
     for (const BlockTurn& turn : a.turns) {
         const Clock clock;
         const InBlocks by{a.block, *ranks};
-        brought = must(turn_by_blocks(std::move(brought), r.goal, {}, by, turn, plainly(execution)));
+        remeshed = must(turn_by_blocks(std::move(remeshed), r.goal, {}, by, turn, plainly(execution)));
         std::printf("shift %.3f, %d rounds, ", turn.shift, turn.rounds);
-        clock.tell(turn.lengths == BlockTurn::Lengths::loose ? "loose" : "strict");
-        const auto whole = must(assembled(brought.shared.rows, execution));
-        const auto near = grown(whole.state.mesh, brought.shared.on_rim, 2);
-        tell("near rims", measured(whole.state, near));
-        tell("all", measured(whole.state, Buffer<std::uint8_t>(brought.shared.on_rim.size(), 1)));
+        clock.print_times(turn.lengths == BlockTurn::Lengths::loose ? "loose" : "strict");
+        const auto whole = must(assembled(remeshed.shared.rows, execution));
+        const auto near = grown(whole.state.mesh, remeshed.shared.on_rim, 2);
+        print_quality("near rims", measured(whole.state, near));
+        print_quality("all", measured(whole.state, Buffer<std::uint8_t>(remeshed.shared.on_rim.size(), 1)));
     }
 }
 
@@ -175,14 +175,14 @@ void by_blocks(const Arguments& a, Remeshing<3> r, const Execution& execution) {
 int main(int argc, char** argv) {
     const Arguments a = arguments({argv, static_cast<std::size_t>(argc)});
     const Execution execution{.threads = a.threads};
-    Remeshing<3> r = begun(a, execution);
+    Remeshing<3> r = start_remeshing(a, execution);
     const Clock clock;
     if (a.block > 0) {
         by_blocks(a, std::move(r), execution);
     } else {
-        const auto made = must(bring_to_metric(std::move(r.mesh), r.goal, ToMetricOptions{}, execution));
-        tell("all", measured(made.state, Buffer<std::uint8_t>(made.state.mesh.points.size(), 1)));
+        const auto result = must(bring_to_metric(std::move(r.mesh), r.goal, ToMetricOptions{}, execution));
+        print_quality("all", measured(result.state, Buffer<std::uint8_t>(result.state.mesh.points.size(), 1)));
     }
-    clock.tell("all");
+    clock.print_times("all");
     return 0;
 }

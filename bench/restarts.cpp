@@ -1,4 +1,5 @@
-// What a metric field loses that goes from one curved mesh to another, 20 times, and what it costs to find points:
+// Measures the loss of a metric field that is transferred between curved meshes 20 times, and the cost of point
+// location:
 //     build/bin/restarts [cells in 2D [cells in 3D]]
 #include <algorithm>
 #include <chrono>
@@ -20,8 +21,8 @@ using namespace camber::testing;
 
 namespace {
 
-/// Thin across the middle of the box, by a factor that a function of the distance from there has; as in the unit field
-/// along it.
+/// Returns the unit field with smaller sizes across the middle of the box, by a factor that depends on the distance
+/// from it.
 template <int D, class Factor>
 FieldInBox<D> thinner(const GrowingBox<D>& box, Factor&& factor) {
     return [&box, factor](const Vec<D>& t) {
@@ -44,13 +45,13 @@ void restarts(int n) {
         {"unit for the mesh", [&](const Vec<D>& t) { return box.metric(t); }},
         {"a kink in the middle", thinner<D>(box, [](double s) { return 0.2 + std::abs(s); })},
         {"a jump of 10 in two cells", thinner<D>(box, [n](double s) { return 5.5 + 4.5 * std::tanh(s * n / 2); })},
-        {"a jump of 10 in none", thinner<D>(box, [](double s) { return s < 0 ? 1.0 : 10.0; })},
+        {"a jump of 10 within one cell", thinner<D>(box, [](double s) { return s < 0 ? 1.0 : 10.0; })},
     };
     for (const auto& [name, field] : cases) {
         for (const Form form : {Form::quadratic, Form::linear}) {
             const Figures once = drift(box, field, n, 2, form), all = drift(box, field, n, 20, form);
             std::printf(
-                "%dD, %d cells a side, %s, %s: complexity %+.4f %% after 2, %+.4f %% after 20; "
+                "%dD, %d cells per side, %s, %s: complexity %+.4f %% after 2, %+.4f %% after 20; "
                 "largest anisotropy %+.4f %%, %+.4f %%\n",
                 D, n, name, form == Form::quadratic ? "quadratic" : "linear", 100 * once.complexity,
                 100 * all.complexity, 100 * once.anisotropy, 100 * all.anisotropy);
@@ -58,7 +59,7 @@ void restarts(int n) {
     }
 }
 
-/// Microseconds a sample.
+/// Returns the time in microseconds per sample.
 template <int D>
 double time_of(const BackMesh<D>& back, const std::vector<Vec<D>>& points) {
     double best = 1e300;
@@ -72,7 +73,7 @@ double time_of(const BackMesh<D>& back, const std::vector<Vec<D>>& points) {
     return best;
 }
 
-/// Points of the mesh in the order of its elements' numbers, which follow one another; beyond it; and all over it.
+/// Measures points of the mesh in the order of the elements, points outside the mesh, and random points.
 template <int D>
 void costs(int n) {
     const GrowingBox<D> box{.growth = 5, .cells = static_cast<double>(n)};
@@ -92,9 +93,9 @@ void costs(int n) {
         t[dice.below(D)] = dice.uniform(0, 1) < 0.5 ? -0.02 : 1.02;
         if (k < 20000) beyond.push_back(box(t));
     }
-    for (const auto& [name, points] : {std::pair("next to one another", &near), std::pair("anywhere", &far),
-                                       std::pair("beyond the boundary", &beyond)})
-        std::printf("%dD, %zu elements, %s: %.2f us a sample; straight %.2f, curved %.2f\n", D,
+    for (const auto& [name, points] :
+         {std::pair("in element order", &near), std::pair("anywhere", &far), std::pair("outside the mesh", &beyond)})
+        std::printf("%dD, %zu elements, %s: %.2f us per sample; straight %.2f, curved %.2f\n", D,
                     mesh.linear.elements.size(), name, time_of(nodal, *points), time_of(straight, *points),
                     time_of(curved, *points));
 }

@@ -1,4 +1,4 @@
-// A straight mesh with its vertices, elements and facets in random order, and how scattered it is:
+// Writes a straight mesh with vertices, elements and facets in random order, and prints a measure of its locality:
 //
 //     shuffled MESH [OUT [SEED]]
 #include <algorithm>
@@ -46,8 +46,8 @@ void shuffle_rows(Simplices<K>& simplices, Column<std::uint32_t>* marked, std::m
 }
 
 template <int D>
-AnyMesh shuffled(const Mesh<D>& given, std::mt19937_64& random) {
-    LinearMesh<D> mesh = must(as_linear(given));
+AnyMesh shuffled(const Mesh<D>& input, std::mt19937_64& random) {
+    LinearMesh<D> mesh = must(as_linear(input));
     shuffle_rows(mesh.facets, D == 2 ? &mesh.ridges : nullptr, random);
     const Renumbering order{any_order<VertexId>(mesh.points.size(), random),
                             any_order<ElementId>(mesh.elements.size(), random)};

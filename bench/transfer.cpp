@@ -1,4 +1,4 @@
-// Fields that go from mesh to mesh: the time of a transfer, and what is left of a field after twenty, back and forth:
+// Measures the time of a field transfer between meshes and the error after twenty transfers back and forth:
 //     build/bin/transfer [cells in 2D [cells in 3D [threads [points]]]]
 #include <algorithm>
 #include <chrono>
@@ -27,7 +27,8 @@ namespace {
 
 enum class Sides { straight, curved };
 
-/// The unit box in n cells a side, its inner vertices anywhere within a fifth of a cell; curved: all of it in a wave.
+/// Returns the unit box with n cells per side and inner vertices displaced by up to a fifth of a cell. If curved, the
+/// box is mapped by a wave.
 template <int D>
 QuadraticMesh<D> box(int n, std::uint64_t seed, Sides sides) {
     Dice dice(seed);
@@ -44,7 +45,7 @@ QuadraticMesh<D> box(int n, std::uint64_t seed, Sides sides) {
     return mapped(mesh, [](const Vec<D>& p) { return wave<D>(p); });
 }
 
-/// Smooth, and a front as thick as two cells.
+/// Returns a smooth field and a front with a thickness of two cells.
 template <int D>
 TransferField fields_on(const QuadraticMesh<D>& mesh, int n) {
     Buffer<double> values;
@@ -69,9 +70,9 @@ void drift(int n, Sides sides, int points) {
     const auto begin = fields_on(a, n);
     for (const auto& method : words(TransferMethod{})) {
         TransferField field = begin;
-        std::printf("%dD, %d cells a side, %s, %.*s: largest and root mean square difference, change of the integral\n",
-                    D, n, sides == Sides::straight ? "straight" : "curved", static_cast<int>(method.word.size()),
-                    method.word.data());
+        std::printf(
+            "%dD, %d cells per side, %s, %.*s: largest and root mean square difference, change of the integral\n", D, n,
+            sides == Sides::straight ? "straight" : "curved", static_cast<int>(method.word.size()), method.word.data());
         std::vector<double> first;
         for (int k = 1; k <= 10; ++k) {
             auto there = must(transfer<D>(a, std::vector{field}, b, {.method = method.value, .points = points}, {}));
@@ -79,14 +80,14 @@ void drift(int n, Sides sides, int points) {
             field = back.fields[0];
             if (k == 1) first = there.statistics.integrals[0][0].before;
             if (k != 1 && k != 2 && k != 5 && k != 10) continue;
-            double most[2] = {0, 0}, square[2] = {0, 0};
+            double largest[2] = {0, 0}, square[2] = {0, 0};
             for (std::size_t i = 0; i < field.values.size(); ++i) {
                 const double d = std::abs(field.values[i] - begin.values[i]);
-                most[i % 2] = std::max(most[i % 2], d);
+                largest[i % 2] = std::max(largest[i % 2], d);
                 square[i % 2] += d * d;
             }
             for (int c = 0; c < 2; ++c)
-                std::printf("    %s after %2d: %.2e %.2e %+.1e%s", c == 0 ? "smooth" : "front", 2 * k, most[c],
+                std::printf("    %s after %2d: %.2e %.2e %+.1e%s", c == 0 ? "smooth" : "front", 2 * k, largest[c],
                             std::sqrt(2 * square[c] / static_cast<double>(field.values.size())),
                             back.statistics.integrals[0][0].after[c] / first[c] - 1, c == 0 ? "" : "\n");
         }
@@ -106,7 +107,7 @@ void rate(int n, Sides sides, int threads, int points) {
         const double processor = static_cast<double>(std::clock() - clock) / CLOCKS_PER_SEC;
         const std::size_t nodes = b.linear.points.size() + b.edges.size();
         std::printf(
-            "%dD, %zu elements, %zu nodes, %s, %.*s: %.2f s (%.2f of processors), %.0f nodes a second of a processor; "
+            "%dD, %zu elements, %zu nodes, %s, %.*s: %.2f s (%.2f CPU s), %.0f nodes per CPU second; "
             "%zu outside, %zu lost\n",
             D, b.linear.elements.size(), nodes, sides == Sides::straight ? "straight" : "curved",
             static_cast<int>(method.word.size()), method.word.data(), seconds, processor,

@@ -1,4 +1,5 @@
-// The five verbs on the shell with layers of configs/layers.json, by thread count. items_per_second: edges or elements.
+// Times of the five verbs on the shell with layers of configs/layers.json, by number of threads. items_per_second
+// counts edges or elements.
 #include <benchmark/benchmark.h>
 
 #include <cstddef>
@@ -18,14 +19,14 @@ using namespace camber;
 
 namespace {
 
-/// Breaks elements, which the benchmarks of repair need.
+/// Options that make elements invalid, for the benchmarks of repair.
 CurveOptions by_energy() {
     CurveOptions options;
     options.aim = CurvingAim::energy;
     return options;
 }
 
-/// Everything that `curve` and `validate` take, made once.
+/// All inputs of `curve` and `validate`, built once.
 struct Case {
     LinearMesh<3> linear;
     QuadraticMesh<3> mesh;
@@ -37,7 +38,7 @@ struct Case {
 };
 
 const Case& layers() {
-    static const Case made = [] {
+    static const Case prepared = [] {
         const Execution all;
         ShellOptions<3> options;
         options.inner_size = 0.3;
@@ -55,7 +56,7 @@ const Case& layers() {
         c.curved = *curve({c.mesh, c.features.edge_kinds, c.shell}, c.boundary, c.back, by_energy(), all);
         return c;
     }();
-    return made;
+    return prepared;
 }
 
 Execution threads(const benchmark::State& state) { return {.threads = static_cast<int>(state.range(0))}; }

@@ -1,4 +1,4 @@
-// The program on several ranks: `mpirun -n 4 camber-mpi curve …`.
+// The program on several MPI ranks, for example `mpirun -n 4 camber-mpi curve …`.
 #include <cstddef>
 #include <memory>
 

@@ -2,7 +2,7 @@ module;
 #include <cstddef>
 #include <cstdint>
 #include <memory>
-/// MPI processes as ranks, and libraries on them. The interface has no MPI types.
+/// Ranks that are MPI processes, and PT-Scotch on them. The interface has no MPI types.
 export module camber.mpi;
 import camber.core;
 import camber.distributed;
@@ -10,17 +10,17 @@ import camber.distributed;
 export namespace camber {
 
 struct MpiOptions {
-    /// Bytes, which MPI counts in 31 bits; larger messages are divided.
+    /// Maximum bytes of a message, at most 2^31 − 1 in MPI; larger data is sent in several messages.
     std::size_t largest_message = std::size_t{1} << 30U;
 };
 
-/// Initialises MPI; the result's destructor ends it. Once for each process, on the thread of the exchanges. After a
-/// failed exchange every later one fails at once with the same error, which stops the other ranks.
+/// Initialises MPI; the destructor of the result finalises it. Call it once in a process, on the thread that exchanges
+/// messages. After a failed exchange all later ones fail at once with the same error, which stops the other ranks.
 [[nodiscard]] std::unique_ptr<Ranks> mpi_ranks(int& argc, char**& argv, MpiOptions options = {});
 
-/// Part (from 0) of each row of this rank by PT-Scotch: equal parts, few arcs between them. All ranks must call it;
-/// their number affects the result. Errors, the same on all ranks: unsupported (built without PT-Scotch, or it numbers
-/// too few), memory, internal.
+/// Computes with PT-Scotch the part (from 0) of each graph vertex of this rank: parts of equal size with few arcs
+/// between them. All ranks must call it; the number of ranks affects the result. Errors, the same on all ranks:
+/// unsupported (built without PT-Scotch, or its integers are too small), memory, internal.
 [[nodiscard]] Outcome<Buffer<std::int32_t>> parts_of_graph(Ranks& ranks, const GraphRun& run, std::size_t parts);
 
 }  // namespace camber

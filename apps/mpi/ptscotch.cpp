@@ -1,9 +1,9 @@
 module;
 #include <cstdio>
-// Both headers need FILE from stdio.h
+// Both headers use FILE of stdio.h.
 #include <mpi.h>
 #include <scotch.h>
-// ptscotch.h needs scotch.h before
+// ptscotch.h requires that scotch.h is included before.
 #include <ptscotch.h>
 
 #include <algorithm>
@@ -21,7 +21,7 @@ namespace {
 
 constexpr int done = 0;
 
-/// Separates Scotch's messages.
+/// Own communicator: Scotch's messages cannot be mixed with others.
 struct Communicator {
     Communicator() { MPI_Comm_dup(MPI_COMM_WORLD, &own); }
     Communicator(const Communicator&) = delete;
@@ -58,7 +58,7 @@ struct Strategy {
     bool is_there;
 };
 
-/// One thread and a fixed seed: reproducible.
+/// One thread and a fixed seed make the result reproducible.
 struct Context {
     Context()
         : is_there(SCOTCH_contextInit(&own) == done &&

@@ -12,8 +12,8 @@ namespace paper {
 
 namespace {
 
-/// The coordinates of p by the cofactors of the sides (the paper's subvolumes): ∇u_j is an inward normal over the
-/// volume.
+/// Computes the coordinates of p from the cofactors of the sides (subvolumes in the paper). ∇u_j is an inward normal
+/// divided by the volume.
 void measure(const BackField& field, const Vector& p, Place& place) {
     const auto& v = field.elements[place.element].vertices;
     const Vector& origin = field.vertices[v[0]].point;
@@ -32,7 +32,7 @@ void measure(const BackField& field, const Vector& p, Place& place) {
 }
 
 constexpr int longest_walk = 256;
-constexpr double on_face = 1e-10;  ///< so near to a face a point is in both of its elements
+constexpr double on_face = 1e-10;  ///< a point this close to a face is in both of its elements
 
 }  // namespace
 
@@ -43,16 +43,16 @@ std::optional<Place> locate(const BackField& field, const Vector& p, std::uint32
         measure(field, p, place);
         const auto lowest = static_cast<std::size_t>(std::ranges::min_element(place.u) - place.u.begin());
         if (place.u[lowest] >= -on_face) return place;
-        // Behind the boundary here: another face that hides p, if there is one.
-        std::uint32_t next = nobody;
-        double least = -on_face;
+        // Chooses the inner face that p is farthest beyond.
+        std::uint32_t next = no_element;
+        double lowest_coordinate = -on_face;
         for (std::size_t j = 0; j < 4; ++j) {
             const std::uint32_t across = field.elements[place.element].neighbours[j];
-            if (!(place.u[j] < least) || across == nobody) continue;
+            if (!(place.u[j] < lowest_coordinate) || across == no_element) continue;
             next = across;
-            least = place.u[j];
+            lowest_coordinate = place.u[j];
         }
-        if (next == nobody) return std::nullopt;
+        if (next == no_element) return std::nullopt;
         place.element = next;
     }
     return std::nullopt;

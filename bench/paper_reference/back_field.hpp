@@ -1,4 +1,4 @@
-// The paper's discrete field: log-metrics at the vertices of a straight mesh, linear in each tetrahedron.
+// Discrete field of the paper: log-metrics at the vertices of a straight mesh, linear in each tetrahedron.
 #pragma once
 
 #include <array>
@@ -11,13 +11,13 @@
 
 namespace paper {
 
-inline constexpr std::uint32_t nobody = 0xffffffffU;
+inline constexpr std::uint32_t no_element = 0xffffffffU;
 
 struct BackVertex {
     Vector point;
     Symmetric log_metric;
 };
-/// A tetrahedron: its vertices, and who is across the face opposite each (`nobody` beyond the boundary).
+/// A tetrahedron: its vertices and the element across the face opposite each vertex (`no_element` at the boundary).
 struct BackElement {
     std::array<std::uint32_t, 4> vertices;
     std::array<std::uint32_t, 4> neighbours;
@@ -28,18 +28,18 @@ struct BackField {
     std::vector<BackElement> elements;
 };
 
-/// A point's element, its barycentric coordinates there and their gradients; `steps`: elements that were looked at.
+/// Element of a point, barycentric coordinates and their gradients. `steps` is the number of visited elements.
 struct Place {
-    std::uint32_t element = nobody;
+    std::uint32_t element = no_element;
     std::array<double, 4> u{};
     std::array<Vector, 4> gradient{};
     int steps = 0;
 };
 
-/// Walks from `hint` through the face that hides p most. None where that leads out of the mesh.
+/// Walks from `hint` through the face that p is farthest beyond. Returns nothing if the walk leaves the mesh.
 [[nodiscard]] std::optional<Place> locate(const BackField& field, const Vector& p, std::uint32_t hint);
 
-/// log M = Σ u_j log M_j, and with N = 3 its gradient Σ ∇u_j log M_j.
+/// Returns log M = Σ u_j log M_j, with N = 3 also its gradient Σ ∇u_j log M_j.
 template <std::size_t N>
 [[nodiscard]] inline Jet<N> log_metric_at(const BackField& field, const Place& place) {
     Jet<N> sum{};

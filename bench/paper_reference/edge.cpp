@@ -14,7 +14,7 @@ namespace paper {
 
 namespace {
 
-/// Gauss's points ½ (1 ∓ √(3/5)), ½ and their weights.
+/// Gauss points ½ (1 ∓ √(3/5)), ½ and their weights.
 constexpr std::array<double, 3> gauss_points{0.1127016653792583, 0.5, 0.8872983346207417};
 constexpr std::array<double, 3> gauss_weights{5.0 / 18, 8.0 / 18, 5.0 / 18};
 

@@ -13,19 +13,19 @@
 
 namespace paper {
 
-/// Where the metric at a quadrature point comes from.
+/// Source of the metric at a quadrature point.
 enum class Along : std::uint8_t {
-    nodes,   ///< the paper's (6): exp of the quadratic through the logs at P_20, P^l, P_02; only P^l is located
-    points,  ///< each quadrature point is located, and its metric interpolated there
+    nodes,   ///< (6) of the paper: exp of the quadratic through the logs at P_20, P^l, P_02; only P^l is located
+    points,  ///< each quadrature point is located, and the metric is interpolated there
 };
 
-/// What an edge's search has cost so far.
+/// Work of an edge search.
 struct Work {
     int iterations = 0;
-    int values = 0;     ///< lengths without gradient
-    int gradients = 0;  ///< lengths with gradient
+    int values = 0;     ///< evaluations of the length
+    int gradients = 0;  ///< evaluations of the length with its gradient
     int walks = 0;
-    int steps = 0;  ///< elements that the walks looked at
+    int steps = 0;  ///< elements visited by walks
 };
 
 struct Length {
@@ -33,7 +33,7 @@ struct Length {
     Vector gradient{};
 };
 
-/// An edge between two vertices of the field; it keeps the element where the last point was found.
+/// An edge between two vertices of the field. It stores the element of the last located point.
 class Edge {
   public:
     Edge(const BackField& field, Along along, std::uint32_t a, std::uint32_t b, std::uint32_t hint);
@@ -42,11 +42,11 @@ class Edge {
     [[nodiscard]] const Work& work() const { return work_; }
     [[nodiscard]] Work& work() { return work_; }
 
-    /// The length; infinite where a point that must be located lies beyond the mesh.
+    /// Returns the length, or infinity if a point that must be located is outside the mesh.
     [[nodiscard]] double value(const Vector& node);
-    /// With its gradient, which is 0 where the length is infinite.
+    /// Returns the length and its gradient, which is 0 if the length is infinite.
     [[nodiscard]] Length value_and_gradient(const Vector& node);
-    /// M⁻¹ at a point of the mesh.
+    /// Returns M⁻¹ at a point of the mesh.
     [[nodiscard]] Symmetric inverse_metric(const Vector& point);
 
   private:

@@ -1,9 +1,10 @@
-// The exponential of a symmetric matrix and its derivatives by scaling and squaring with the series (paper §2.2.1).
+// Exponential of a symmetric matrix and its derivatives by scaling and squaring with the series (paper §2.2.1).
 //
 // T is scaled by 2^-m until its norm is below 1, the series of exp and its derivative are summed, and both are squared
 // m times: exp(2Q) = exp(Q)², ∂exp(2Q) = (∂exp Q) exp Q + exp Q (∂exp Q). (The paper prints 2 exp Q ∂exp Q, which holds
-// only where Q and ∂Q commute.) Two savings that keep the method: the trace is taken off first, exp(μI + S) = e^μ exp
-// S, and the series is summed in blocks of four powers (Paterson and Stockmeyer), as far as the norm asks for.
+// only if Q and ∂Q commute.) Two modifications save time without changing the method: the trace is subtracted first,
+// exp(μI + S) = e^μ exp S, and the series is summed in blocks of four powers (Paterson and Stockmeyer), up to the
+// number that the norm requires.
 #pragma once
 
 #include <array>
@@ -25,15 +26,15 @@ inline constexpr auto inverse_factorials = [] {
     return f;
 }();
 
-/// The blocks of four powers after which the rest of the series is below rounding, for norms below 1. (At anisotropy
-/// 10^6 the eigenvalues of M differ by 10^12, and an error is one of the largest.)
+/// Returns the number of blocks of four powers after which the rest of the series is below rounding, for norms below 1.
+/// (At anisotropy 10^6 the eigenvalues of M differ by 10^12, and errors are relative to the largest one.)
 [[nodiscard]] inline std::size_t blocks_for(double norm) {
     if (norm < 0.069) return 2;
     if (norm < 0.333) return 3;
     return norm < 0.822 ? 4 : 5;
 }
 
-/// Σ_{k ≤ 4 blocks} T^k/k! with its derivatives.
+/// Returns Σ_{k ≤ 4 blocks} T^k/k! with its derivatives.
 template <std::size_t N>
 [[nodiscard]] inline Jet<N> series(const Jet<N>& t, std::size_t blocks) {
     const Jet<N> t2 = product(t, t);
@@ -55,7 +56,7 @@ template <std::size_t N>
     return sum;
 }
 
-/// exp(T) and its derivatives, given those of T.
+/// Returns exp(T) and its derivatives from those of T.
 template <std::size_t N>
 [[nodiscard]] inline Jet<N> exponential(Jet<N> t) {
     const double mean = trace(t.value) / 3;

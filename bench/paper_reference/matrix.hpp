@@ -1,5 +1,5 @@
-// Vectors and symmetric matrices of the paper's reference, on the stack, and products of functions of one matrix with
-// their derivatives.
+// Vectors and symmetric matrices of the reference implementation of the paper, and products of functions of one matrix
+// with their derivatives. All data is on the stack.
 #pragma once
 
 #include <array>
@@ -53,7 +53,7 @@ inline void add_to_diagonal(Symmetric& a, double s) {
     a.c[5] += s;
 }
 [[nodiscard]] inline double trace(const Symmetric& a) { return a.c[0] + a.c[2] + a.c[5]; }
-/// The Frobenius norm, which is no less than the spectral one.
+/// Returns the Frobenius norm, an upper bound of the spectral norm.
 [[nodiscard]] inline double norm(const Symmetric& a) {
     const auto& c = a.c;
     return std::sqrt(c[0] * c[0] + c[2] * c[2] + c[5] * c[5] + 2 * (c[1] * c[1] + c[3] * c[3] + c[4] * c[4]));
@@ -63,10 +63,10 @@ inline void add_to_diagonal(Symmetric& a, double s) {
     return {{c[0] * v[0] + c[1] * v[1] + c[3] * v[2], c[1] * v[0] + c[2] * v[1] + c[4] * v[2],
              c[3] * v[0] + c[4] * v[1] + c[5] * v[2]}};
 }
-/// vᵀ A v.
+/// Returns vᵀ A v.
 [[nodiscard]] inline double quadratic_form(const Symmetric& a, const Vector& v) { return dot(v, a * v); }
 
-/// A matrix and its derivatives in N directions (0: the value alone, 3: with regard to a point).
+/// A matrix and its derivatives in N directions (N = 0: the value only, N = 3: by the position).
 template <std::size_t N>
 struct Jet {
     Symmetric value;
@@ -85,8 +85,8 @@ inline void add(Jet<N>& a, double s, const Jet<N>& b) {
     for (std::size_t n = 0; n < N; ++n) add(a.slope[n], s, b.slope[n]);
 }
 
-/// A B and ∂(A B) = (∂A) B + A (∂B) for functions A and B of one symmetric matrix: they commute, so that A B is
-/// symmetric, and so are its derivatives, although neither of their two terms is.
+/// Returns A B and ∂(A B) = (∂A) B + A (∂B) for functions A and B of one symmetric matrix. A and B commute, so A B and
+/// its derivatives are symmetric, although the two terms are not.
 template <std::size_t N>
 [[nodiscard]] inline Jet<N> product(const Jet<N>& a, const Jet<N>& b) {
     Jet<N> r;

@@ -13,12 +13,12 @@ namespace paper {
 
 namespace {
 
-/// The BFGS update of an inverse Hessian by a step and a change of gradient; none where curvature is not positive.
+/// Updates the inverse Hessian with BFGS from a step and the change of the gradient, if the curvature is positive.
 void update(Symmetric& h, const Vector& step, const Vector& change) {
     const double product = dot(step, change);
     const Vector hc = h * change;
     const double size = dot(change, hc);
-    if (!(product > 1e-8 * size) || !(product > 0)) return;  // equal where h is the inverse Hessian already
+    if (!(product > 1e-8 * size) || !(product > 0)) return;  // equal if h already is the inverse Hessian
     const double factor = (1 + size / product) / product;
     for (std::size_t i = 0; i < 3; ++i)
         for (std::size_t j = 0; j <= i; ++j)
@@ -29,8 +29,8 @@ constexpr double armijo = 1e-4;
 constexpr int max_steps = 8;
 constexpr double longest_step = 0.25;  ///< in chords
 
-/// The length of the step along `direction` that Armijo's rule takes, by quadratic interpolation; 0 where none lowers
-/// the value, which becomes that of the step.
+/// Returns the step length along `direction` by Armijo's rule with quadratic interpolation, or 0 if no step lowers the
+/// value. `value` is updated.
 double line_search(Edge& edge, const Vector& node, const Vector& direction, double slope, double& value) {
     double step = 1;
     for (int attempt = 0; attempt < max_steps; ++attempt) {

@@ -1,5 +1,5 @@
 #pragma once
-// The reference's field from the values of camber.core and camber.metric. Imports come before it.
+// Builds the reference field from values of camber.core and camber.metric. The includer imports the modules before it.
 #include <cstddef>
 
 #include "back_field.hpp"

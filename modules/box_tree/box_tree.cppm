@@ -8,13 +8,13 @@ module;
 #include <span>
 #include <utility>
 #include <vector>
-/// Trees of boxes.
+/// Trees of bounding boxes for searches.
 export module camber.box_tree;
 import camber.core;
 
 export namespace camber {
 
-/// An immutable balanced tree for nearest-item and overlap search.
+/// An immutable balanced tree of items' boxes. It finds the nearest item and overlapping items.
 template <int D>
 class BoxTree {
   public:
@@ -40,8 +40,9 @@ class BoxTree {
         double distance_squared = std::numeric_limits<double>::infinity();
     };
 
-    /// Item with the minimum distance_squared(item) to p; ties: the lowest item. Precondition: it is not below the
-    /// squared distance to the item's box. Only items nearer than `within` (squared) are considered.
+    /// Returns the item with the minimum distance_squared(item) to p; of equal ones the lowest item. Precondition:
+    /// distance_squared(item) is at least the squared distance of p to the item's box. Only items nearer than `within`
+    /// (squared) are considered.
     template <class DistanceSquared>
     [[nodiscard]] Nearest nearest(const Vec<D>& p, DistanceSquared&& distance_squared,
                                   double within = std::numeric_limits<double>::infinity()) const {
@@ -53,11 +54,12 @@ class BoxTree {
 
     struct Met {
         std::size_t item = std::numeric_limits<std::size_t>::max();
-        double distance = std::numeric_limits<double>::infinity();  ///< s, in units of |d|
+        double distance = std::numeric_limits<double>::infinity();  ///< ray parameter s
     };
 
-    /// First item on the ray p + s·d, s >= 0: minimum s = meets(item), infinity for none; ties: the lowest item. Items
-    /// whose boxes the ray misses are skipped: boxes need a margin for rounding. Only hits before `within` count.
+    /// Returns the first item on the ray p + s·d, s >= 0. meets(item) returns the item's s, or infinity if the ray
+    /// misses it; of equal items the lowest is first. Items whose boxes the ray misses are skipped, so boxes need a
+    /// margin for rounding. Only s below `within` count.
     template <class Meets>
     [[nodiscard]] Met first_along(const Vec<D>& p, const Vec<D>& d, Meets&& meets,
                                   double within = std::numeric_limits<double>::infinity()) const {
@@ -67,13 +69,13 @@ class BoxTree {
         return first;
     }
 
-    /// Calls visit(item) for each item whose box contains p and a few nearby, in a fixed order.
+    /// Calls visit(item), in a fixed order, for each item whose box contains p and for some whose box does not.
     template <class Visit>
     void containing(const Vec<D>& p, Visit&& visit) const {
         if (!nodes_.empty()) visit_containing(0, p, visit);
     }
 
-    /// Like `containing`, for boxes that overlap or touch `box`.
+    /// Same as `containing`, for boxes that overlap or touch `box`.
     template <class Visit>
     void meeting(const Box<D>& box, Visit&& visit) const {
         if (!nodes_.empty()) visit_meeting(0, box, visit);
@@ -84,7 +86,7 @@ class BoxTree {
     struct Node {
         Box<D> box;
         std::uint32_t begin = 0, end = 0;   ///< items of a leaf
-        std::uint32_t left = 0, right = 0;  ///< children; 0 in a leaf
+        std::uint32_t left = 0, right = 0;  ///< numbers of the children; 0 in a leaf
     };
 
     static std::uint32_t split(std::span<const Box<D>> boxes, Buffer<std::uint32_t>& order, Buffer<Node>& nodes,
@@ -132,7 +134,7 @@ class BoxTree {
             if (d <= best.distance_squared) descend(child, p, distance_squared, best);
     }
 
-    /// Ray parameter where the ray enters the box; infinity: never.
+    /// Ray parameter s at which the ray enters the box; infinity if it misses the box.
     [[nodiscard]] static double entry(const Box<D>& box, const Vec<D>& p, const Vec<D>& d) {
         constexpr double never = std::numeric_limits<double>::infinity();
         double in = 0, out = never;

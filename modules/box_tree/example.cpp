@@ -1,4 +1,4 @@
-// camber.box_tree: finds the nearest of many points; the tree tests a few of them.
+// Example of camber.box_tree: finds the nearest of many points with a few distance computations.
 #include <cmath>
 #include <cstddef>
 #include <cstdio>

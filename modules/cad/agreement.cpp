@@ -1,4 +1,4 @@
-// Checks on a sample of facets that a model is that of the mesh, and finds its unit.
+// Checks on a sample of facets that a CAD model belongs to the mesh, and finds the unit of the mesh.
 module;
 #include <algorithm>
 #include <array>
@@ -26,18 +26,18 @@ namespace {
 /// Evenly spaced facets of one reference.
 struct SampledReference {
     Reference reference = 0;
-    std::size_t count = 0;  ///< all facets of the reference
+    std::size_t count = 0;  ///< number of all facets of the reference
     std::vector<FacetId> facets;
 };
 
-/// Share of a sample that is off the model ("astray"). A facet's share is that of its vertices farther from the best
-/// face than half of its longest edge; 1 if that face is transverse to it.
+/// Share of a sample that is astray, that is, off the model. A facet counts by the share of its vertices farther from
+/// the best face than half of its longest edge. It counts fully if that face is transverse to it.
 struct SampleVerdict {
-    double share = 0;                        ///< estimated over all facets
-    std::size_t astray = 0, facets = 0;      ///< in the sample
-    const SampledReference* lost = nullptr;  ///< reference with the largest share, if more than half
+    double share = 0;                        ///< estimate for all facets
+    std::size_t astray = 0, facets = 0;      ///< numbers of facets in the sample
+    const SampledReference* lost = nullptr;  ///< reference with the largest astray share, if above one half
     std::size_t lost_astray = 0;
-    FacetId farthest;  ///< among astray facets
+    FacetId farthest;  ///< farthest of the astray facets
 
     [[nodiscard]] bool fits() const {
         constexpr double most = 0.1;
@@ -45,7 +45,7 @@ struct SampleVerdict {
     }
 };
 
-/// Smallest sample of a reference; total size with few references.
+/// Minimum sample of each reference; total sample if there are few references.
 constexpr std::size_t min_of_each = 24, wanted = 512;
 
 struct Looked {
@@ -70,7 +70,7 @@ double away_from(const CadModel& model, std::size_t face, const Vec<D>& p) {
     return closest_on_virtual_face(model, face, p).foot.distance;
 }
 
-/// Sine of the angle between a facet and the face at its middle.
+/// Sine of the angle between a facet and the face at the facet's middle.
 double sine_between(const CadModel& model, std::size_t face, const std::array<Vec<3>, 3>& c) {
     const Vec<3> normal = normalised(cross(c[1] - c[0], c[2] - c[0]));
     return norm(cross(normal, closest_on_virtual_face(model, face, (c[0] + c[1] + c[2]) / 3).foot.normal));
@@ -84,7 +84,7 @@ template <int D>
 Looked looked_at(const CadModel& model, std::span<const std::size_t> candidates, const std::array<Vec<D>, D>& corners) {
     constexpr double across = 0.9, far = 0.5;
     const double longest = longest_side(corners);
-    // Boxes identify distant facets; searches from far away are slow.
+    // Boxes show that distant facets are off the model; searches from far away would be slow.
     const bool is_elsewhere = std::all_of(corners.begin(), corners.end(), [&](const Vec<D>& p) {
         return std::all_of(candidates.begin(), candidates.end(),
                            [&](std::size_t face) { return is_beyond(model, face, p, far * longest); });
@@ -105,7 +105,7 @@ Looked looked_at(const CadModel& model, std::span<const std::size_t> candidates,
     return out;
 }
 
-/// `elsewhere`: excluded references, rising.
+/// `elsewhere`: excluded references, ascending.
 template <int D>
 std::vector<SampledReference> sampled(const LinearMesh<D>& mesh, std::span<const Reference> elsewhere) {
     std::map<Reference, std::vector<FacetId>> all;
@@ -125,7 +125,7 @@ std::vector<SampledReference> sampled(const LinearMesh<D>& mesh, std::span<const
     return sample;
 }
 
-/// `factor`: scales the mesh's coordinates. Errors: stopped.
+/// `factor` scales the mesh's coordinates. Errors: stopped.
 template <int D>
 Outcome<SampleVerdict> judged(const LinearMesh<D>& mesh, const CadModel& model,
                               std::span<const SampledReference> sample, std::span<const std::size_t> candidates,
@@ -182,7 +182,7 @@ Box<D> box_of(const LinearMesh<D>& mesh, IsPart&& is_part) {
 Box<3> box_of_face(const CadParts& parts, std::size_t face) {
     constexpr std::size_t places = 16;
     const occ::FaceFacts& facts = parts.kernel->faces[face];
-    if (facts.is_plane) return parts.faces[face].bounds;  // box of its edges
+    if (facts.is_plane) return parts.faces[face].bounds;  // for a plane, these are the bounds of its edges
     Box<3> box;
     for (const std::size_t edge : facts.edges) box.include(parts.edges[edge].bounds);
     const auto at = [&](std::size_t k, std::size_t i) {
@@ -195,7 +195,7 @@ Box<3> box_of_face(const CadParts& parts, std::size_t face) {
     return box;
 }
 
-/// Bounds of edges and of points within faces: parameter boxes reach beyond obliquely trimmed faces.
+/// Box of edges and of points within faces. Boxes of parameter ranges reach beyond obliquely trimmed faces.
 template <int D>
 Box<D> box_of(const CadParts& parts, std::span<const std::size_t> faces) {
     Box<D> box;
@@ -208,7 +208,7 @@ Box<D> box_of(const CadParts& parts, std::span<const std::size_t> faces) {
     return box;
 }
 
-/// True if the boxes agree for a straight mesh, with chords of its boundary.
+/// True if the boxes agree within a tenth of the mesh's diagonal. The mesh has only chords of a curved boundary.
 template <int D>
 bool agree(const Box<D>& mesh, const Box<D>& model, double factor) {
     const double most = near_enough * mesh.diagonal();
@@ -253,7 +253,7 @@ Outcome<std::vector<CadUnit>> fitting_units(const CadParts& parts, Fits&& fits) 
     return found;
 }
 
-/// Units in which the sampled facets lie on the model.
+/// Units of the mesh in which its sampled facets lie on the model.
 template <int D>
 Outcome<std::vector<CadUnit>> units_of_sample(const LinearMesh<D>& mesh, const CadModel& model,
                                               std::span<const SampledReference> sample,
@@ -265,7 +265,7 @@ Outcome<std::vector<CadUnit>> units_of_sample(const LinearMesh<D>& mesh, const C
     });
 }
 
-/// Unit for the advice of an error, if any fits.
+/// First unit that fits, for the remedy of an error.
 std::optional<std::string> first_of(const std::vector<CadUnit>& units) {
     if (units.empty()) return std::nullopt;
     return std::string(word_of(units.front()));
@@ -300,7 +300,7 @@ std::pair<VertexId, double> farthest_corner(const LinearMesh<D>& mesh, const Cad
     return found;
 }
 
-/// True if elements of one reference are on both sides.
+/// True if elements of equal reference are on both sides of the facet.
 template <int D>
 bool is_within_material(const LinearMesh<D>& mesh, const Incidence<ElementId>& balls, FacetId facet) {
     const auto& corners = mesh.facets.vertices[facet];
@@ -322,7 +322,7 @@ bool is_within_material(const LinearMesh<D>& mesh, const Incidence<ElementId>& b
     return true;
 }
 
-/// True if a corner is farther from the model than `off_limit` of the longest side.
+/// True if a corner is farther from the model than `off_limit` times the facet's longest side.
 template <int D>
 bool is_off(const LinearMesh<D>& mesh, const CadModel& model, std::span<const std::size_t> candidates, FacetId facet) {
     const auto corners = facet_site(mesh, facet).corners;
@@ -332,7 +332,7 @@ bool is_off(const LinearMesh<D>& mesh, const CadModel& model, std::span<const st
     });
 }
 
-/// Lists the sampled facets that are off the model.
+/// Text with the number of sampled facets that are off the model.
 std::string strays_of(const auto& verdict, const char* facets) {
     const bool is_one = verdict.share <= 0.1 && verdict.lost != nullptr;
     const auto counted = [&](std::size_t astray, std::size_t all) {

@@ -31,9 +31,9 @@ std::vector<std::size_t> faces_of(const CadAssociation& association, std::span<c
 
 namespace {
 
-/// Two faces fit similarly well.
+/// True if a second face fits the facet nearly as well as the best one.
 bool is_unsure(const CadFit& fit) { return fit.face != no_face && fit.second <= doubt * fit.misfit; }
-/// The same, and these faces do not meet smoothly.
+/// True if such a second face does not meet the best one smoothly.
 bool is_doubtful(const CadFit& fit) { return fit.face != no_face && fit.other <= doubt * fit.misfit; }
 
 template <int D>
@@ -41,14 +41,14 @@ std::array<Vec<D>, D> corners_of(const LinearMesh<D>& mesh, std::size_t f) {
     return facet_site(mesh, FacetId(f)).corners;
 }
 
-/// Key of facets that belong together: reference, and the mesher's entity if known.
+/// Key of facets that belong together: their reference, and the mesher's entity if known.
 using Class = std::pair<Reference, Reference>;
 template <int D>
 Class class_of(const LinearMesh<D>& mesh, std::size_t f) {
     return {mesh.facets.references[f], mesh.facets.entities.empty() ? 0 : mesh.facets.entities[f]};
 }
 
-/// Face of at least 90 % of the sure facets of a class.
+/// For each class, the face of at least 90 % of the facets that clearly fit one face.
 template <int D>
 std::map<Class, std::size_t> faces_of_classes(const LinearMesh<D>& mesh, std::span<const CadFit> fits) {
     constexpr double nearly_all = 0.9;
@@ -104,15 +104,17 @@ void list_references(const LinearMesh<D>& mesh, CadAssociation& out) {
 }
 
 struct Met {
-    std::int64_t entity = -1;  ///< edge or vertex, by the number of faces
+    std::int64_t entity = -1;  ///< model edge or vertex; −1: none
     std::uint32_t faces = 0;
     double distance = 0;
-    double nearest = 0;  ///< from the faces around; if the mesh omits a fillet, edges are far and faces are near
+    double nearest = 0;  ///< distance from the nearest face; small even if edges are far because the mesh omits a
+                         ///< fillet
     bool is_doubtful = false, is_corner = false, is_stray = false;
     bool is_torn = false;          ///< near its faces, far from their common edge or vertex
-    bool is_within_group = false;  ///< between faces of one virtual face, on no edge
+    bool is_within_group = false;  ///< on no edge, between faces of one virtual face
     EdgeLengthsAt edges = {};
-    std::vector<std::pair<std::size_t, double>> off = {};  ///< vertices: distant faces, with distances
+    std::vector<std::pair<std::size_t, double>> off = {};  ///< for vertices: faces that are too far, with their
+                                                           ///< distances
 };
 
 template <int D>
@@ -149,7 +151,7 @@ Met met_by_vertex(const CadModel& model, std::span<const std::size_t> faces, con
         return out;
     }
     if (faces.size() == 2) return out;
-    // An edge, too, can have more than two faces.
+    // The vertex may lie inside an edge that has more than two faces.
     const auto edge = edge_between(model, faces, std::span(&p, 1));
     out.is_doubtful = !edge || closest_on_edge(model, *edge, p).distance > at_one_place(model.parts());
     return out;
@@ -174,7 +176,7 @@ Met met_by_vertex(const CadModel& model, std::span<const std::size_t> curves, co
     return out;
 }
 
-/// Rim of a face, beside facets off the model.
+/// Rim edge of a face, for a mesh edge beside facets that are off the model.
 Met met_by_rim(const CadModel& model, std::span<const std::size_t> face, const std::array<Vec<3>, 2>& ends) {
     const auto edge = edge_between(model, face, ends);
     if (!edge) return {};
@@ -201,7 +203,7 @@ std::size_t count_distinct(std::vector<std::int64_t> entities) {
     return static_cast<std::size_t>(std::unique(entities.begin(), entities.end()) - entities.begin());
 }
 
-/// Vertices on each face, and (3D) on each edge between two faces that do not meet smoothly.
+/// Fit of vertices to each face and (3D) to each edge between two faces that do not meet smoothly.
 struct Fits {
     std::map<std::size_t, VertexFit> faces, edges;
 };
@@ -217,7 +219,7 @@ void add_vertex(const CadModel& model, VertexId v, std::span<const std::size_t> 
         fits.edges[static_cast<std::size_t>(met.entity)].add(v, met.distance, met.edges);
 }
 
-/// Refused entity with the largest share of off vertices, then the largest distance.
+/// The refused entity with the largest share of off vertices; of equal shares, with the largest distance.
 std::optional<CadMisfit> misfit_of(const Fits& fits, std::size_t facet_vertices) {
     std::optional<CadMisfit> worst;
     std::pair<double, double> largest;
@@ -262,7 +264,7 @@ Outcome<Done> meet_vertices(const LinearMesh<D>& mesh, const CadModel& model, co
     if (!met) return fail(met.error());
     Fits fits;
     std::vector<std::int64_t> corners;
-    std::pair<bool, double> farthest;  // torn vertices come first, at any distance
+    std::pair<bool, double> farthest;  // torn vertices count as farther than all others
     for (std::size_t v = 0; v < met->size(); ++v) {
         const Met& m = (*met)[v];
         if (const std::pair far(m.is_torn, m.distance); far > farthest) {
@@ -315,7 +317,7 @@ Outcome<Done> meet_edges(const LinearMesh<3>& mesh, const EdgeSet<3>& edges, con
     return Done{};
 }
 
-/// In 2D faces are curves; counts the model's faces that they bound.
+/// For a 2D mesh, counts the edges with facets and the faces that they bound.
 void count_met(const CadModel& model, CadAssociation& out) {
     std::vector<std::int64_t> faces;
     for (const auto& [reference, curves] : out.of_references)
@@ -392,8 +394,8 @@ namespace {
 
 constexpr double infinite = std::numeric_limits<double>::infinity();
 
-/// Largest vertex distance + distance of the middle + sine of the angle between the normals × size. Above `enough` it
-/// may be underestimated. `foot`: of the middle.
+/// Largest vertex distance + distance of the facet's middle + longest side × sine of the angle between the normals.
+/// Above `enough` it may be underestimated. `foot`: closest point to the middle.
 double misfit(const CadModel& model, std::size_t face, const std::array<Vec<3>, 3>& corners, const CadFoot& foot,
               double enough) {
     const Vec<3> normal = normalised(cross(corners[1] - corners[0], corners[2] - corners[0]));
@@ -418,8 +420,8 @@ bool coincide(const CadModel& model, std::size_t a, std::size_t b, const std::ar
     });
 }
 
-/// Calls visit(face) for candidates (rising) whose boxes are within `most()` of p, usually the nearest first. `most()`
-/// may fall with each visit.
+/// Calls visit(face) for candidates (ascending) whose boxes are within the distance most() of p, usually the nearest
+/// first. most() may decrease with each visit.
 template <class Most, class Visit>
 void visit_near(const CadModel& model, std::span<const std::size_t> candidates, const Vec<3>& p, Most&& most,
                 Visit&& visit) {
@@ -446,7 +448,8 @@ bool bounds(const occ::EdgeFacts& edge, std::size_t face) {
 
 CadFit best_face(const CadModel& model, std::span<const std::size_t> faces, const std::array<Vec<3>, 3>& corners) {
     const Vec<3> middle = (corners[0] + corners[1] + corners[2]) / 3;
-    // The order of faces worse than twice the best is irrelevant. Twins differ by rounding.
+    // Faces with more than twice the misfit of the best one are not needed. Misfits of coincident faces differ by
+    // rounding.
     const double rounding = 1e-6 * longest_side(corners);
     struct Fit {
         double misfit = 0;
@@ -464,7 +467,7 @@ CadFit best_face(const CadModel& model, std::span<const std::size_t> faces, cons
             fits.push_back({here, face, foot.parameters});
             enough = std::min(enough, std::max(doubt * here, here + rounding));
         });
-    // All distances are NaN.
+    // No face was accepted, because all distances are NaN.
     if (fits.empty()) return {.face = faces.front(), .misfit = infinite, .second = infinite, .other = infinite};
     std::sort(fits.begin(), fits.end(),
               [](const Fit& a, const Fit& b) { return std::pair(a.misfit, a.face) < std::pair(b.misfit, b.face); });
@@ -503,7 +506,7 @@ std::optional<std::size_t> nearest_face(const CadModel& model, std::span<const s
 
 namespace {
 
-/// The closest edge between two faces, or of one face's rim.
+/// Closest edge to the points between two faces, or of all edges of `face` without `other`.
 std::optional<std::size_t> edge_of_pair(const CadModel& model, std::size_t face, std::optional<std::size_t> other,
                                         std::span<const Vec<3>> points) {
     std::optional<std::size_t> best;

@@ -1,4 +1,4 @@
-// Closest points on faces and edges, by cells of parameters.
+// Closest points on faces and edges. Searches start in cells of the parameter range.
 module;
 #include <algorithm>
 #include <array>
@@ -19,7 +19,7 @@ namespace camber {
 
 namespace {
 
-/// Intervals of samples each way in a cell, and the margin of the samples' box, relative to its diagonal.
+/// Sample intervals per direction in a cell, and the margin of its box relative to the diagonal of the samples' box.
 constexpr std::size_t samples = 4;
 constexpr double between_samples = 0.1;
 
@@ -45,7 +45,7 @@ EntityCells finished(std::vector<Cell> cells, const std::vector<Box<3>>& boxes) 
     return out;
 }
 
-/// Box of points along the tangent plane in the middle of a cell.
+/// Box of a cell's points, along the tangent plane at the cell's middle.
 OrientedBox oriented_box(const std::vector<Vec<3>>& points, const occ::SurfaceJet& middle) {
     constexpr double around = 0.1;
     OrientedBox box;
@@ -156,7 +156,7 @@ OnSurface at(const CadParts& parts, std::size_t face, const Parameters& uv, cons
     return {uv, jet, norm_squared(vec(jet.point) - p)};
 }
 
-/// Distance from a whole closed-form surface, and parameters of the foot.
+/// Distance from an untrimmed closed-form surface, and the parameters of the closest point.
 struct ClosedFoot {
     double distance = 0;
     Parameters uv{};
@@ -178,14 +178,14 @@ Parameters clamped(const Parameters& uv, const Cell& within) {
     return {std::clamp(uv[0], within.low[0], within.high[0]), std::clamp(uv[1], within.low[1], within.high[1])};
 }
 
-/// A step; `held`: the coordinate is at a bound and the distance falls beyond it.
+/// A step of both parameters. `held`: the parameter is at a bound, and the distance decreases beyond it.
 struct Step {
     Parameters change{};
     std::array<bool, 2> held{};
 };
 
-/// Newton step for ½|S(u, v) − p|² in free coordinates. If not convex, uses the Gauss-Newton matrix. A small multiple
-/// of the trace avoids singularity at poles.
+/// Newton step for ½|S(u, v) − p|² in the parameters that are not held. Where it is not convex, uses the Gauss-Newton
+/// matrix. A small multiple of the trace is added against singularity at poles.
 Step step(const OnSurface& from, const Cell& within, const Vec<3>& p) {
     const occ::SurfaceJet& jet = from.jet;
     const Vec<3> r = from.point() - p, u = vec(jet.u), v = vec(jet.v);
@@ -207,7 +207,7 @@ Step step(const OnSurface& from, const Cell& within, const Vec<3>& p) {
     return out;
 }
 
-/// True if the search is at a bound of its cell inside the face, so the closest point is beyond.
+/// True if a held parameter is at a bound of its cell, but inside the face: the closest point is in another cell.
 bool leads_on(const Step& step, const Parameters& uv, const occ::FaceFacts& facts) {
     for (std::size_t k = 0; k < 2; ++k)
         if (step.held[k] && uv[k] > facts.low[k] && uv[k] < facts.high[k]) return true;
@@ -226,7 +226,7 @@ OnSurface nearest_within(const CadParts& parts, std::size_t face, const Paramete
         pressed = leads_on({change, held}, best.uv, parts.kernel->faces[face]) ? pressed + 1 : 0;
         if (pressed == max_pressed) break;
         OnSurface next = at(parts, face, clamped({best.uv[0] + change[0], best.uv[1] + change[1]}, within), p);
-        // Rounding hides the decrease of the last steps, as in `nearest_between`.
+        // Rounding hides the decrease of the distance in the last steps, as in `nearest_between`.
         const double most = best.distance_squared * (1 + 1e-13) + tiny * tiny;
         for (int halving = 0; halving < 6 && next.distance_squared > most; ++halving)
             next = at(parts, face, {0.5 * (next.uv[0] + best.uv[0]), 0.5 * (next.uv[1] + best.uv[1])}, p);
@@ -239,13 +239,13 @@ OnSurface nearest_within(const CadParts& parts, std::size_t face, const Paramete
     return best;
 }
 
-/// Parameter shifted by whole periods, as near to the middle of the bounds as possible.
+/// Shifts a parameter by whole periods, as near to the middle of its bounds as possible.
 double turned(double x, double low, double high, double period) {
     if (!(period > 0)) return x;
     return x - period * std::round((x - 0.5 * (low + high)) / period);
 }
 
-/// Bounds of a face, extended by a period in periodic directions.
+/// Parameter bounds of a face, extended by a period in periodic directions.
 Cell whole(const occ::FaceFacts& facts) {
     Cell cell{facts.low, facts.high};
     for (std::size_t k = 0; k < 2; ++k)
@@ -272,15 +272,16 @@ std::size_t cell_of(const occ::FaceFacts& facts, const Parameters& uv) {
     return cell[0] * facts.cells[1] + cell[1];
 }
 
-/// True if the next step would not move the point, except beyond active bounds.
+/// True if the next step, with held parameters fixed, would not move the point.
 bool is_settled(const CadParts& parts, const OnSurface& place, const Cell& within, const Vec<3>& p) {
     constexpr double nothing = 1e-9;  // relative to the model's size
     const Parameters change = step(place, within, p).change;
     return norm(change[0] * vec(place.jet.u) + change[1] * vec(place.jet.v)) <= nothing * parts.size;
 }
 
-/// Closest point of the surface within the face's parameter bounds; for closed forms, of the whole surface. `near`:
-/// parameters of a nearby point; its search settles one cell, others are searched if their boxes are nearer.
+/// Closest point of the surface within the face's parameter bounds; for closed forms, of the untrimmed surface. `near`:
+/// parameters of a nearby point, or null. The search starts there; other cells follow only if their boxes are nearer
+/// than its result.
 OnSurface nearest(const CadParts& parts, std::size_t face, const Vec<3>& p, const Parameters* near) {
     const occ::FaceFacts& facts = parts.kernel->faces[face];
     OnSurface best;
@@ -323,7 +324,7 @@ struct OnEdge {
     CadFoot foot;
 };
 
-/// Empty if the face has no edges.
+/// Closest point on the edges of a face, if it has edges.
 std::optional<OnEdge> nearest_edge(const CadModel& model, std::size_t face, const Vec<3>& p) {
     const CadParts& parts = model.parts();
     std::optional<OnEdge> best;
@@ -342,8 +343,8 @@ CadFoot foot_of(const CadModel& model, std::size_t face, const OnSurface& found,
             is_there ? 0 : distance};
 }
 
-/// True if the surface's closest point is the face's: it is on the face, or an edge is as near. Edges are tested first:
-/// OpenCASCADE is slowest for points on them.
+/// True if the closest point of the surface is that of the face: it is on the face, or an edge is as near. Edges are
+/// tested before OpenCASCADE, which is slowest for points on edges.
 bool is_on_face(const CadModel& model, std::size_t face, const OnSurface& found, const Vec<3>& p) {
     const CadParts& parts = model.parts();
     if (const auto known = parts.kernel->has_at_once(face, found.uv[0], found.uv[1])) return *known;
@@ -355,7 +356,7 @@ bool is_on_face(const CadModel& model, std::size_t face, const OnSurface& found,
     return std::any_of(edges.begin(), edges.end(), is_as_near) || parts.kernel->has(face, found.uv[0], found.uv[1]);
 }
 
-/// Closest point of a face, with its edge if the surface continues beyond it.
+/// Closest point of a face. `edge`: its edge, if the surface would be nearer beyond the face.
 struct OnFace {
     CadFoot foot;
     std::optional<std::size_t> edge;
@@ -367,7 +368,7 @@ OnFace closest(const CadModel& model, std::size_t face, const Vec<3>& p, const P
     const OnSurface found = nearest(parts, face, p, near);
     if (is_on_face(model, face, found, p)) return {foot_of(model, face, found, p), {}};
     const auto edge = nearest_edge(model, face, p);
-    // A point on an edge may be off the face by rounding; the surface is then as near.
+    // A point on an edge may be off the face by rounding; the surface is then as near as the edge.
     if (!edge || edge->foot.distance <= std::sqrt(found.distance_squared)) return {foot_of(model, face, found, p), {}};
     const OnSurface below = nearest(parts, face, edge->foot.point, near);
     return {{edge->foot.point, point_on_face(model, face, below.uv).normal, below.uv, edge->foot.distance},
@@ -395,11 +396,11 @@ FaceWalk::Place FaceWalk::place_at(const Vec<3>& from, const Parameters& uv) con
     return {from, uv, model_->parts().kernel->on_surface(face_, uv[0], uv[1])};
 }
 
-/// Sets the start of the search for p's foot.
+/// Chooses an earlier closest point as the start of the search for p.
 void FaceWalk::go_near(const Vec<3>& p) {
     if (!first_of_row_ || !(norm_squared(first_of_row_->from - p) < norm_squared(last_->from - p))) return;
     last_ = first_of_row_;
-    first_of_row_.reset();  // p starts the next row
+    first_of_row_.reset();  // p starts the next row of points
 }
 
 void FaceWalk::remember(const Place& place) {
@@ -414,7 +415,7 @@ double FaceWalk::distance(const Vec<3>& p) {
     return foot.distance;
 }
 
-/// True if a surface point within the bound is on the face. Edges decide faster than OpenCASCADE.
+/// True if the face is within the bound of p, where the surface point at `uv` is. Edges decide faster than OpenCASCADE.
 bool FaceWalk::is_face_within(double bound, const Vec<3>& p, const std::array<double, 2>& uv) {
     const occ::Kernel& kernel = *model_->parts().kernel;
     const Parameters own = turned(uv, kernel.faces[face_]);
@@ -446,7 +447,8 @@ bool FaceWalk::is_surface_within(double bound, const Vec<3>& p) {
     return false;
 }
 
-/// Starts at the last place on an edge, else at the piece of edge with the nearest box.
+/// True if an edge is within the bound of p. Starts at the last point on an edge, then in the edge cell with the
+/// nearest box.
 bool FaceWalk::is_edge_within(double bound, const Vec<3>& p) {
     if (edge_ && leads_within(bound, p)) return true;
     const CadParts& parts = model_->parts();
@@ -463,7 +465,7 @@ bool FaceWalk::is_edge_within(double bound, const Vec<3>& p) {
     return least <= bound * bound && leads_within(bound, p);
 }
 
-/// True if a few steps along the edge come within the bound.
+/// True if a few steps along the edge come within the bound of p.
 bool FaceWalk::leads_within(double bound, const Vec<3>& p) {
     constexpr int max_steps = 4;
     const occ::EdgeFacts& facts = model_->parts().kernel->edges[*edge_];
@@ -498,7 +500,8 @@ EntityPoint<3> point_on_face(const CadModel& model, std::size_t face, const std:
     const occ::SurfaceJet jet = model.parts().kernel->on_surface(face, uv[0], uv[1]);
     const Vec<3> u = vec(jet.u), v = vec(jet.v);
     Vec<3> along_u = u, along_v = v;
-    // At a pole the derivative around it vanishes; slightly inside, it has the direction of the mixed derivative.
+    // At a pole the derivative around the pole vanishes. Slightly inside the face, that derivative has the direction of
+    // the mixed derivative.
     const auto inwards = [&](std::size_t k) { return uv[k] < 0.5 * (facts.low[k] + facts.high[k]) ? 1.0 : -1.0; };
     const auto reach = [&](std::size_t k) { return facts.high[k] - facts.low[k]; };
     if (norm(u) * reach(0) <= unseen * norm(v) * reach(1)) along_u = inwards(1) * vec(jet.uv);
@@ -522,7 +525,8 @@ OnCurve point_on_curve(const CadParts& parts, std::size_t edge, double t, const 
     return {t, jet, norm_squared(vec(jet.point) - p)};
 }
 
-/// Newton on (c(t) − p)·c'(t) = 0 between two parameters, with the Gauss part where |c − p|² is not convex.
+/// Solves (c(t) − p)·c'(t) = 0 between two parameters by Newton's method; where |c − p|² is not convex, by the
+/// Gauss-Newton method.
 OnCurve nearest_between(const CadParts& parts, std::size_t edge, double low, double high, const Vec<3>& p) {
     constexpr int max_steps = 30;
     const double tiny = rounding(parts, p);
@@ -535,7 +539,8 @@ OnCurve nearest_between(const CadParts& parts, std::size_t edge, double low, dou
         const double change = -slope / (whole > 0.1 * gauss ? whole : gauss);
         double t = std::clamp(best.t + change, low, high);
         OnCurve next = point_on_curve(parts, edge, t, p);
-        // Squared distances hide changes below the root of their rounding: the last steps seem to give no decrease.
+        // Squared distances hide changes of t below the square root of rounding, so the last steps seem to give no
+        // decrease.
         const double most = best.distance_squared * (1 + 1e-13) + tiny * tiny;
         for (int halving = 0; halving < 6 && next.distance_squared > most; ++halving) {
             t = 0.5 * (t + best.t);
@@ -549,7 +554,7 @@ OnCurve nearest_between(const CadParts& parts, std::size_t edge, double low, dou
     return best;
 }
 
-/// Searches all cells whose boxes are near enough.
+/// Closest point of an edge. Searches all cells whose boxes are near enough.
 OnCurve nearest_on_curve(const CadParts& parts, std::size_t edge, const Vec<3>& p) {
     const EntityCells& cells = parts.edges[edge];
     OnCurve best;

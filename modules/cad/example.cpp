@@ -13,7 +13,7 @@ import camber.cad;
 
 using namespace camber;
 
-/// The unit ball as OpenCASCADE writes it.
+/// A BREP file of the unit ball, written by OpenCASCADE.
 static constexpr const char* ball = R"(
 DBRep_DrawableShape
 
@@ -90,12 +90,12 @@ So
 +1 0 
 )";
 
-/// Eight tetrahedra around the origin, vertex 0.
+/// Eight tetrahedra around vertex 0, which is the origin.
 static LinearMesh<3> octahedron() {
     const auto v = [](std::size_t i) { return VertexId(i); };
     Buffer<SimplexVertices<3>> elements;
     Buffer<SimplexVertices<2>> facets;
-    const std::array<std::size_t, 4> around{1, 3, 2, 4};  // +x, +y, -x, -y
+    const std::array<std::size_t, 4> around{1, 3, 2, 4};  // vertices at +x, +y, -x, -y
     for (std::size_t i = 0; i < 4; ++i) {
         const VertexId a = v(around[i]), b = v(around[(i + 1) % 4]);
         facets.push_back({a, b, v(5)});
@@ -134,7 +134,7 @@ int main() {
     std::ofstream(path) << ball;
     const auto model = read_cad(path.string(), CadOptions{});
     std::filesystem::remove(path);
-    // Without OpenCASCADE the message says what to do.
+    // If OpenCASCADE is not available, the message contains a remedy.
     if (!model) std::printf("%s\n", describe(model.error()).c_str());
     if (!model) return !knows_cad() && model.error().kind == ErrorKind::unsupported ? 0 : 1;
     const auto right = example(*model, Execution{});

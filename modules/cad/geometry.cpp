@@ -1,4 +1,4 @@
-// Samples of a model; the associated model as a geometry of 3D meshes.
+// Samples of a model; a geometry of 3D meshes from a model and its association.
 module;
 #include <algorithm>
 #include <array>
@@ -31,7 +31,7 @@ double middle_of(double low, double high, std::size_t i, std::size_t n) {
     return low + (high - low) * (static_cast<double>(i) + 0.5) / static_cast<double>(n);
 }
 
-/// Points of an n by m grid that are on the face.
+/// Points of an n by m parameter grid that are on the trimmed face.
 Samples grid_on_face(const CadModel& model, std::size_t face, std::size_t n, std::size_t m) {
     const occ::Kernel& kernel = *model.parts().kernel;
     const occ::FaceFacts& facts = kernel.faces[face];
@@ -56,7 +56,7 @@ double area_of(const Samples& samples) {
     return area;
 }
 
-/// Longest of some parameter lines, each way.
+/// Largest lengths of some parameter lines, in u and in v.
 std::array<double, 2> extents_of(const CadModel& model, std::size_t face) {
     constexpr std::size_t lines = 3, pieces = 16;
     const occ::Kernel& kernel = *model.parts().kernel;
@@ -90,7 +90,8 @@ Samples of_face(const CadModel& model, std::size_t face, double step) {
     const std::size_t n = parts_of(extents[0], step, least, most), m = parts_of(extents[1], step, least, most);
     Samples samples = grid_on_face(model, face, n, m);
     if (!samples.points.empty()) return samples;
-    // Narrow or broken faces may have no grid point: use a finer grid, as costly as on other faces.
+    // A narrow or broken face may contain no grid point. It gets a finer grid, which is as costly as that of other
+    // faces.
     return grid_on_face(model, face, std::min(finer * n, finest), std::min(finer * m, finest));
 }
 
@@ -117,7 +118,7 @@ void append(GeometrySamples<3>& to, const GeometryEntity& entity, const Samples&
     for (std::size_t i = 0; i < samples.points.size(); ++i) to.add(samples.points[i], samples.weights[i]);
 }
 
-/// Curve with the first two faces as sides.
+/// Curve of a model edge, with the edge's first two faces as sides.
 GeometryEntity curve(const occ::EdgeFacts& facts, std::size_t edge) {
     std::array<std::int64_t, 2> sides{GeometryEntity::unnumbered, GeometryEntity::unnumbered};
     for (std::size_t i = 0; i < 2 && i < facts.faces.size(); ++i) sides[i] = static_cast<std::int64_t>(facts.faces[i]);
@@ -129,7 +130,7 @@ GeometryEntity curve(const occ::EdgeFacts& facts, std::size_t edge) {
 
 template <>
 Outcome<GeometrySamples<2>> samples_of<2>(const CadModel& model, std::size_t wanted, const Execution& execution) {
-    constexpr double coarse = 0;  // a few points a curve, to estimate its length
+    constexpr double coarse = 0;  // step 0 gives the minimum number of points per curve, enough to estimate its length
     return guarded([&]() -> Outcome<GeometrySamples<2>> {
         const std::vector<std::size_t> curves = curves_of(model);
         double length = 0;
@@ -249,7 +250,7 @@ class CadGeometryModel final : public GeometryModel<3> {
     [[nodiscard]] std::optional<Plane<3>> plane_at(const FacetSite<3>& facet) const override {
         const std::size_t face = face_of(facet);
         if (!cad_.model.parts().kernel->faces[face].is_plane) return std::nullopt;
-        // A facet that spans faces is not planar, even if its own face is.
+        // A facet that spans several faces is not planar, even if its associated face is.
         const auto is_off = [&](const Vec<3>& p) {
             return closest_on_face(cad_.model, face, p).distance > at_one_place(cad_.model.parts());
         };
@@ -327,7 +328,7 @@ class CadGeometryModel final : public GeometryModel<3> {
         return name;
     }
 
-    /// A model of part of the boundary samples only faces with facets, and their edges.
+    /// If only part of the boundary is on the model, samples the faces with facets, and their edges.
     [[nodiscard]] Outcome<GeometrySamples<3>> own_samples(std::size_t wanted,
                                                           const Execution& execution) const override {
         auto whole = samples_of<3>(cad_.model, wanted, execution);
@@ -376,14 +377,14 @@ class CadGeometryModel final : public GeometryModel<3> {
             const Junction at = junction_at(cad_.model, faces, points, reach);
             if (at.on == Junction::On::edge && at.distance <= reach.ridge)
                 return {curve(at.number, faces), at.is_chain ? faces : std::vector<std::size_t>{}};
-            // A mesh edge along no edge of the model is on the closest face.
+            // A mesh edge that follows no edge of the model is on the closest face.
             return {surface(at.on == Junction::On::face ? at.number : *nearest_face(cad_.model, faces, edge.middle()))};
         }
-        // A single facet is at the rim of an open model, or of the part on it.
+        // A mesh edge with a single facet is at the rim of an open model, or of the part of the boundary on the model.
         return {edge.facets.size() > 1 ? surface(faces[0]) : rim_of(faces, points)};
     }
 
-    /// Edge at which a face ends, if near; else the face.
+    /// Closest rim edge of a face, if near both ends; else the face.
     [[nodiscard]] GeometryEntity rim_of(const std::vector<std::size_t>& faces,
                                         const std::array<Vec<3>, 2>& ends) const {
         const GeometryEntity rim = curve_of(faces, ends);
@@ -394,7 +395,7 @@ class CadGeometryModel final : public GeometryModel<3> {
         return rim;
     }
 
-    /// Closest rim edge; without a rim, the face.
+    /// Closest edge between the faces, or of the rim of a single face; if there is none, the first face.
     [[nodiscard]] GeometryEntity curve_of(const std::vector<std::size_t>& faces, std::span<const Vec<3>> points) const {
         const auto edge = edge_between(cad_.model, faces, points);
         return edge ? curve(*edge, faces) : surface(faces[0]);
@@ -411,7 +412,7 @@ class CadGeometryModel final : public GeometryModel<3> {
         return surface(at.on == Junction::On::face ? at.number : faces[0]);
     }
 
-    /// Closest point of a face, or of its virtual face if facets span several.
+    /// Closest point of a face and of the faces joined to it.
     [[nodiscard]] VirtualFoot closest_from(std::size_t face, const Vec<3>& p) const {
         if (joined_[face] == no_face) return {face, closest_on_face(cad_.model, face, p)};
         return closest_on_virtual_face(cad_.model, face, p,

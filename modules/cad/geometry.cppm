@@ -13,13 +13,13 @@ import camber.core;
 import camber.surface;
 import :model;
 
-/// Model in a plane z = constant as geometry of 2D meshes: curves are its edges.
+/// A model in a plane z = constant is a geometry of 2D meshes. Its edges are curves of the mesh.
 export namespace camber {
 
-/// Errors (input): no edges, or more than 1e-7 of the size out of a plane z = constant.
+/// Errors (input): the model has no edges, or leaves a plane z = constant by more than 1e-7 of its size.
 [[nodiscard]] Outcome<Done> check_flatness(const CadModel& model);
 
-/// The model's edges, rising; only the first of coincident edges of touching faces.
+/// Returns the model's edges, ascending; of coincident edges of touching faces, only the first.
 [[nodiscard]] std::vector<std::size_t> curves_of(const CadModel& model);
 
 /// Closest point of an edge and its unit normal, to the right of the edge.
@@ -27,18 +27,18 @@ struct CadCurveFoot {
     Vec<2> point, normal;
     double t = 0, distance = 0;
 };
-/// Points on the curve within rounding are unchanged, as in `closest_on_edge`.
+/// Returns points that are on the curve within rounding unchanged, as `closest_on_edge` does.
 [[nodiscard]] CadCurveFoot closest_on_curve(const CadModel& model, std::size_t edge, const Vec<2>& p);
 [[nodiscard]] EntityPoint<2> point_on_curve(const CadModel& model, std::size_t edge, double t);
 
-/// Empty if there are none; the lowest of equally near ones.
+/// Closest of these edges, the first of equally near ones; empty without edges.
 [[nodiscard]] std::optional<std::size_t> nearest_curve(const CadModel& model, std::span<const std::size_t> edges,
                                                        const Vec<2>& p);
-/// See `best_face`; the last term of the misfit is length × sine of the angle between the tangents.
+/// Like `best_face` for a 2D facet; the last term of the misfit is length × sine of the angle between the tangents.
 [[nodiscard]] CadFit best_curve(const CadModel& model, std::span<const std::size_t> edges,
                                 const std::array<Vec<2>, 2>& ends);
 
-/// Entities for facets (faces, in 2D curves), and the best of some.
+/// Entities on which facets can lie: faces, in 2D curves.
 template <int D>
 [[nodiscard]] std::vector<std::size_t> candidates(const CadModel& model) {
     if constexpr (D == 2) return curves_of(model);
@@ -55,7 +55,8 @@ template <int D>
         return best_face(model, candidates, corners);
 }
 
-/// Closest vertex at which edges around a point (rising, at least one) meet; a single edge must be closed with a kink.
+/// Closest vertex at which these edges (ascending, at least one) end. A single edge has one only if it is closed with a
+/// kink.
 [[nodiscard]] std::optional<std::size_t> end_between(const CadModel& model, std::span<const std::size_t> edges,
                                                      const Vec<2>& p);
 [[nodiscard]] Vec<2> vertex_in_plane(const CadModel& model, std::size_t vertex);
@@ -76,25 +77,24 @@ namespace camber {
 
 export namespace camber {
 
-/// A CAD model as the geometry of a mesh: surfaces are faces, curves edges, corners vertices (2D: surfaces are edges,
-/// corners vertices), with the model's numbers. Facets of the mesh lie on their associated faces, facets of derived
-/// meshes on the best-fitting face of their reference. A mesh edge between two faces lies on the model's edge, even a
-/// smooth one, if it follows that edge; else on the closest face. Joined faces (`CadAssociation::joined`) are one
-/// surface for projections.
+/// A CAD model as the geometry of a mesh, with the model's numbers. Surfaces are faces, curves are edges, corners are
+/// vertices (2D: surfaces are edges). Facets of the mesh lie on their associated faces, facets of derived meshes on the
+/// best-fitting face of their reference. A mesh edge between two faces lies on the model's edge, even a smooth one, if
+/// it follows that edge; else it lies on the closest face. Joined faces (`CadAssociation::joined`) are one surface for
+/// projections.
 template <int D>
 struct CadGeometry {
     CadModel model;
     CadAssociation association;
     LinearMesh<D> mesh;  ///< the associated mesh
 
-    /// True if the whole boundary is on the model.
     [[nodiscard]] bool is_whole() const { return association.facets == mesh.facets.size(); }
-    /// True if the facet is that of its number in `mesh`, and on the model.
+    /// True if the facet is a facet of `mesh`, by number and position, and on the model.
     [[nodiscard]] bool has(const FacetSite<D>& facet) const {
         return facet.id.valid() && facet.id.index() < mesh.facets.size() && association.faces[facet.id] != no_face &&
                facet_site(mesh, facet.id).corners == facet.corners;
     }
-    /// Faces (2D: edges) of a reference.
+    /// Faces (2D: edges) with facets of a reference.
     [[nodiscard]] std::span<const std::size_t> of_reference(Reference reference) const {
         const auto& all = association.of_references;
         const auto row = std::lower_bound(all.begin(), all.end(), reference,
@@ -102,7 +102,7 @@ struct CadGeometry {
         if (row == all.end() || row->first != reference) return {};
         return row->second;
     }
-    /// Faces (2D: edges) with facets, rising.
+    /// Faces (2D: edges) with facets, ascending.
     [[nodiscard]] std::vector<std::size_t> met() const {
         std::vector<std::size_t> all;
         for (const auto& [reference, faces] : association.of_references)
@@ -115,14 +115,14 @@ struct CadGeometry {
 [[nodiscard]] std::shared_ptr<const GeometryModel<2>> model_of(CadGeometry<2> cad);
 [[nodiscard]] std::shared_ptr<const GeometryModel<3>> model_of(CadGeometry<3> cad);
 
-/// Samples faces (by parameters within their trims) and edges, seams included. The number of points on faces is
-/// approximate, uniform by area, with a minimum for small faces. Entity numbers are the model's. 2D: only curves
-/// (`curves_of`), uniform by length. Errors: stopped.
+/// Samples faces (at parameters inside their trims) and edges, including seams. The number of points on faces is
+/// approximate. They are uniform by area, with a minimum for small faces. Entities have the model's numbers. 2D: only
+/// curves (`curves_of`), uniform by length. Errors: stopped.
 template <int D>
 [[nodiscard]] Outcome<GeometrySamples<D>> samples_of(const CadModel& model, std::size_t wanted,
                                                      const Execution& execution);
 
-/// Samples of the entities for which `is_wanted(entity)`.
+/// Samples of the entities for which is_wanted(entity) is true.
 template <int D, class IsWanted>
 [[nodiscard]] Outcome<GeometrySamples<D>> part_of_samples(const GeometrySamples<D>& whole, IsWanted&& is_wanted) {
     return guarded([&]() -> Outcome<GeometrySamples<D>> {
@@ -146,24 +146,24 @@ template <int D>
 struct VerticesOnModel {
     Column<Vec<D>> points;   ///< all vertices
     std::size_t moved = 0;   ///< vertices with a new position
-    std::size_t held = 0;    ///< off vertices that elements keep from their targets
-    double largest = 0;      ///< largest move
+    std::size_t held = 0;  ///< vertices that did not reach their targets, because elements or facets would become flat
+    double largest = 0;      ///< length of the largest move
     VertexId farthest = {};  ///< vertex of the largest move
 };
 
 /// Moves vertices of facets on the model to the closest point of their entity: the model's vertex for three faces (2D:
-/// two curves), the edge for two, else the virtual face. At the end of the part on the model, this is the face's rim.
-/// Beside a surface prescribed by `geometry` (which contains the model), it is the curve of both. Elements preserve a
-/// fifth of their volume, facets a fifth of their area along their normal: otherwise moves are halved up to six times,
-/// then dropped. Required vertices are fixed. Errors: stopped.
+/// two curves), the edge for two faces, else the virtual face. Where the part of the boundary on the model ends, the
+/// entity is the face's rim. Beside another surface that `geometry` prescribes, it is the curve of both; `geometry`
+/// contains the model. Elements preserve a fifth of their volume, facets a fifth of their area along their normal.
+/// Moves that violate this are halved up to six times, then dropped. Required vertices are fixed. Errors: stopped.
 template <int D>
 [[nodiscard]] Outcome<VerticesOnModel<D>> vertices_onto(const CadModel& model, const CadAssociation& association,
                                                         const LinearMesh<D>& mesh, const Geometry<D>& geometry,
                                                         const Execution& execution);
 
 /// Checks that the mesh fits the model. Errors (input): too many vertices are off a face or an edge
-/// (`CadAssociation::misfit`). Reports the farthest vertex, its distance, the number of off vertices, and, unless
-/// `vertices` is `move`, how to move them.
+/// (`CadAssociation::misfit`). The error names the farthest vertex, its distance, the number of off vertices, and,
+/// unless `vertices` is `move`, how to move them.
 template <int D>
 [[nodiscard]] Outcome<Done> check_vertices(const CadAssociation& association, CadVertices vertices);
 

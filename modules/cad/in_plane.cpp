@@ -49,7 +49,7 @@ bool coincide(const CadModel& model, std::size_t a, std::size_t b) {
     return true;
 }
 
-/// Largest distance of the ends + that of the middle + length × sine of the angle between the tangents.
+/// Larger distance of the ends + distance of the facet's middle + length × sine of the angle between the tangents.
 double misfit(const CadModel& model, std::size_t edge, const std::array<Vec<2>, 2>& ends) {
     const Vec<2> chord = ends[1] - ends[0];
     const CadCurveFoot foot = closest_on_curve(model, edge, midpoint(ends[0], ends[1]));
@@ -101,7 +101,7 @@ CadCurveFoot closest_on_curve(const CadModel& model, std::size_t edge, const Vec
     const CadFoot foot = closest_on_edge(model, edge, at);
     const double t = foot.parameters[0];
     const Vec<2> point = in_plane(foot.point), normal = point_on_curve(model, edge, t).normal;
-    // Heights within the tolerance count as zero.
+    // Only the distance in the plane counts. Heights within the tolerance of a plane model count as zero.
     const double away = distance(point, p);
     if (away <= 4 * rounding(parts, at)) return {p, normal, t, 0};
     return {point, normal, t, away};
@@ -132,7 +132,7 @@ CadFit best_curve(const CadModel& model, std::span<const std::size_t> edges, con
     CadFit best{edges.front(), infinite, infinite, infinite};
     const VirtualFaces& joined = model.parts().virtual_curves;
     for (const std::size_t edge : edges) {
-        // Exact values above twice the best are irrelevant.
+        // Misfits above twice the best one need not be exact.
         const double enough = doubt * best.misfit;
         if (model.parts().edges[edge].reach.distance_squared(middle) > enough * enough) continue;
         const double here = misfit(model, edge, ends);
@@ -253,7 +253,7 @@ class CurvesModel final : public GeometryModel<2> {
         return name;
     }
 
-    /// For part of the boundary, only edges with facets.
+    /// If only part of the boundary is on the model, samples the edges with facets.
     [[nodiscard]] Outcome<GeometrySamples<2>> own_samples(std::size_t wanted,
                                                           const Execution& execution) const override {
         auto whole = samples_of<2>(cad_.model, wanted, execution);
@@ -274,7 +274,7 @@ class CurvesModel final : public GeometryModel<2> {
         return cad_.model.parts().kernel->edges[curve];
     }
 
-    /// Closest point of a curve, including joined curves.
+    /// Closest point of a curve and of the curves joined to it.
     [[nodiscard]] VirtualCurveFoot closest_from(std::size_t curve, const Vec<2>& p) const {
         if (joined_[curve] == no_face) return {curve, closest_on_curve(cad_.model, curve, p)};
         return closest_on_virtual_face(cad_.model, curve, p,

@@ -26,12 +26,12 @@ namespace {
 struct Library {
     occ::Open* open = nullptr;
     occ::Restore* restore = nullptr;
-    std::string missing;  ///< reason of a failure
+    std::string missing;  ///< reason if it cannot be loaded
 };
 
 Library loaded() {
     Library library;
-    // Search order: installed beside the program (which may have moved), built, install prefix.
+    // Search order: beside the program (also if it was moved), in the build tree, in the install prefix.
     for (const char* const name :
          {"$ORIGIN/../" CAMBER_OCC_BESIDE, "$ORIGIN/" CAMBER_OCC_FILE, CAMBER_OCC_BUILT, CAMBER_OCC_INSTALLED}) {
         void* const handle = dlopen(name, RTLD_NOW | RTLD_LOCAL);
@@ -53,7 +53,7 @@ Library loaded() {
     return library;
 }
 
-/// Kernel from `open(library, opened)`; errors name `path`.
+/// Returns the kernel that open(library, opened) makes. Errors name `path`.
 template <class Open>
 Outcome<std::unique_ptr<const occ::Kernel>> kernel_by(const std::string& path, Open&& open) {
     static const Library library = loaded();
@@ -142,7 +142,7 @@ CadLosses CadModel::losses() const {
 
 namespace {
 
-/// Errors name `path`.
+/// Builds a model's search structures. Errors name `path`.
 Outcome<CadModel> model_with(std::unique_ptr<const occ::Kernel> kernel, const std::string& path) {
     if (kernel->edges.empty() && kernel->faces.empty())
         return fail(ErrorKind::input, "the model has no faces and no edges", path, {},

@@ -20,7 +20,7 @@ import :model;
 
 namespace camber {
 
-/// Parameter range of part of a face or edge (first parameter).
+/// Parameter range of a part of a face, or of an edge (first parameter only).
 struct Cell {
     std::array<double, 2> low{}, high{};
 };
@@ -44,16 +44,16 @@ struct OrientedBox {
 struct EntityCells {
     std::vector<Cell> cells;
     std::vector<Box<3>> boxes;
-    std::vector<OrientedBox> oriented;  ///< faces: along the tangent plane, tighter for thin oblique cells
+    std::vector<OrientedBox> oriented;  ///< for faces: boxes along the tangent plane, tighter for thin oblique cells
     BoxTree<3> tree;
     Box<3> bounds;  ///< box of the samples
     Box<3> reach;   ///< encloses the entity
 };
 
-/// Groups of smoothly meeting faces (2D: edges), each a virtual face.
+/// Groups of faces (2D: edges) that meet smoothly. Each group is a virtual face.
 struct VirtualFaces {
-    std::vector<std::uint32_t> groups;             ///< one a face: lowest face of its group
-    std::vector<std::vector<std::size_t>> beside;  ///< one a face: smooth neighbours, rising
+    std::vector<std::uint32_t> groups;             ///< one per face: lowest face of its group
+    std::vector<std::vector<std::size_t>> beside;  ///< one per face: smooth neighbours, ascending
 
     [[nodiscard]] bool are_joined(std::size_t a, std::size_t b) const { return groups[a] == groups[b]; }
 };
@@ -61,31 +61,31 @@ struct VirtualFaces {
 struct CadParts {
     std::unique_ptr<const occ::Kernel> kernel;
     std::vector<EntityCells> faces, edges;
-    BoxTree<3> tree_of_faces;  ///< over `reach`
+    BoxTree<3> tree_of_faces;  ///< over the boxes `reach`
     VirtualFaces virtual_faces, virtual_curves;
     Box<3> bounds;  ///< bounds of faces, else of edges
     Box<3> of_edges;
-    double size = 0;  ///< diagonal
+    double size = 0;  ///< diagonal of `bounds`
 };
 
-/// Lower bound from boxes of cells.
+/// Lower bound of the distance, from boxes of cells.
 [[nodiscard]] double least_distance(const CadParts& parts, std::size_t face, const Vec<3>& p);
 
-/// Distances of points from a face, equal to `closest_on_face` up to rounding. Searches start at the nearest of the
-/// last feet: pass neighbouring points consecutively.
+/// Computes distances from a face, equal to those of `closest_on_face` up to rounding. Each search starts at an earlier
+/// closest point: pass neighbouring points consecutively.
 class FaceWalk {
   public:
     /// `start`: parameters near the first point, or null.
     FaceWalk(const CadModel& model, std::size_t face, const std::array<double, 2>* start);
 
     [[nodiscard]] double distance(const Vec<3>& p);
-    /// Distance of p if above `bound`, else empty (usually without a search).
+    /// Distance of p if it exceeds `bound`, else empty (usually without a search).
     [[nodiscard]] std::optional<double> distance_beyond(double bound, const Vec<3>& p);
     [[nodiscard]] std::size_t searches() const { return searches_; }
 
   private:
     struct Place {
-        Vec<3> from;  ///< point of this foot
+        Vec<3> from;  ///< point whose closest point this is
         std::array<double, 2> uv{};
         occ::SurfaceJet jet{};
     };
@@ -100,7 +100,7 @@ class FaceWalk {
     const CadModel* model_;
     std::size_t face_;
     std::optional<Place> last_, first_of_row_;
-    std::optional<std::size_t> edge_;  ///< edge of the last point off the face
+    std::optional<std::size_t> edge_;  ///< last edge with a closest point
     double on_edge_ = 0;
     std::size_t searches_ = 0;
 };
@@ -115,20 +115,20 @@ class FaceWalk {
 
 [[nodiscard]] inline Vec<3> vec(const occ::Point& p) { return {p}; }
 
-/// Two faces fit similarly well up to this ratio of misfits.
+/// Two faces fit similarly well if their misfits differ at most by this factor.
 inline constexpr double doubt = 2;
 
-/// Largest distance of a match, as a share of the facets' size.
+/// Largest distance of a match, as a share of the length of a mesh edge (boxes: of the diagonal).
 inline constexpr double near_enough = 0.1;
 
-/// Vertices farther than this times the longest edge at them are off the model; nearer ones may be due to omitted
-/// fillets.
+/// Vertices farther from the model than this times their longest edge are off the model. Smaller distances may be due
+/// to omitted fillets.
 inline constexpr double astray = 1;
 
-/// Distance of coincident points: the accuracy of fit between edges and faces of a model.
+/// Largest distance of coincident points: the accuracy with which a model's edges fit its faces.
 [[nodiscard]] inline double at_one_place(const CadParts& parts) { return 1e-6 * parts.size; }
 
-/// See `associate`: for sampled facets, and for all vertices.
+/// Checks for `associate` on sampled facets (`check_sample`) and on all vertices (`check_part`).
 template <int D>
 [[nodiscard]] Outcome<Done> check_sample(const LinearMesh<D>& mesh, const CadModel& model,
                                          std::span<const std::size_t> candidates, std::span<const Reference> elsewhere,
@@ -149,25 +149,26 @@ template <int D, std::size_t N>
 
 }  // namespace camber
 
-/// Virtual faces: meshers merge sliver and split faces that meet smoothly, so facets span them.
+/// A virtual face is a group of faces that meet smoothly. Meshers merge sliver and split faces, so facets can span
+/// several faces of a group.
 namespace camber {
 
-/// Largest angle (degrees) between normals along the edge of joined faces (2D: between tangents).
+/// Largest angle (degrees) between the normals of smooth neighbours along their edge (2D: between tangents).
 inline constexpr double smooth_angle_degrees = 3;
 
 [[nodiscard]] VirtualFaces virtual_faces(const occ::Kernel& kernel);
 [[nodiscard]] VirtualFaces virtual_curves(const occ::Kernel& kernel);
 
-/// Permission to use a face in place of a smooth neighbour.
+/// True for a face in which the search may continue.
 using MayTake = std::function<bool(std::size_t)>;
 
 struct VirtualFoot {
     std::size_t face = 0;
     CadFoot foot;
-    std::vector<std::size_t> through = {};  ///< faces on the way
+    std::vector<std::size_t> through = {};  ///< faces that the search passed before
 };
-/// Closest point of the virtual face near `face`: from a foot on a rim, the search continues in smooth neighbours while
-/// they are nearer.
+/// Closest point of the virtual face of `face`, where the search starts. While the closest point is on a rim, the
+/// search continues in smooth neighbours if they are nearer.
 [[nodiscard]] VirtualFoot closest_on_virtual_face(const CadModel& model, std::size_t face, const Vec<3>& p,
                                                   const MayTake& may_take = {});
 /// In 2D curves have the role of faces.
@@ -180,49 +181,51 @@ struct VirtualCurveFoot {
 [[nodiscard]] VirtualCurveFoot closest_on_virtual_face(const CadModel& model, std::size_t curve, const Vec<2>& p,
                                                        const MayTake& may_take = {});
 
-/// Location of points between facets of two or more faces.
+/// Model entity of points between facets on two or more faces.
 struct Junction {
     enum class On { nothing, face, edge, vertex };
 
     On on = On::nothing;
     std::size_t number = 0;
-    double distance = 0;           ///< largest of the points
-    bool is_within_group = false;  ///< between faces of one virtual face, on no edge
-    bool is_chain = false;         ///< chain of edges; `number`: the nearest to the middle
+    double distance = 0;           ///< largest distance of the points
+    bool is_within_group = false;  ///< on no edge, between faces of one virtual face
+    bool is_chain = false;         ///< chain of edges; `number` is the edge nearest to the middle
 };
-/// Largest distances from sharp and from smooth edges and vertices.
+/// Largest distances that count as on an edge or vertex: where faces meet sharply, and smoothly.
 struct Reach {
     double ridge = 0, smooth = 0;
 };
-/// Largest distance from a smooth model edge along it, as a share of the mesh edge's length.
+/// Largest distance from a smooth model edge that a mesh edge follows, as a share of the mesh edge's length.
 inline constexpr double smooth_reach = 0.005;
 [[nodiscard]] inline Reach reach_along(const std::array<Vec<3>, 2>& ends) {
     const double length = distance(ends[0], ends[1]);
     return {near_enough * length, smooth_reach * length};
 }
 
-/// Finds the edge between these faces (rising, at least two) within reach of all points. Otherwise, for one virtual
-/// face: its face nearest to the middle. For two: the chain of edges between them within reach. Else: the closest edge
-/// between any of the faces, beyond reach.
+/// Returns the first of these entities that exists, for at least two faces (ascending):
+/// - Edge between the faces within reach of all points.
+/// - For one virtual face: its face nearest to the middle of the points.
+/// - For two virtual faces: the chain of edges between them within reach.
+/// - Closest edge between any of the faces, beyond reach.
 [[nodiscard]] Junction junction_at(const CadModel& model, std::span<const std::size_t> faces,
                                    std::span<const Vec<3>> points, const Reach& reach);
-/// For a mesh vertex. With three or more faces, a model vertex within reach comes first (by the smooth reach within one
-/// virtual face or between two). Without one, and without an edge within reach, three or more virtual faces give the
-/// closest vertex.
+/// As `junction_at` for a mesh vertex. With more than two faces, the closest model vertex comes first if it is within
+/// reach; within one or two virtual faces, within the smooth reach. With three or more virtual faces, or if the edge
+/// found is beyond reach, the result is always that vertex.
 [[nodiscard]] Junction junction_at_vertex(const CadModel& model, std::span<const std::size_t> faces, const Vec<3>& p,
                                           const Reach& reach);
-/// Closest edge of the chain between two virtual faces, among edges of faces at most two smooth edges away.
+/// Closest edge between the virtual faces of these faces. Searches edges of faces at most two smooth edges away.
 [[nodiscard]] std::optional<std::size_t> chain_edge(const CadModel& model, std::span<const std::size_t> faces,
                                                     const Vec<3>& p);
 
-/// Sets joined faces and facets across ridges in `association`. `fits`: one a facet. `pairs`: faces on both sides of
-/// mesh edges (2D: vertices) within virtual faces. Errors: stopped.
+/// Sets joined faces and facets across ridges in `association`. `fits`: one per facet. `pairs`: faces on both sides of
+/// mesh edges (2D: vertices) inside virtual faces. Errors: stopped.
 template <int D>
 [[nodiscard]] Outcome<Done> find_spans(const LinearMesh<D>& mesh, const CadModel& model, std::span<const CadFit> fits,
                                        std::span<const std::array<std::size_t, 2>> pairs, const Execution& execution,
                                        CadAssociation& association);
 
-/// One a face: number of its list in `joined`, or `no_face`.
+/// For each face, the number of its list in `joined`, or `no_face`.
 [[nodiscard]] std::vector<std::uint32_t> joined_lists(const CadAssociation& association, std::size_t faces);
 
 /// Virtual faces for facets; in 2D virtual curves.

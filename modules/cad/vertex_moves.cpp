@@ -21,7 +21,7 @@ namespace camber {
 
 namespace {
 
-/// Largest distance to a model vertex, as a share of the edge length.
+/// Largest move to a model vertex, as a share of an edge's length.
 constexpr double vertex_reach = 0.5;
 
 class Targets {
@@ -30,7 +30,7 @@ class Targets {
             const Geometry<3>& geometry)
         : model_(model), association_(association), mesh_(mesh), geometry_(geometry) {}
 
-    /// Empty without facets on the model, or without a known entity.
+    /// Target of a vertex; empty if no facet is on the model, or its entity is unknown.
     [[nodiscard]] std::optional<Vec<3>> operator()(std::span<const FacetId> facets, const Vec<3>& p) const {
         const auto faces = faces_of(association_, facets);
         if (faces.empty()) return std::nullopt;
@@ -57,7 +57,7 @@ class Targets {
             case Junction::On::edge: return closest_on_edge(model_, at.number, p).point;
             case Junction::On::vertex: {
                 if (at.distance <= near) return model_.vertex(at.number);
-                // An edge, too, can have more than two faces.
+                // The vertex may lie inside an edge that has more than two faces.
                 const auto edge = edge_between(model_, faces, std::span(&p, 1));
                 const auto foot = edge ? std::optional(closest_on_edge(model_, *edge, p)) : std::nullopt;
                 if (foot && foot->distance < 0.5 * at.distance) return foot->point;
@@ -68,7 +68,7 @@ class Targets {
         }
         return std::nullopt;
     }
-    /// For the end of the part on the model.
+    /// Target where the part of the boundary on the model ends.
     [[nodiscard]] std::optional<Vec<3>> at_rim(std::span<const std::size_t> face, std::span<const FacetId> facets,
                                                const Vec<3>& p, double near) const {
         EdgeSite<3> site{{}, EdgeKind::ridge, {p, p}, {}};
@@ -134,7 +134,7 @@ class TargetsInPlane {
 template <int D>
 using TargetsOf = std::conditional_t<D == 2, TargetsInPlane, Targets>;
 
-/// Share of each vertex's move; 0: fixed.
+/// Targets of the vertices. `shares`: share of each vertex's move; 0: fixed.
 template <int D>
 struct Ways {
     const LinearMesh<D>& mesh;
@@ -155,7 +155,7 @@ struct Ways {
 
 constexpr double kept = 0.2;
 
-/// True if the element preserves a share of its volume, or had none.
+/// True if the moved element preserves a share of its volume, or had none.
 template <int D>
 bool is_sound(const Ways<D>& ways, const SimplexVertices<D>& element) {
     std::array<Vec<D>, D + 1> before, after;
@@ -167,11 +167,11 @@ bool is_sound(const Ways<D>& ways, const SimplexVertices<D>& element) {
     return volume <= 0 || signed_volume<D>(after) >= kept * volume;
 }
 
-/// Normal with the triangle's area (doubled) as length; 2D: the edge vector.
+/// Normal whose length is twice the triangle's area; 2D: the edge vector.
 Vec<3> area_vector(const std::array<Vec<3>, 3>& c) { return cross(c[1] - c[0], c[2] - c[0]); }
 Vec<2> area_vector(const std::array<Vec<2>, 2>& c) { return c[1] - c[0]; }
 
-/// True if the facet preserves a share of its area along its normal.
+/// True if the moved facet preserves a share of its area along its normal.
 template <int D>
 bool is_sound_facet(const Ways<D>& ways, const SimplexVertices<D - 1>& facet) {
     std::array<Vec<D>, D> before, after;
@@ -196,7 +196,7 @@ Outcome<std::vector<std::size_t>> flattened(const Ways<D>& ways, const Simplices
     return found;
 }
 
-/// Halves moves at flat simplices, finally drops them, until none is flat.
+/// Halves the moves at flat simplices, and finally drops them, until no simplex is flat.
 template <int D>
 Outcome<Done> hold_back(Ways<D>& ways, const Execution& execution) {
     constexpr int halvings = 6;

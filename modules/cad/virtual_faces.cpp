@@ -1,4 +1,4 @@
-// Virtual faces, junctions, and facets that span faces.
+// Virtual faces, junctions, and facets that span several faces.
 module;
 #include <algorithm>
 #include <array>
@@ -48,7 +48,7 @@ VirtualFaces grouped(std::vector<std::vector<std::size_t>> beside) {
     return out;
 }
 
-/// Direction of an edge at an end, into the edge.
+/// Unit tangent of an edge at one of its ends, pointing into the edge.
 Vec<3> leaving(const occ::Kernel& kernel, std::size_t edge, bool is_first) {
     const occ::EdgeFacts& facts = kernel.edges[edge];
     const Vec<3> tangent = vec(kernel.on_curve(edge, is_first ? facts.first : facts.last).first);
@@ -70,10 +70,10 @@ std::vector<std::vector<std::pair<std::size_t, bool>>> ends_at_vertices(const oc
     return ends;
 }
 
-/// Distance, as a share of the model's size, that counts as on the face.
+/// Largest distance that counts as on the face.
 double negligible(const CadModel& model) { return 1e-9 * model.parts().size; }
 
-/// True if the foot is on a rim and the face, if extended, would be nearer.
+/// True if the foot is on a rim: the face would be nearer if it were extended.
 template <int D>
 bool is_on_rim(const CadModel& model, const Vec<D>& foot, const Vec<D>& normal, const Vec<D>& p) {
     constexpr double parallel = 1e-3;
@@ -109,7 +109,7 @@ double farthest_from(const CadModel& model, std::size_t edge, std::span<const Ve
     return farthest;
 }
 
-/// Virtual faces, by lowest faces, rising.
+/// Virtual faces of these faces, each named by its lowest face; ascending.
 std::vector<std::uint32_t> groups_of(const CadModel& model, std::span<const std::size_t> faces) {
     std::vector<std::uint32_t> groups;
     groups.reserve(faces.size());
@@ -119,7 +119,7 @@ std::vector<std::uint32_t> groups_of(const CadModel& model, std::span<const std:
     return groups;
 }
 
-/// With faces at most two smooth edges away, rising.
+/// These faces and the faces at most two smooth edges away, ascending.
 std::vector<std::size_t> with_neighbours(const CadModel& model, std::span<const std::size_t> faces) {
     std::vector<std::size_t> all(faces.begin(), faces.end());
     for (int ring = 0; ring < 2; ++ring) {
@@ -225,7 +225,7 @@ Junction junction_at(const CadModel& model, std::span<const std::size_t> faces, 
     if (edge && junction.distance <= reach.smooth) return junction;
     if (groups == 1) return nearest_of(model, faces, points);
     const bool is_near = edge && !is_smooth && junction.distance <= reach.ridge;
-    // The edge between these two faces may have ended; another edge continues the chain.
+    // The edge between these two faces may end before the points; another edge then continues the chain.
     if (groups == 2)
         if (const auto chain = chain_at(model, faces, points, reach.ridge))
             if (!is_near || chain->distance < junction.distance) return *chain;
@@ -248,7 +248,7 @@ Junction junction_at_vertex(const CadModel& model, std::span<const std::size_t> 
 
 namespace {
 
-/// Union-find of faces, named by the lowest.
+/// Union-find sets of faces, each named by its lowest face.
 class JoinedFaces {
   public:
     explicit JoinedFaces(std::size_t faces) : lowest_(faces) {
@@ -259,7 +259,7 @@ class JoinedFaces {
         b = find(b);
         lowest_[std::max(a, b)] = std::min(a, b);
     }
-    /// Sets of several faces, rising.
+    /// Sets of more than one face, ascending.
     [[nodiscard]] std::vector<std::vector<std::size_t>> lists() {
         std::map<std::size_t, std::vector<std::size_t>> sets;
         for (std::size_t face = 0; face < lowest_.size(); ++face) sets[find(face)].push_back(face);
@@ -287,13 +287,13 @@ std::optional<std::size_t> nearest_of_all(const CadModel& model, std::span<const
 Vec<3> in_space(const Vec<2>& p) { return {{p[0], p[1], 0}}; }
 Vec<3> in_space(const Vec<3>& p) { return p; }
 
-/// Faces of a facet's vertices beyond the rim of the associated face.
+/// Faces on which a facet's vertices are, beyond the rim of its associated face.
 struct Span {
-    std::vector<std::array<std::size_t, 2>> pairs;  ///< joined faces
-    std::optional<Vec<3>> ridge;                    ///< point where it crosses a ridge
+    std::vector<std::array<std::size_t, 2>> pairs;  ///< pairs of joined faces
+    std::optional<Vec<3>> ridge;                    ///< point where the facet crosses a ridge
 };
 
-/// For a facet that does not fit its face closely.
+/// For facets that do not fit their face closely.
 template <int D>
 Span span_of(const CadModel& model, std::span<const std::size_t> all, std::size_t face,
              const std::array<Vec<D>, D>& corners) {
@@ -334,7 +334,7 @@ Outcome<Done> find_spans(const LinearMesh<D>& mesh, const CadModel& model, std::
     JoinedFaces joined(groups.groups.size());
     for (const auto& [a, b] : pairs) {
         joined.join(a, b);
-        // A sliver between the faces has no facets here, or it would be in the pair.
+        // A sliver between the faces has no facets at this edge; otherwise it would be in the pair.
         const auto& [near_a, near_b] = std::tie(groups.beside[a], groups.beside[b]);
         if (std::binary_search(near_a.begin(), near_a.end(), b)) continue;
         for (const std::size_t face : near_a)

@@ -25,12 +25,12 @@ namespace {
 // A stroke font: digits, lower-case letters, a few signs and the J of Jacobian.
 
 struct StrokePoint {
-    double x, y;  ///< coordinates relative to the base line, in sixths of a capital letter's height
+    double x, y;  ///< from the base line, in sixths of a capital letter's height
 };
 using Stroke = std::vector<StrokePoint>;
 
-/// The strokes of each letter. A point is two characters, x and y; for y, a and b mean one and two below the base line.
-/// A stroke of one point is a dot.
+/// Strokes of each letter. A point is two characters, x and y; y values a and b mean one and two below the base line. A
+/// stroke of one point is a dot.
 constexpr auto letters = std::to_array<std::pair<char, std::string_view>>({
     {'0', "103041453616050110"},
     {'1', "052620 1030"},
@@ -81,7 +81,6 @@ constexpr auto letters = std::to_array<std::pair<char, std::string_view>>({
     {'z', "04440040"},
 });
 
-/// Strokes of a text and its width.
 struct StrokedText {
     std::vector<Stroke> strokes;
     double width = 0;
@@ -159,7 +158,7 @@ class Brush {
                    });
     }
 
-    /// For each pixel centre in the box, blends the colour from cover(x, y) → (colour, coverage) into the image.
+    /// Blends cover(x, y) → (colour, coverage) into each pixel in the box.
     template <class Cover>
     void each_pixel(double left, double top, double right, double bottom, Cover&& cover) {
         const auto within = [](double v, std::size_t most) {
@@ -205,7 +204,7 @@ void put_number(Bytes& out, std::uint32_t value) {
     for (const unsigned shift : {24U, 16U, 8U, 0U}) out.push_back(static_cast<std::uint8_t>(value >> shift));
 }
 
-/// Writes a PNG chunk: length, name, data, and the checksum of name and data.
+/// Length, name, data, and checksum of name and data.
 void put_chunk(Bytes& out, std::string_view name, std::span<const std::uint8_t> data) {
     put_number(out, static_cast<std::uint32_t>(data.size()));
     const std::size_t begin = out.size();
@@ -214,7 +213,7 @@ void put_chunk(Bytes& out, std::string_view name, std::span<const std::uint8_t> 
     put_number(out, static_cast<std::uint32_t>(crc32(0, out.data() + begin, static_cast<uInt>(out.size() - begin))));
 }
 
-/// PNG predictor for a byte: filter 0 none, 1 left, 2 above, 3 mean, 4 Paeth.
+/// PNG filters: 0 none, 1 left, 2 above, 3 mean, 4 Paeth.
 std::uint8_t predicted(int filter, int left, int above, int corner) {
     switch (filter) {
         case 1: return static_cast<std::uint8_t>(left);
@@ -247,8 +246,7 @@ std::size_t weight(const Bytes& row) {
     return sum;
 }
 
-/// Selects for each row the filter whose output has the minimum sum of magnitudes. Pixels have 3 bytes if all are
-/// opaque.
+/// Selects the filter with the minimum weight for each row.
 Bytes filtered_rows(const Image& image, std::size_t pixel) {
     Bytes out;
     Bytes row(image.width * pixel), above;

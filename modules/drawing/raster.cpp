@@ -23,8 +23,8 @@ namespace {
 constexpr double chord_error = 0.05;
 constexpr std::size_t most_pieces = 64;
 
-/// Number of chords for an edge: a power of two, so that points of a coarser division are also points of finer ones. If
-/// the mid node has distance d from the chord's midpoint, n chords deviate by at most d/n².
+/// A power of two, so that points of a coarser division belong to finer ones. If the mid node is d away from the
+/// chord's midpoint, n chords deviate by d/n² at most.
 inline std::size_t pieces_of_edge(const DrawnFace& patch, std::size_t edge) {
     const Vec<3> chord = midpoint(patch.nodes[edge], patch.nodes[(edge + 1) % 3]);
     const double wanted = std::sqrt(distance(patch.nodes[3 + edge], chord) / chord_error);
@@ -33,14 +33,14 @@ inline std::size_t pieces_of_edge(const DrawnFace& patch, std::size_t edge) {
     return n;
 }
 
-/// A corner of a flat triangle: barycentric coordinates on the face, and position on paper.
+/// A corner of a flat triangle.
 struct SmallCorner {
     FacePoint xi;
     Vec<3> point;
 };
 
-/// Divides a face into flat triangles. If an edge needs fewer chords than the face, all points on that edge lie on its
-/// chords. The neighbouring face uses the same chords, so no gap opens.
+/// Divides a face into flat triangles. All points of an edge lie on chords that depend on the edge alone, so no gap to
+/// the neighbouring face opens.
 class Subdivision {
   public:
     void cut(const DrawnFace& patch) {
@@ -99,7 +99,7 @@ class Subdivision {
 
 // Nearest face at each sample in a strip of the picture.
 
-/// Number of samples along each axis of a pixel.
+/// Along each axis of a pixel.
 constexpr std::size_t samples_per_pixel = 3;
 
 /// Pixel rows [first, last) of the picture, in full width.
@@ -109,7 +109,7 @@ struct Strip {
     [[nodiscard]] std::size_t rows() const { return (last - first) * samples_per_pixel; }
 };
 
-/// A sample on a face: its barycentric coordinates xi, and their gradients' norms (per pixel).
+/// A sample on a face: its barycentric coordinates and their slopes (per pixel).
 struct Hit {
     const DrawnFace& patch;
     FacePoint xi;
@@ -147,7 +147,6 @@ struct FlatTriangle {
     }
 };
 
-/// Sample numbers [begin, end) along a row or column.
 struct SampleRange {
     std::size_t begin, end;
 };
@@ -160,7 +159,7 @@ inline SampleRange samples_between(double low, double high, std::size_t first, s
     return {clamped(begin), clamped(end)};
 }
 
-/// For each sample that a new face covers in front of all earlier faces, calls hit(sample, Hit).
+/// Calls hit(sample, Hit) for each sample where a new face lies in front of all earlier ones.
 class DepthBuffer {
   public:
     DepthBuffer(const Strip& strip, const std::optional<PaperFrame>& clip)
@@ -220,7 +219,7 @@ class DepthBuffer {
 
 constexpr std::size_t rows_of_a_strip = 16;
 
-/// For each strip, the numbers of the faces that may be visible in it, ascending.
+/// Faces that may be visible in each strip, ascending.
 struct Strips {
     std::vector<std::uint32_t> offsets, patches;
     std::size_t count = 0;
@@ -261,7 +260,7 @@ Strips sorted_into_strips(const Scene& scene) {
     return strips;
 }
 
-/// For each strip, stores of(hit) of the nearest face in each sample, then calls finish(strip, samples).
+/// Stores of(hit) of the nearest face in each sample of a strip, then calls finish(strip, samples).
 template <class Sample, class Of, class Finish>
 Outcome<Done> each_strip(const Scene& scene, const Execution& execution, const Sample& none, Of&& of, Finish&& finish) {
     return guarded([&]() -> Outcome<Done> {

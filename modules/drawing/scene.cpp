@@ -95,7 +95,6 @@ Vec<D> centroid(const LinearMesh<D>& mesh, const std::array<VertexId, N>& vertic
 
 NodeNumber number_of(VertexId v) { return v.value; }
 
-/// Index of the local edge between local vertices a and b of a K-simplex.
 template <int K>
 constexpr std::size_t local_edge(int a, int b) {
     for (std::size_t e = 0; e < local_edges<K>.size(); ++e)
@@ -118,7 +117,6 @@ std::array<NodeNumber, 6> nodes_of(const SimplexVertices<K>& vertices,
     return nodes;
 }
 
-/// Returns a face for each triangle of the mesh with flag 1 in `kept`.
 template <int K, class Edges>
 Column<Face> whole_triangles(const Simplices<K>& triangles, const Edges& edges, std::size_t vertex_count,
                              std::span<const std::uint8_t> kept, FaceKind kind) {
@@ -132,9 +130,9 @@ Column<Face> whole_triangles(const Simplices<K>& triangles, const Edges& edges, 
 }
 
 enum class Seen : std::uint8_t { no, boundary, uncovered, facet };
-using SeenFaces = std::array<Seen, 4>;  ///< at index i: state of the face opposite local vertex i
+using SeenFaces = std::array<Seen, 4>;  ///< i: face opposite local vertex i
 
-/// Reference of the facet with these vertices; none if no such facet is listed.
+/// None if no facet with these vertices is listed.
 std::optional<Reference> reference_of_facet(const LinearMesh<3>& mesh, const Incidence<FacetId>& facets,
                                             std::array<VertexId, 3> vertices) {
     std::sort(vertices.begin(), vertices.end());
@@ -156,7 +154,7 @@ std::array<VertexId, 3> vertices_of_face(const LinearMesh<3>& mesh, std::size_t 
     return {v[local[0]], v[local[1]], v[local[2]]};
 }
 
-/// Finds the faces to draw of each element. Thread-safe, because each face belongs to one call of the visitor.
+/// Thread-safe, because each face belongs to one call of the visitor.
 Outcome<Buffer<SeenFaces>> seen_faces(const LinearMesh<3>& mesh, const Incidence<FacetId>& facets,
                                       std::span<const std::uint8_t> kept, const DrawnGroups& groups,
                                       const Execution& execution) {
@@ -284,13 +282,12 @@ Vec<3> in_view(const View& view, const Vec<3>& p) {
     return {{dot(view.right, p), dot(view.up, p), dot(view.towards, p)}};
 }
 
-/// The largest centred square in the frame, to which a zoom is clipped.
+/// Largest centred square.
 PaperFrame clip_of(const PaperFrame& frame) {
     const double side = std::min(frame.width, frame.height);
     return {frame.left + (frame.width - side) / 2, frame.top + (frame.height - side) / 2, side, side};
 }
 
-/// Bounding box of the nodes along the view axes, with a margin for curves that leave the box.
 template <int D>
 Box<3> box_of(const Mesh<D>& mesh, std::span<const Face> faces, const View& view) {
     Box<3> box;

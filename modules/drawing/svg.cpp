@@ -65,10 +65,10 @@ void add_bar(const PictureOptions& o, const ColourRange& range, std::vector<Pict
     }
 }
 
-/// In units of the text size: width of a letter, and indentation after the colour box.
+/// Relative to the text size.
 constexpr double letter_width = 0.66, text_indent = 1.7;
 
-/// Legend text of kind i, for example "inlet (3)", or its number alone.
+/// For example "inlet (3)", or "3" without a name.
 std::string text_of_kind(const ColourKinds& kinds, std::size_t i) {
     const std::string number = std::to_string(kinds.numbers[i]);
     return i < kinds.names.size() && !kinds.names[i].empty() ? kinds.names[i] + " (" + number + ")" : number;
@@ -161,11 +161,11 @@ void put_tenths(std::string& out, std::int64_t tenths) {
     if (size >= 10 || size == 0) out += std::to_string(size / 10);
     if (size % 10 != 0) out += '.' + std::to_string(size % 10);
 }
-/// Position in tenths of a pixel, limited for points far outside the paper.
+/// Limited, for points far outside the paper.
 std::int64_t tenths_of(double value) { return std::llround(std::clamp(10 * value, -1e12, 1e12)); }
 void put(std::string& out, double value) { put_tenths(out, tenths_of(value)); }
 
-/// Writes path segments in tenths of a pixel, relative to the previous end point as rounded.
+/// Writes path segments in tenths of a pixel, relative to the rounded previous point.
 class Pen {
   public:
     explicit Pen(const Vec<3>& begin) : at_(tenths(begin)), d_("M") { put(at_); }
@@ -196,7 +196,6 @@ class Pen {
     std::string d_;
 };
 
-/// Writes the attribute name="value".
 void put(std::string& out, std::string_view name, double value) {
     out += ' ';
     out += name;
@@ -221,7 +220,7 @@ std::string curve(const DrawnFace& patch, std::size_t edge) {
 
 constexpr FacePoint middle{1.0 / 3, 1.0 / 3, 1.0 / 3};
 
-/// Returns a part of a face as a face of degree 2, with `corners` in barycentric coordinates.
+/// A part of a face is again of degree 2. `corners`: barycentric coordinates.
 DrawnFace part_of_patch(const DrawnFace& whole, const std::array<FacePoint, 3>& corners) {
     DrawnFace part = whole;
     part.lines = {};
@@ -238,7 +237,7 @@ DrawnFace part_of_patch(const DrawnFace& whole, const std::array<FacePoint, 3>& 
     return part;
 }
 
-/// True if one part of the face is turned to the viewer and another away from it.
+/// True if the face is turned partly to the viewer and partly away.
 bool folds(const DrawnFace& patch) {
     bool towards = false, away = false;
     for (std::size_t i = 0; i < 3; ++i) {
@@ -252,7 +251,7 @@ bool folds(const DrawnFace& patch) {
 
 constexpr std::size_t cuts_of_a_fold = 5;
 
-/// Adds small parts of a face that are turned to the viewer, for faces at the silhouette of a solid.
+/// Adds the small parts of a face that are turned to the viewer.
 void add_parts(const DrawnFace& patch, std::vector<DrawnFace>& out) {
     constexpr auto n = static_cast<double>(cuts_of_a_fold);
     const auto at = [&](std::size_t i, std::size_t j) {
@@ -270,7 +269,7 @@ void add_parts(const DrawnFace& patch, std::vector<DrawnFace>& out) {
         }
 }
 
-/// Sorts the visible faces from the farthest to the nearest.
+/// Farthest faces first.
 std::vector<DrawnFace> painted_in_order(const Scene& scene, const Buffer<std::uint32_t>& visible) {
     std::vector<DrawnFace> patches;
     for (const std::uint32_t f : visible) {
@@ -288,7 +287,7 @@ std::vector<DrawnFace> painted_in_order(const Scene& scene, const Buffer<std::ui
 
 constexpr double most_opacity = 0.8;
 
-/// Opacity of the face's lines, rounded to tenths.
+/// Rounded to tenths.
 double opacity_of_lines(const DrawnFace& patch, double width) {
     double longest = 0;
     for (std::size_t i = 0; i < 3; ++i) {
@@ -369,7 +368,7 @@ class Writer {
         put(out_, "width", frame.width);
         put(out_, "height", frame.height);
     }
-    /// Omits the attribute if the SVG group already has this opacity.
+    /// Omits the SVG group's opacity.
     void put_opacity(double opacity) {
         if (opacity != most_opacity) put(out_, "stroke-opacity", opacity);
     }

@@ -16,7 +16,7 @@ namespace camber {
 
 namespace {
 
-/// Size `along` a unit direction, `across` normal to it.
+/// Metric with size `along` in a unit direction and `across` normal to it.
 template <int D>
 LogMetric<D> two_sizes(const Vec<D>& direction, double along, double across) {
     const double base = -2 * log(across);
@@ -34,7 +34,7 @@ Vec<D> first_axis() {
     return x;
 }
 
-/// Radius and direction in the first two coordinates.
+/// Radius and radial direction in the x-y plane.
 template <int D>
 struct Polar {
     double r = 0;

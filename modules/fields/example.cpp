@@ -1,4 +1,5 @@
-// camber.fields: metrics as functions of position, by name or by a user's expression.
+// Example of camber.fields: evaluates metrics that are functions of position, from a named field and from a user's
+// expressions.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -32,13 +33,14 @@ static Outcome<bool> example(const Execution& execution) {
     for (std::size_t i = 0; i < points.size(); ++i) {
         std::printf("x = %.1f: sizes %.4f and %.4f, anisotropy %.1f\n", points[i][0], size_along((*polar)[i], radial),
                     size_along((*polar)[i], tangential), anisotropy((*polar)[i]));
-        // On the axis the fields differ only by 0.2 instead of 2 (size − min_size) = 0.198.
+        // On the x axis the fields are equal except for a factor: 0.2 in the expression, 2 (size − min_size) = 0.198 in
+        // the named field.
         difference =
             std::max(difference, std::abs(size_along((*polar)[i], radial) - size_along((*written)[i], radial)));
     }
     std::printf("the written field is the named one to %.4f\n", difference);
 
-    // Errors name the expression and the position.
+    // The error contains the expression and the position of the fault.
     const auto wrong = log_metrics_of<2>(MetricExpression(SizeExpression{"0.1 + 0.2*r"}), points, execution);
     if (!wrong) std::printf("refused: %s\n", describe(wrong.error()).c_str());
     const bool thin = std::abs(anisotropy((*polar)[1]) - 100) < 1e-9;

@@ -1,4 +1,4 @@
-// Scalar expressions by muParser, and metrics by expressions.
+// Evaluates scalar expressions with muParser, and metrics from expressions.
 module;
 #include <algorithm>
 #include <array>
@@ -31,14 +31,14 @@ constexpr const char* remedy =
     "it may use x, y, z (3D), pi, numbers, + - * / ^, comparisons, c ? a : b and functions such as sqrt, exp, log, "
     "sin, tanh, atan2, abs, min, max";
 
-/// An illegal character that the parser accepts: an assignment, or a byte that ends the text.
+/// An illegal character that muParser accepts: an assignment, or a byte that ends the text.
 struct Intruder {
-    std::size_t position;  ///< from 0
+    std::size_t position;  ///< character index from 0
     const char* what;
     const char* remedy;
 };
 std::optional<Intruder> intruder_of(std::string_view text) {
-    constexpr std::string_view compared = "=<>!";  // before the = of a comparison
+    constexpr std::string_view compared = "=<>!";  // first characters of comparisons such as <=
     for (std::size_t i = 0; i < text.size(); ++i) {
         if (text[i] == '\0') return Intruder{i, "has a NUL character", "end it there"};
         const bool is_comparison =
@@ -51,7 +51,7 @@ std::optional<Intruder> intruder_of(std::string_view text) {
     return std::nullopt;
 }
 
-/// Replaces C library functions, so that all processors compute the same values (`core:tensors`).
+/// Replaces functions of the C library, so that results are equal on all processors (see `core:tensors`).
 void define_functions(mu::Parser& parser) {
     struct Function {
         const char* name;
@@ -68,7 +68,7 @@ void define_functions(mu::Parser& parser) {
     parser.DefineFun("atan2", static_cast<double (*)(double, double)>(atan2));
 }
 
-/// The parser's own operator calls the C library and cannot be replaced.
+/// Replaces ^ in expressions, because muParser's own ^ calls the C library and cannot be redefined.
 constexpr char power_sign = '\x7f';
 
 void define_power(mu::Parser& parser) {
@@ -150,7 +150,7 @@ Outcome<ScalarExpression<D>> ScalarExpression<D>::parsed(std::string text) {
         if (!error.GetToken().empty()) what += ", at " + in_quotes(with_replaced(error.GetToken(), power_sign, '^'));
         return fail(ErrorKind::usage, std::move(what), {}, {}, remedy);
     } catch (const std::bad_alloc&) {
-        throw;  // not a fault of the expression: guarded handles it
+        throw;  // `guarded` reports lack of memory
     } catch (const std::exception&) {
         return fail(ErrorKind::usage, quoted_expression(text) + " cannot be read", {}, {}, remedy);
     }
@@ -164,7 +164,7 @@ std::function<void(std::span<const Vec<D>>, std::span<double>)> ScalarExpression
 
 namespace {
 
-/// Values by row; NaN if evaluation fails.
+/// Values of all expressions at a point, point by point; NaN if evaluation fails.
 template <int D>
 Outcome<Buffer<double>> values_of(const std::vector<std::string>& expressions, std::span<const Vec<D>> points,
                                   const Execution& execution) {
@@ -219,7 +219,7 @@ Outcome<Done> check_count(std::size_t given, std::size_t wanted, const char* wha
                 "expected " + std::to_string(wanted) + " expressions of " + what + ", got " + std::to_string(given));
 }
 
-/// Sizes along axes; one expression applies to all.
+/// Metric from sizes along the axes; a single expression is used for all axes.
 template <int D>
 Outcome<Column<LogMetric<D>>> by_sizes(const std::vector<std::string>& expressions, std::span<const Vec<D>> points,
                                        const Execution& execution) {

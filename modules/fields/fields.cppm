@@ -10,12 +10,13 @@ export module camber.fields;
 import camber.core;
 import camber.metric;
 
-/// Analytic metric fields; sizes in model units. Defaults are those of the Unstructured Grid Adaptation Working Group
-/// (UGAWG: github.com/UGAWG/adapt-benchmarks). In 2D the last axis replaces z in `linear`; polar fields have no z.
+/// Analytic metric fields with sizes in model units. Defaults are those of the Unstructured Grid Adaptation Working
+/// Group (UGAWG: github.com/UGAWG/adapt-benchmarks). In 2D, `linear` uses the y axis in place of z, and polar fields
+/// have no z.
 export namespace camber {
 
-/// UGAWG `linear`, thin across the plane z = position: h_x = h_y = size, h_z = min_size + 2 (size − min_size) |z −
-/// position|.
+/// UGAWG `linear`: small sizes across the plane z = position. h_x = h_y = size, h_z = min_size + 2 (size − min_size) |z
+/// − position|.
 struct LinearField {
     double min_size = 0.001, size = 0.1, position = 0.5;
     double scale = 1;  ///< factor of all sizes
@@ -33,8 +34,8 @@ struct LinearField {
     friend bool operator==(const LinearField&, const LinearField&) = default;
 };
 
-/// UGAWG `polar-1`, a layer on a cylinder about the z axis: h_t = h_z = size, h_r = min_size + 2 (size − min_size) |r −
-/// radius|.
+/// UGAWG `polar-1`: a layer on a cylinder about the z axis. h_t = h_z = size, h_r = min_size + 2 (size − min_size) |r −
+/// radius|, in tangential (t) and radial (r) direction.
 struct PolarOneField {
     double min_size = 0.001, size = 0.1, radius = 0.5;
     double scale = 1;  ///< factor of all sizes
@@ -50,8 +51,8 @@ struct PolarOneField {
     friend bool operator==(const PolarOneField&, const PolarOneField&) = default;
 };
 
-/// UGAWG `polar-2`: polar-1 with h_t = size d + tangential_size (1 − d), d = min(|r − radius|/layer_width, 1), which
-/// resolves the curvature.
+/// UGAWG `polar-2`: as polar-1, but h_t = size d + tangential_size (1 − d) with d = min(|r − radius|/layer_width, 1),
+/// which resolves the curvature.
 struct PolarTwoField {
     double min_size = 0.001, tangential_size = 0.025, size = 0.1, radius = 0.5, layer_width = 0.1;
     double scale = 1;  ///< factor of all sizes
@@ -75,16 +76,16 @@ struct PolarTwoField {
     friend bool operator==(const PolarTwoField&, const PolarTwoField&) = default;
 };
 
-/// Thin across a plane, for a solution tanh(s/width) of the distance s. The log size along the normal goes from log
-/// size to log min_size with 1 − tanh²(s/width); `size` along the plane.
+/// Metric for a solution tanh(s/width), where s is the distance from a plane. Along the normal, log h goes from log
+/// size to log min_size with the factor 1 − tanh²(s/width). Along the plane, h = size.
 template <int D>
 struct PlanarShock {
-    Vec<D> point{}, normal{};  ///< normal of any length
+    Vec<D> point{}, normal{};  ///< point on the plane; normal of any length
     double min_size = 0.01, size = 0.1, width = 0.1;
     friend bool operator==(const PlanarShock&, const PlanarShock&) = default;
 };
 
-/// Across a sphere (2D: circle): s = |x − centre| − radius.
+/// Same for a sphere (2D: circle): s = |x − centre| − radius.
 template <int D>
 struct SphericalShock {
     Vec<D> centre{};
@@ -93,8 +94,8 @@ struct SphericalShock {
     friend bool operator==(const SphericalShock&, const SphericalShock&) = default;
 };
 
-/// min_size along (cos a, sin a, 0), size across, a = 2π x/period. The derivative never commutes with the metric: a
-/// test for D exp.
+/// Metric with min_size along (cos a, sin a, 0) and `size` across, with a = 2π x/period. The metric never commutes with
+/// its derivative: a test for the derivative of the matrix exponential.
 struct RotatingField {
     double min_size = 0.01, size = 0.1, period = 1;
 
@@ -112,19 +113,20 @@ template <int D>
 using AnalyticField =
     std::variant<LinearField, PolarOneField, PolarTwoField, PlanarShock<D>, SphericalShock<D>, RotatingField>;
 
-/// log M at x. On a polar axis or at a shock's centre the x direction replaces the radial one.
+/// Returns log M at x. On a polar axis or at a shock's centre the x direction is used as the radial direction.
 template <int D>
 [[nodiscard]] LogMetric<D> evaluate(const AnalyticField<D>& field, const Vec<D>& x);
 
-/// log M at points. Errors: usage (size, width, period or scale not positive, zero normal), stopped.
+/// Returns log M at points. Errors: usage (size, width, period or scale not positive, zero normal), stopped.
 template <int D>
 [[nodiscard]] Outcome<Column<LogMetric<D>>> log_metrics_of(const AnalyticField<D>& field,
                                                            std::span<const Vec<D>> points, const Execution& execution);
 
-// Expressions in muparser's notation, of the coordinates x, y and (3D) z: numbers, + − * / ^, comparisons, && and ||,
-// c ? a : b, pi, and functions such as sqrt, exp, log (natural), sin, tanh, atan2, abs, min, max.
+// Expressions in muParser's notation. Variables are the coordinates x, y and (3D) z. Supported: numbers, + − * / ^,
+// comparisons, && and ||, c ? a : b, pi, and functions such as sqrt, exp, log (natural), sin, tanh, atan2, abs, min,
+// max.
 
-/// Isotropic size (model units).
+/// Expression of an isotropic size (model units).
 struct SizeExpression {
     std::string size;
     friend bool operator==(const SizeExpression&, const SizeExpression&) = default;
@@ -133,15 +135,16 @@ struct SizesExpression {
     std::vector<std::string> sizes;
     friend bool operator==(const SizesExpression&, const SizesExpression&) = default;
 };
-/// Lower triangle of M by rows: xx, xy, yy (xz, yz, zz); 1/length².
+/// Expressions of the lower triangle of M by rows: xx, xy, yy (3D also xz, yz, zz); in 1/length².
 struct TensorExpression {
     std::vector<std::string> tensor;
     friend bool operator==(const TensorExpression&, const TensorExpression&) = default;
 };
 using MetricExpression = std::variant<SizeExpression, SizesExpression, TensorExpression>;
 
-/// log M at points. Errors: usage (wrong number of expressions; a syntax error, with expression and position; a value
-/// that is not finite, a size not positive, a tensor not positive definite, with vertex and coordinates), stopped.
+/// Returns log M at points. Errors: usage (wrong number of expressions; a syntax error, with expression and position; a
+/// value that is not finite, a size not positive, a tensor not positive definite, with vertex and coordinates),
+/// stopped.
 template <int D>
 [[nodiscard]] Outcome<Column<LogMetric<D>>> log_metrics_of(const MetricExpression& expression,
                                                            std::span<const Vec<D>> points, const Execution& execution);
@@ -151,10 +154,10 @@ template <int D>
 template <int D>
 class ScalarExpression {
   public:
-    /// Errors: usage (as above).
+    /// Errors: usage (syntax error, with expression and position).
     [[nodiscard]] static Outcome<ScalarExpression> parsed(std::string text);
 
-    /// Writes values to a span of the same size; NaN if undefined. Each thread needs its own evaluator.
+    /// Returns a function that writes the values at points, NaN where undefined. Each thread needs its own function.
     [[nodiscard]] std::function<void(std::span<const Vec<D>>, std::span<double>)> evaluator() const;
 
     [[nodiscard]] const std::string& text() const { return text_; }
@@ -164,7 +167,7 @@ class ScalarExpression {
     std::string text_;
 };
 
-/// The expression "…", shortened for messages.
+/// Returns `the expression "…"`, shortened for messages.
 [[nodiscard]] std::string quoted_expression(const std::string& text);
 
 }  // namespace camber

@@ -1,4 +1,5 @@
-// Corrections of curved stars with invalid elements, and nodes that bend together.
+// Corrections of quadratic stars with invalid elements: the edge nodes are relaxed, raised by linear programs, or moved
+// together.
 module;
 #include <algorithm>
 #include <array>
@@ -22,8 +23,8 @@ namespace camber {
 
 namespace {
 
-/// True if rounding hides the sign of all coefficients of det J. Such elements are invalid without costly extended
-/// precision.
+/// True if no coefficient of det J exceeds its rounding error. Such elements count as invalid, because a decision in
+/// extended precision is expensive.
 template <int D>
 bool is_flat_to_rounding(const NodalSimplex<D>& element, const LowJacobian& jacobian) {
     if (!(std::abs(jacobian.straight) <= jacobian.error && std::abs(jacobian.lowest) <= jacobian.error)) return false;
@@ -43,7 +44,7 @@ void CurvedNodes<D>::begin_elements() {
     w_.programmes = 0;
 }
 
-/// Lowers the bound if an element is invalid and a replaced one is worse.
+/// Uses the lower bound `lowest_jacobian` if a new element is invalid and a removed element violates `min_jacobian`.
 template <int D>
 void CurvedNodes<D>::judge_elements() {
     refresh_stale();
@@ -306,7 +307,7 @@ void CurvedNodes<D>::approach() {
     refresh_stale();
 }
 
-/// Sums the metrics of both ends, so that it does not matter which is the point.
+/// Returns the sum of the metrics at both ends, so the order of the ends does not matter.
 template <int D>
 Sym<D> CurvedNodes<D>::distance_seen_along(const EndMetrics& ends) {
     Sym<D> sum;
@@ -337,7 +338,7 @@ JointProgramme<D> CurvedNodes<D>::approaching_programme() const {
                 is_moved |= unknown != JointProgramme<D>::fixed;
             }
         if (!is_moved) continue;
-        constexpr double margin = 1e-3;  // for the rounding of coefficients, which certificates include
+        constexpr double margin = 1e-3;  // certificates include the rounding of coefficients
         element.bezier = bezier_form(NodalSimplex<D>{cone.nodes});
         element.floor = bound_ * (1 + margin);
         programme.elements.push_back(element);
@@ -352,12 +353,12 @@ bool CurvedNodes<D>::are_elements_good() {
     return true;
 }
 
-// Joint optimisation of the star's inner nodes and of nodes around it. If the sagitta of a long edge exceeds the
-// adjacent rows, moving one node does not make its elements valid.
+// Joint optimisation of the star's inner nodes and of nodes around the star. Moving single nodes does not suffice if
+// the sagitta of a long edge exceeds the height of the adjacent elements.
 
 namespace {
 
-/// The cost of a step is quadratic in the number of nodes.
+/// Maximum number of inner nodes in one problem: the cost of a step is quadratic in this number.
 constexpr std::size_t max_together = 32;
 
 constexpr double fair_quality = 0.3;
@@ -440,7 +441,7 @@ bool CurvedNodes<D>::gather_outside(ElementId e) {
     return true;
 }
 
-/// The closed-form node, or the current node if the goal searches for nodes.
+/// Target of the edge's node by `goal_.wanted` or in closed form. If the goal searches for nodes, the current node.
 template <int D>
 Vec<D> CurvedNodes<D>::wanted_node_of(EdgeId edge) const {
     if (!goal_.wanted.empty()) return goal_.wanted[edge].point;
@@ -454,13 +455,13 @@ Vec<D> CurvedNodes<D>::wanted_node_of(EdgeId edge) const {
     return midpoint(r_.mesh.points[a], r_.mesh.points[b]) + offset[0];
 }
 
-/// Minimises the distances of nodes from targets while elements meet their bounds.
+/// Returns the problem that minimises the distances of nodes from their targets while the elements meet their bounds.
 template <int D>
 JointProgramme<D> CurvedNodes<D>::bending_programme() {
     using Programme = JointProgramme<D>;
     Programme programme;
     programme.first_penalty = Programme::strong;
-    constexpr double margin = 1e-3;  // for the rounding of coefficients, which certificates include
+    constexpr double margin = 1e-3;  // certificates include the rounding of coefficients
     std::vector<int> unknown_of(w_.spokes.size(), Programme::fixed);
     w_.short_of_place.clear();
     for (std::uint32_t s = 0; s < w_.spokes.size() && w_.short_of_place.size() < max_together; ++s) {
@@ -529,7 +530,8 @@ void CurvedNodes<D>::bend(const std::vector<Vec<D>>& before, const std::vector<V
     refresh_stale();
 }
 
-/// Elements must be of fair quality, or outside no worse than before: strongly bent elements seldom improve later.
+/// True if all elements have fair quality. An element outside the star may also be no worse than before. Strongly bent
+/// elements seldom improve later.
 template <int D>
 bool CurvedNodes<D>::is_bent_well() {
     const double fair = shape_of_quality(fair_quality, D);

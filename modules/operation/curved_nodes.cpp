@@ -23,8 +23,8 @@ namespace camber {
 
 namespace {
 
-// Curves of a cavity before the operation: the removed elements as maps x(X) = X + Σ 4 λ_i λ_j d_k from straight to
-// curved shapes.
+// Curves of a cavity before the operation. Each removed element is a map x(X) = X + Σ 4 λ_i λ_j d_k from its straight
+// to its curved shape, with barycentric coordinates λ and the offset d_k of the node of edge k = (i, j).
 
 std::array<Vec<2>, 2> dual(const Mat<2>& m) {
     const auto& [a, b] = m.column;
@@ -35,7 +35,8 @@ std::array<Vec<3>, 3> dual(const Mat<3>& m) {
     return {cross(b, c), cross(c, a), cross(a, b)};
 }
 
-/// Excludes elements of zero straight volume. Returns false, with no pieces, if all are straight to rounding.
+/// Stores the elements of nonzero straight volume in `pieces`. Returns false, without pieces, if all elements are
+/// straight to rounding.
 template <int D>
 bool old_elements_of(const Adaptation<D>& r, const std::vector<ElementId>& elements,
                      std::vector<OldElement<D>>& pieces) {
@@ -68,7 +69,7 @@ bool old_elements_of(const Adaptation<D>& r, const std::vector<ElementId>& eleme
     return true;
 }
 
-/// Barycentric coordinates of X in the straight shape.
+/// Barycentric coordinates of `p` in the piece's straight shape.
 template <int D>
 std::array<double, D + 1> place_in(const OldElement<D>& piece, const Vec<D>& p) {
     std::array<double, D + 1> xi{};
@@ -80,7 +81,7 @@ std::array<double, D + 1> place_in(const OldElement<D>& piece, const Vec<D>& p) 
     return xi;
 }
 
-/// x(X); negative barycentric coordinates are set to 0.
+/// Returns x(p). Negative barycentric coordinates are set to 0 before.
 template <int D>
 Vec<D> old_map(const OldElement<D>& piece, const Vec<D>& p) {
     std::array<double, D + 1> xi = place_in(piece, p);
@@ -94,7 +95,7 @@ Vec<D> old_map(const OldElement<D>& piece, const Vec<D>& p) {
     return out;
 }
 
-/// x(X) by the piece that is nearest to X.
+/// Returns x(p) by the piece that contains `p` or is nearest to it.
 template <int D>
 Vec<D> old_map(const std::vector<OldElement<D>>& pieces, const Vec<D>& p) {
     const OldElement<D>* best = nullptr;
@@ -117,7 +118,7 @@ struct OldPlace {
     /// smallest barycentric coordinate
     double least = -std::numeric_limits<double>::infinity();
 };
-/// Updates `best` if this boundary simplex has a higher rank, or the same and a larger smallest coordinate.
+/// Updates `best` if this boundary simplex has a higher rank, or the same rank and a larger smallest coordinate of `p`.
 template <int D, int K>
 void look_at(const std::array<Vec<D>, K + 1>& corners, const std::array<Vec<D>, edges_per_simplex<K>>& nodes,
              const Vec<D>& p, int rank, OldPlace<D>& best) {
@@ -129,14 +130,15 @@ void look_at(const std::array<Vec<D>, K + 1>& corners, const std::array<Vec<D>, 
         xi[1] = dot(u, x) / norm_squared(u);
     } else {
         const Vec<D> v = corners[2] - corners[0];
-        const Vec<D> n = cross(u, v);  // products of lengths lose thin facets
+        const Vec<D> n = cross(u, v);  // dot products of sides would be inaccurate for thin facets
         xi[1] = dot(cross(x, v), n) / norm_squared(n);
         xi[2] = dot(cross(u, x), n) / norm_squared(n);
     }
     xi[0] = 1;
     for (int i = 1; i <= K; ++i) xi[0] -= xi[i];
     const double least = *std::ranges::min_element(xi);
-    if (!(rank > best.rank ? std::isfinite(least) : least > best.least)) return;  // infinite or NaN for zero area
+    if (!(rank > best.rank ? std::isfinite(least) : least > best.least)) return;  // for zero area, `least` is infinite
+                                                                                  // or NaN
     best = {p, rank, least};
     double sum = 0;
     for (double& c : xi) sum += c = std::max(c, 0.0);
@@ -260,7 +262,7 @@ template <int D>
 Vec<D> CurvedNodes<D>::old_place_on_sides(std::size_t s, const Vec<D>& p) const {
     OldPlace<D> best{p};
     const auto [a, b] = request_.halves;
-    // A simplex with the spoke's end or the split edge contains X even if others overlap there.
+    // Prefers simplices with the spoke's end or the split edge, since others may overlap at `p`.
     const auto rank = [&](const auto& simplex) {
         const bool is_split = a.valid() && local_vertex(simplex, a) >= 0 && local_vertex(simplex, b) >= 0;
         return (local_vertex(simplex, vertex(s)) >= 0 ? 1 : 0) + (is_split ? 2 : 0);
@@ -299,7 +301,7 @@ void CurvedNodes<D>::put_on_geometry() {
         const std::optional<Vec<D>> target = target_on_geometry(s);
         if (!target) continue;
         if (request_.share == 1 && !goal_.wanted.empty())
-            spoke.extended = *target;  // exact target
+            spoke.extended = *target;  // avoids the rounding of the sum below
         else
             spoke.extended += request_.share * (*target - spoke.extended);
         spoke.wanted = spoke.node = spoke.extended;
@@ -382,7 +384,7 @@ void CurvedNodes<D>::search_free() {
     const auto& [options, rules] = *goal_.search;
     w_.searched.clear();
     for (const std::uint32_t s : w_.free) {
-        // Searches from the end with lower coordinates, so that an edge with several minima has one target.
+        // Searches from the end with lower coordinates, so that an edge with several minima always has the same target.
         const VertexId v = vertex(s);
         const BackVertex<D> point{request_.place, request_.metric.log_metric};
         const BackVertex<D> other{end(s), r_.vertices.metrics[v].log_metric};

@@ -22,25 +22,27 @@ namespace camber {
 
 inline constexpr std::size_t no_face = std::numeric_limits<std::size_t>::max();
 
-/// A star's fault, and the joined face at which it occurs, or `no_face`.
+/// A fault of a star, and the index in `Star::joined` of the faulty element's face, or `no_face`.
 struct StarFault {
     RejectionReason reason = RejectionReason::none;
     std::size_t joined = no_face;
-    double worst_shape = std::numeric_limits<double>::infinity();  ///< of the elements, if there is no fault
+    double worst_shape = std::numeric_limits<double>::infinity();  ///< lowest quality of an element, if there is no
+                                                                   ///< fault
 };
 
 struct ElementState {
     bool is_valid = false, is_flat = false;
-    double shape = 0;           ///< if the element is valid
-    bool is_tolerated = false;  ///< invalid, as the element that it replaces
+    double shape = 0;           ///< quality of a valid element
+    bool is_tolerated = false;  ///< the element may be invalid, as the one that it replaces
 };
 
-/// True if the edges that the request creates or moves, as far as placed, have lengths within the limits.
+/// True if the edges that the request creates or moves have lengths within the limits. Edges whose nodes are not placed
+/// yet are not checked.
 template <class ToPoint, class Nodes>
 [[nodiscard]] bool lengths_fit(std::span<const ToPoint> to_point, bool point_moves, const PatchLimits& limits,
                                const Nodes& nodes) {
     for (std::size_t s = 0; s < to_point.size(); ++s) {
-        if (to_point[s].is_there && !point_moves) continue;  // an existing edge
+        if (to_point[s].is_there && !point_moves) continue;  // the edge exists and does not change
         if (!nodes.is_placed(s)) continue;
         const double length = nodes.length_to(s);
         if (!(length >= limits.shortest && length <= limits.longest)) return false;
@@ -48,7 +50,7 @@ template <class ToPoint, class Nodes>
     return true;
 }
 
-/// The first fault of `volume`, `height`, `quality`.
+/// Returns the element's first fault in the order `volume`, `height`, `quality`, or `none`.
 template <int D>
 [[nodiscard]] RejectionReason fault_of(const ElementState& e, QualityBar<D>& bar) {
     if (e.is_tolerated) return RejectionReason::none;
@@ -57,8 +59,8 @@ template <int D>
     return bar.is_met(e.shape) ? RejectionReason::none : RejectionReason::quality;
 }
 
-/// Returns the gravest fault, or the first if `is_judged_by_element`. `faulty`: checked elements with that fault.
-/// `shapes`: complete only without a fault.
+/// Returns the most serious fault, or the first fault if `is_judged_by_element`. `faulty`: indices of the checked
+/// elements with this fault. `shapes`: qualities of the elements, complete only without a fault.
 template <int D, class Nodes>
 [[nodiscard]] StarFault find_faults(std::size_t elements, const Nodes& nodes, QualityBar<D>& bar,
                                     std::vector<std::size_t>& faulty, std::vector<double>& shapes) {
@@ -75,7 +77,7 @@ template <int D, class Nodes>
         }
         if (rank(reason) == rank(found.reason)) faulty.push_back(j);
     };
-    if constexpr (!Nodes::is_judged_by_element) {  // validity first: it needs no shapes
+    if constexpr (!Nodes::is_judged_by_element) {  // validity is checked first: it needs no qualities
         for (std::size_t j = 0; j < elements; ++j)
             if (nodes.is_broken(j)) add(RejectionReason::volume, j);
         if (!faulty.empty()) return found;
@@ -101,18 +103,19 @@ struct JudgedRequest {
     const PatchLimits& limits;
 };
 
-// Nodes of a star of degree 2 (paper §3.2).
+// Nodes of a quadratic star (paper §3.2).
 
-/// Computes the nodes of the edges of `patch.star` at its point (`patch.nodes`) in steps:
+/// Computes the nodes of the edges from the point of `patch.star` to its boundary (`patch.nodes`) in steps:
 /// 1. Edges shared with elements or facets outside of the cavity keep their nodes. Boundary nodes lie on the geometry.
-///    The metric determines the others (`accurate_offsets`).
+///    The metric determines the other nodes (`accurate_offsets`).
 /// 2. Elements below `limits.min_jacobian` or of too low quality have their inner nodes relaxed to the old curves, half
-///    of the way, then fully. The old curves map the middle of the new chord by the removed elements, from straight to
-///    curved shapes. If nothing else bends or moves, halves of a split edge reproduce it exactly.
+///    of the way, then fully. The removed elements map the middle of the new chord, from their straight to their curved
+///    shapes, to its place on the old curves. If nothing else bends or moves, the halves of a split edge reproduce it.
 /// 3. If elements are still invalid, their inner nodes move one by one to maximise the smallest Jacobian around the
 ///    edge, by at most `limits.programmes` linear programs (`highest_node`).
-/// 4. If that fails, one problem moves all inner nodes. A second one also moves at most `limits.bend_around` nodes of
-///    the invalid elements' outer faces, and checks the elements outside with these edges.
+/// 4. If that fails, one problem moves all inner nodes together. A second problem also moves at most
+///    `limits.bend_around` nodes on the invalid elements' outer faces, and checks the elements outside with these
+///    edges.
 /// 5. Lengths along the curves must be within the limits.
 template <int D>
 class CurvedNodes {
@@ -128,23 +131,23 @@ class CurvedNodes {
           bar_(bar) {}
 
     static constexpr int degree = 2;
-    /// Checks validity of all elements, then heights, then shapes.
+    /// False: all elements are checked, first for validity, then for height and quality.
     static constexpr bool is_judged_by_element = false;
 
-    /// Places the nodes of inner edges, which is cheap.
+    /// Computes the nodes of inner edges, which is cheap.
     void place_inner();
-    /// Places the other nodes. True if there are any.
+    /// Computes the nodes of all other edges. Returns true if there are any.
     bool place_others();
     [[nodiscard]] bool is_placed(std::size_t spoke) const { return are_all_placed_ || is_free(spoke); }
-    /// Metric length of the edge to a boundary vertex.
+    /// Metric length of the edge from the point to the spoke's boundary vertex.
     [[nodiscard]] double length_to(std::size_t spoke) const;
     void begin_elements();
     void judge_elements();
     [[nodiscard]] bool is_broken(std::size_t joined) const;
     [[nodiscard]] ElementState element(std::size_t joined) const;
-    /// Moves nodes to correct a fault. False if no node moved.
+    /// Moves nodes to correct a fault. Returns false if no node moved.
     [[nodiscard]] bool correct(RejectionReason reason);
-    /// Moves relaxed nodes together towards their targets while elements stay good.
+    /// Moves relaxed nodes together towards their targets while the elements stay valid and of sufficient quality.
     void approach();
     void give(Patch<D>& patch) const;
     [[nodiscard]] int programmes() const { return w_.programmes; }
@@ -158,25 +161,25 @@ class CurvedNodes {
     [[nodiscard]] Vec<D> middle(std::size_t spoke) const { return midpoint(request_.place, end(spoke)); }
 
     void begin_spokes();
-    /// x(X) for the origin or a point between it and `v`. Uses the largest removed element at the point with vertex `v`
-    /// (if valid): X belongs to it even where inverted straight elements overlap. Smaller ones may be almost flat.
-    /// Without such an element, X may be anywhere.
+    /// Returns x(p), where `p` is the origin or lies between the origin and `v`. Uses the map of the largest removed
+    /// element that contains the point and, if `v` is valid, `v`. Smaller elements may be almost flat. If there is no
+    /// such element, `p` may be anywhere and the nearest element is used.
     [[nodiscard]] Vec<D> old_place_of(const Vec<D>& p, VertexId v) const;
-    /// The cavity's edge from the point to `v`; invalid if none.
+    /// Returns the cavity's edge from the point to `v`; invalid if there is none.
     [[nodiscard]] EdgeId edge_there(VertexId v) const;
-    /// The node of that edge, if the point does not move.
+    /// Returns the node of the cavity's edge from the point to `v`, if the point does not move.
     [[nodiscard]] std::optional<Vec<D>> node_there(const Vec<D>& origin, VertexId v) const;
-    /// Sets `extended`: the old curve plus half of the point's offset from the old curves.
+    /// Computes the spoke's `extended`: a position on the old curves plus half of the point's offset from them.
     void extend(std::size_t spoke);
-    /// x(X) by removed facets of the spoke's surfaces, or removed edges of its line. Element maps would leave the
-    /// surface where straight shapes are inverted.
+    /// Returns x(p) by the maps of removed facets of the spoke's surfaces, or of removed edges of its line. The maps of
+    /// elements would leave the surface where straight elements are inverted.
     [[nodiscard]] Vec<D> old_place_on_sides(std::size_t s, const Vec<D>& p) const;
     void put_on_geometry();
-    /// Empty without a surface at the spoke, except on embedded lines.
+    /// Target of a boundary node. Empty without a surface at the spoke, except on embedded lines.
     [[nodiscard]] std::optional<Vec<D>> target_on_geometry(std::size_t s) const;
     void put_wanted();
     void take_wanted();
-    /// Reuses bent edges, whose nodes do not depend on the cavity.
+    /// Reuses nodes and lengths of edges that are bent already: they do not depend on the cavity.
     void take_bent(const std::vector<BentSpoke<D>>& bent);
     void put_bent(std::size_t spoke, const Vec<D>& offset, double length);
     void bend_free();
@@ -188,29 +191,30 @@ class CurvedNodes {
     void decide_cone(Cone<D>& cone, const LowJacobian& jacobian) const;
     [[nodiscard]] double shape_of_cone(Cone<D>& cone) const;
     [[nodiscard]] bool replaces_worse_where_invalid() const;
-    /// True if det J falls below `rounding_floor`, as in degree 1.
+    /// True if det J may fall below `rounding_floor`, the limit for linear elements.
     [[nodiscard]] bool is_flat(const NodalSimplex<D>& element, const LowJacobian& jacobian) const;
-    /// True if the limits allow it and the joined face's element, with the same vertices, is invalid.
+    /// True if the limits allow invalid elements to stay and the removed element at the joined face is invalid. The new
+    /// element has the same vertices.
     [[nodiscard]] bool may_stay_invalid(std::size_t joined) const;
     [[nodiscard]] bool is_good(Cone<D>& cone);
     [[nodiscard]] bool replaces_worse() const;
-    /// False if no node of a bad element can relax further.
+    /// Relaxes the inner nodes of faulty elements by one step. Returns false if none can relax further.
     [[nodiscard]] bool draw_back(RejectionReason reason);
     void mark_stale();
-    /// Halves of a split edge are not free: they keep its curve.
+    /// True for inner edges, except the halves of a split edge: they preserve the curve.
     [[nodiscard]] bool is_free(std::size_t s) const {
         return w_.spokes[s].kind == EdgeKind::volume && vertex(s) != request_.halves[0] &&
                vertex(s) != request_.halves[1];
     }
-    /// True if the removed element may leave, which is cheaper than a linear program.
+    /// True if the removed element at the joined face may leave the cavity, which is cheaper than a linear program.
     [[nodiscard]] bool may_leave(std::ptrdiff_t joined) const;
-    /// True if all elements become valid.
+    /// Solves linear programs until all elements are valid. Returns false if that fails.
     [[nodiscard]] bool raise();
-    /// Solves one problem for the inner nodes and at most `rim` outer nodes.
+    /// Moves all inner nodes together, and at most `rim` nodes of outer faces. Returns false if that fails.
     [[nodiscard]] bool bend_together();
     [[nodiscard]] bool bend_together(int rim);
     void gather_rim(int rim);
-    /// False if it violates `lowest_jacobian`.
+    /// Adds an element to `w_.outside` unless the cavity removes it. Returns false if it violates `lowest_jacobian`.
     [[nodiscard]] bool gather_outside(ElementId e);
     [[nodiscard]] Vec<D> wanted_node_of(EdgeId edge) const;
     [[nodiscard]] JointProgramme<D> bending_programme();
@@ -237,7 +241,7 @@ class CurvedNodes {
     double bound_ = 0;
     bool are_all_placed_ = false, has_raised_ = false;
     bool is_bent_ = false;  ///< a removed element is curved
-    Vec<D> shift_{};        ///< half of the point's offset from its curves
+    Vec<D> shift_{};        ///< half of the point's offset from the old curves
     QualityBar<D>& bar_;
 };
 

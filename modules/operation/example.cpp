@@ -1,5 +1,5 @@
-// camber.operation: one cavity operation. Moves the hub of a wheel of ten triangles to its centre: joins, checks and
-// commits the new elements.
+// Example of camber.operation: a cavity operation moves the hub of a wheel of ten triangles to the centre. `operate`
+// creates and checks the new elements; `commit` applies them.
 #include <cstddef>
 #include <cstdio>
 #include <numbers>

@@ -1,4 +1,4 @@
-// Points and facets on the geometry, distances from it, crossing checks, minimum heights.
+// Projection to the geometry, distances from it, crossing checks, and minimum heights of elements.
 module;
 #include <algorithm>
 #include <array>
@@ -30,13 +30,13 @@ template <int D>
     return {{}, mesh.facets.references[f], corners_of(mesh, f)};
 }
 
-/// Normal times twice the area (2D: times the length).
+/// Normal vector, with twice the facet's area as its length (2D: the facet's length).
 [[nodiscard]] inline Vec<2> facet_normal(const std::array<Vec<2>, 2>& p) {
     return {{p[1][1] - p[0][1], p[0][0] - p[1][0]}};
 }
 [[nodiscard]] inline Vec<3> facet_normal(const std::array<Vec<3>, 3>& p) { return cross(p[1] - p[0], p[2] - p[0]); }
 
-/// The closest point of the curve, projected to the surface of the edge's facets, if any.
+/// Closest point of the curve, projected to the surface of the edge's facets, if it has any.
 template <int D>
 [[nodiscard]] SurfacePoint<D> on_embedded_curve(const AdaptationGoal<D>& goal, EdgeSite<D> site, Reference reference,
                                                 const Vec<D>& p) {
@@ -46,7 +46,8 @@ template <int D>
     return (*goal.geometry)->on_edge(site, near);
 }
 
-/// Projects p near an edge to the geometry, or an embedded line's curve. Returns p without a geometry or inside.
+/// Projects `p`, which is near an edge, to the geometry or to the curve of an embedded line. Returns `p` for inner
+/// edges and without a geometry.
 template <int D>
 [[nodiscard]] SurfacePoint<D> on_geometry_at_edge(const AdaptationGoal<D>& goal, const DynamicMesh<D>& mesh,
                                                   EdgeId edge, const std::vector<FacetId>& facets, const Vec<D>& p) {
@@ -62,7 +63,7 @@ template <int D>
     return (*goal.geometry)->on_edge(site, p);
 }
 
-/// `known`: the entity of a vertex of the facet, if known.
+/// Projects `p`, which is near a facet. `known`: the geometric entity of a vertex of the facet, if known.
 template <int D>
 [[nodiscard]] SurfacePoint<D> on_geometry_at_facet(const AdaptationGoal<D>& goal, const DynamicMesh<D>& mesh, FacetId f,
                                                    const GeometryEntity& known, const Vec<D>& p) {
@@ -73,8 +74,8 @@ template <int D>
     return (*goal.geometry)->project(hint, p);
 }
 
-/// Projects a boundary vertex. `around`: its whole ball. `known`: its entity, if known. Empty if the geometry has
-/// nothing there.
+/// Projects a boundary vertex to the geometry. `around`: all elements, facets and lines at the vertex. `known`: its
+/// geometric entity, if known. Empty if the geometry has no surface or curve there.
 template <int D>
 [[nodiscard]] std::optional<SurfacePoint<D>> foot_of(const AdaptationGoal<D>& goal, const DynamicMesh<D>& mesh,
                                                      const Cavity<D>& around, VertexId v, const GeometryEntity& known) {
@@ -95,18 +96,18 @@ template <int D>
     return on_geometry_at_facet(goal, mesh, f, known, here);
 }
 
-/// Place after `share` of the way to the foot; without parameters if less than 1.
+/// Geometric entity of a point after `share` of the way to its projection `foot`. Only the full way gives parameters.
 template <int D>
 [[nodiscard]] GeometryPlace place_after(double share, const SurfacePoint<D>& foot) {
     return share == 1 ? place_of(foot) : GeometryPlace{foot.entity};
 }
 
-/// True up to rounding and the accuracy of projections.
+/// True if `here` is its projection `foot`, up to rounding and the accuracy of projections.
 template <int D>
 [[nodiscard]] bool is_at_foot(const DynamicMesh<D>& mesh, const Cavity<D>& around, const Vec<D>& here,
                               const Vec<D>& foot) {
     constexpr double rounding = 32 * std::numeric_limits<double>::epsilon();
-    constexpr double tolerance = 1e-9;  // relative to the facet size; projections are accurate to it
+    constexpr double tolerance = 1e-9;  // relative to a facet edge: the accuracy of projections
     const auto& [a, b] = around.facets.empty() ? mesh.edges[mesh.lines[around.lines.front()]]
                                                : std::array{mesh.facets.vertices[around.facets.front()][0],
                                                             mesh.facets.vertices[around.facets.front()][1]};
@@ -116,23 +117,23 @@ template <int D>
 }
 
 /// Largest distance of a facet from the geometry relative to its longest edge, sampled at the middles of facet and
-/// edges. `is_near`: within the limit.
+/// edges. `is_near`: the distance is within the limit.
 struct FacetDistance {
     double largest = 0;
     bool is_near = true;
 };
 
-/// New facets may be as far as `share` or as the farthest removed facet. The same holds for edges on embedded lines.
-/// Returns 0 without a geometry.
+/// Distance of the patch's new facets; 0 without a geometry. They are near if it is at most `share` or that of the
+/// farthest removed facet. The same holds for edges on embedded lines.
 template <int D>
 [[nodiscard]] FacetDistance distance_from_geometry(const Adaptation<D>& r, const AdaptationGoal<D>& goal,
                                                    const Patch<D>& patch, double share);
 
-/// Distances of a facet from its surface divided by its bound (`distance_bounds`); above 1 is too far. Curved edges
-/// have two samples, where a parabola's error is largest. 0 without a surface or bound.
+/// Distances of a facet from its surface, divided by the bound (`distance_bounds`): above 1, the facet is too far.
+/// Curved edges have two samples each, where a parabola's error is largest. 0 without a surface or bound.
 template <int D>
 struct BoundShares {
-    std::array<double, edges_per_simplex<D - 1>> edges{};  ///< as in `local_edges`
+    std::array<double, edges_per_simplex<D - 1>> edges{};  ///< in the order of `local_edges`
     double middle = 0;
 
     [[nodiscard]] double largest() const { return std::max(middle, *std::ranges::max_element(edges)); }
@@ -140,11 +141,11 @@ struct BoundShares {
 template <int D>
 [[nodiscard]] BoundShares<D> bound_shares(const Adaptation<D>& r, const AdaptationGoal<D>& goal, FacetId f);
 
-/// The edge at an index of `BoundShares::edges`. Precondition: the facet has an element.
+/// The mesh's edge for index `e` in `BoundShares::edges`. Precondition: the facet has an element.
 template <int D>
 [[nodiscard]] EdgeId local_facet_edge(const DynamicMesh<D>& mesh, FacetId f, int e);
 
-/// True if new facets meet the bounds, or exceed them no more than removed ones.
+/// True if the patch's new facets meet the distance bounds, or exceed them no more than removed facets do.
 template <int D>
 [[nodiscard]] bool keeps_distance_bounds(const Adaptation<D>& r, const AdaptationGoal<D>& goal, const Patch<D>& patch);
 
@@ -154,7 +155,7 @@ namespace camber {
 
 // Minimum heights of elements.
 
-/// (D − 1)! times the largest face area (2D: longest side).
+/// Returns twice the largest face area (2D: the longest side).
 template <int D>
 [[nodiscard]] double largest_face(const std::array<Vec<D>, D + 1>& corners) {
     double largest = 0;
@@ -167,7 +168,7 @@ template <int D>
     return std::sqrt(largest);
 }
 
-/// 32 ε times the largest coordinate.
+/// Returns 32 ε times the largest absolute coordinate.
 template <int D, std::size_t N>
 [[nodiscard]] double rounding_of(const std::array<Vec<D>, N>& corners) {
     constexpr double rounding = 32 * std::numeric_limits<double>::epsilon();
@@ -177,15 +178,15 @@ template <int D, std::size_t N>
     return rounding * largest;
 }
 
-/// Rounding bound times largest face. At or below this determinant, rounded coordinates do not determine on which side
-/// the vertices are.
+/// Returns the smallest reliable determinant: `rounding_of` times `largest_face`. At or below it, rounded coordinates
+/// do not determine on which side of a face a vertex lies.
 template <int D>
 [[nodiscard]] double rounding_floor(const std::array<Vec<D>, D + 1>& corners) {
     return rounding_of(corners) * largest_face<D>(corners);
 }
 
-/// True above `rounding_floor`. A cheaper upper bound is tried first: the box diagonal squared (2D: its length) as the
-/// face.
+/// True if the determinant exceeds `rounding_floor`. A cheaper upper bound is compared first, with the squared diagonal
+/// of the bounding box (2D: the diagonal) as the largest face.
 template <int D>
 [[nodiscard]] bool is_above_rounding(double determinant, const std::array<Vec<D>, D + 1>& corners) {
     Vec<D> low = corners[0], high = corners[0];
@@ -205,7 +206,7 @@ template <int D>
     return !(norm(facet_normal(corners)) > rounding_of(corners) * longest);
 }
 
-// Facets with the nodes of their edges (chord middles in a straight mesh).
+// Facets with the nodes of their edges; in a straight mesh, these nodes are chord middles.
 
 [[nodiscard]] inline EdgeId edge_of_facet(const DynamicMesh<2>& mesh, FacetId f) {
     const ElementId e = mesh.sides[f][0];
@@ -226,7 +227,7 @@ template <int D>
     return facet;
 }
 
-/// The new facet at a side of a removed one. `place`: the patch's point.
+/// The new facet that replaces vertex `joined.opposite` of a removed facet by the patch's point at `place`.
 template <int D>
 [[nodiscard]] NodalFacet<D> nodal_facet(const DynamicMesh<D>& mesh, const Patch<D>& patch, const JoinedFacet& joined,
                                         const Vec<D>& place) {
@@ -241,7 +242,7 @@ template <int D>
         return patch.nodes[static_cast<std::size_t>(at)].point;
     };
     if constexpr (D == 3) {
-        // Edge k of `local_edges` is opposite corner k + 2.
+        // Edge k of `local_edges` is opposite corner (k + 2) mod 3.
         for (int k = 0; k < 3; ++k) {
             const int without = (k + 2) % 3;
             facet.nodes[3 + k] = without == opposite ? mesh.nodes[facet_edge(mesh, joined.facet, opposite)].point
@@ -258,33 +259,36 @@ template <int D>
     return patch.point.place ? *patch.point.place : mesh.points[patch.point.vertex];
 }
 
-// Crossing checks of the boundary: positive volumes or Jacobians do not exclude crossings.
+// Crossing checks of the boundary. They are necessary because facets can cross although volumes or Jacobians are
+// positive.
 
 template <int D>
 void follow_walls(FacetGrid<D>& walls, const DynamicMesh<D>& mesh, const IdChanges<FacetId>& facets);
 
-/// The facets that a patch creates; standalone surface: triangles.
+/// Facets that a patch creates; in a standalone surface mesh, its triangles.
 template <int D>
 [[nodiscard]] std::vector<NodalFacet<D>> new_facets(const DynamicMesh<D>& mesh, const Patch<D>& patch);
 
-/// True if removed and new facets lie in axis-aligned planes through the patch's point, and lines on axes. Valid
-/// elements then exclude crossings: their facets have positive area in the plane, so they cover each point as often as
-/// the border winds around it. The border does not change, so no facet covers a new area or another facet.
+/// True if removed and new facets lie in axis-aligned planes through the patch's point, and removed and new lines on
+/// parallels to the axes. If the elements are valid, facets then do not cross: they have positive area in their plane,
+/// so they cover each point as often as their common border winds around it. The border does not change, so no facet
+/// covers a new area or another facet.
 template <int D>
 [[nodiscard]] bool keeps_its_planes(const DynamicMesh<D>& mesh, const Patch<D>& patch,
                                     std::span<const NodalFacet<D>> made);
 
-/// True if new facets cross neither each other nor the mesh. Curved facets must be proved disjoint, each also from
-/// itself; straight ones may touch.
+/// True if the new facets cross neither each other nor facets of the mesh. Curved facets must be proved disjoint and
+/// free of self-crossings; straight facets may touch.
 template <int D>
 [[nodiscard]] bool are_walls_clear(const Adaptation<D>& r, const Patch<D>& patch, std::span<const NodalFacet<D>> made);
 
-/// Facets of patches of one round, which are planned independently.
+/// New facets of patches that were planned independently and are committed together, to find crossings between patches.
 template <int D>
 class NewWalls {
   public:
     void clear();
-    /// Adds facets that passed `are_walls_clear` or `keeps_its_planes`. False if they cross earlier ones.
+    /// Adds a patch's facets, which passed `are_walls_clear` or `keeps_its_planes`. Returns false if they cross facets
+    /// added before.
     [[nodiscard]] bool take(const DynamicMesh<D>& mesh, const Patch<D>& patch);
 
   private:
@@ -297,14 +301,14 @@ class NewWalls {
 
 export namespace camber {
 
-// Two-facet elements: elements with two facets on one smooth surface. Small facets make them almost flat, and curving
-// folds them for all positions of the edge nodes.
+// Two-facet elements have two facets on one smooth surface. If the facets are small, the element is almost flat, and
+// curving folds it for all positions of the edge nodes.
 
-/// True if two facets of one reference meet where the surface does not break.
+/// True if two facets of the element have one reference and the surface is smooth between them.
 template <int D>
 [[nodiscard]] bool is_wall_element(const DynamicMesh<D>& mesh, ElementId e);
 
-/// True if a patch adds two-facet elements. False without a geometry and on planes.
+/// True if a patch increases the number of two-facet elements. Always false without a geometry and on planes.
 template <int D>
 [[nodiscard]] bool adds_wall_elements(const Adaptation<D>& r, const AdaptationGoal<D>& goal, const Patch<D>& patch);
 

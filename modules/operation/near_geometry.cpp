@@ -34,7 +34,7 @@ Vec<D> point_of(const NodalFacet<D>& facet, const Barycentric<D - 1>& xi) {
     return p;
 }
 
-/// Largest distance from the surface relative to the longest edge; 0 without a surface.
+/// Largest distance of a facet from the surface, relative to its longest edge; 0 without a surface.
 template <int D>
 double distance_share(const Geometry<D>& geometry, Reference reference, const NodalFacet<D>& bent) {
     FacetSite<D> facet{{}, reference, {}};
@@ -50,7 +50,7 @@ double distance_share(const Geometry<D>& geometry, Reference reference, const No
     return std::ranges::max(distances) / longest;
 }
 
-/// Largest distance from the curve at quarter points, relative to the edge's length.
+/// Largest distance of an edge from the curve at its quarter points, relative to the chord.
 double distance_share(const EmbeddedCurves<3>& curves, Reference reference, const QuadraticEdge<3>& edge) {
     double largest = 0;
     for (const double t : {0.25, 0.5, 0.75}) {
@@ -60,7 +60,7 @@ double distance_share(const EmbeddedCurves<3>& curves, Reference reference, cons
     return largest / distance(edge.p20, edge.p02);
 }
 
-/// True if new edges are no farther from curves than `share` or removed edges.
+/// True if the new edges on embedded lines are no farther from the curves than `share` or than removed edges.
 bool are_lines_near(const Adaptation<3>& r, const AdaptationGoal<3>& goal, const Patch<3>& patch, const Vec<3>& place,
                     double share) {
     if (goal.curves.pieces.empty() || patch.star.lines.empty()) return true;
@@ -87,7 +87,7 @@ bool are_lines_near(const Adaptation<3>& r, const AdaptationGoal<3>& goal, const
     return !(after > before);
 }
 
-/// Samples of each edge, then the middle.
+/// Sample positions on a facet: `PerEdge` for each edge, then the middle.
 template <int D, int PerEdge>
 constexpr auto bounded_places = [] {
     constexpr int edges = edges_per_simplex<D - 1>;
@@ -145,7 +145,7 @@ class BoundedPoints {
   public:
     explicit BoundedPoints(const AdaptationGoal<D>& goal) : goal_(goal) {}
 
-    /// With `corner`, omits the edge opposite it.
+    /// Adds the samples of a facet. `corner`: the edge opposite it is omitted.
     void add(Reference reference, bool is_curved, const NodalFacet<D>& facet,
              std::optional<std::uint32_t> corner = {}) {
         const DistanceLimit& limit = goal_.distance_bounds.of(reference);
@@ -161,7 +161,7 @@ class BoundedPoints {
 
   private:
     struct Surface {
-        FacetSite<D> facet;  ///< its first facet
+        FacetSite<D> facet;  ///< the first facet on the surface
         std::vector<Vec<D>> points = {};
         std::vector<double> bounds = {};
     };
@@ -179,7 +179,7 @@ class BoundedPoints {
         }
         add(surface, point_of<D>(facet, at.back()), limit.at(longest));
     }
-    /// Adds shared points once.
+    /// Adds a point that facets share only once.
     static void add(Surface& surface, const Vec<D>& p, double bound) {
         if (std::ranges::find(surface.points, p) != surface.points.end()) return;
         surface.points.push_back(p);

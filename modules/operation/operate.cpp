@@ -1,4 +1,4 @@
-// One cavity operation of degree 1 or 2, and commits.
+// The cavity operation on linear and quadratic meshes, and commits of operations.
 module;
 #include <algorithm>
 #include <array>
@@ -34,7 +34,7 @@ RejectionReason reason_of(StarFailure failure) {
     return RejectionReason::empty;
 }
 
-/// True if the move is noticeable in the metric, relative to 1 and to the distance from the target.
+/// True if the node's move exceeds 0.001 in the metric of an end and 5 % of its metric distance from the target.
 template <int D>
 bool is_noticeable(const Adaptation<D>& r, const AdaptationGoal<D>& goal, EdgeId edge, const Vec<D>& to) {
     constexpr double length = 1e-3, share = 0.05;
@@ -47,7 +47,7 @@ bool is_noticeable(const Adaptation<D>& r, const AdaptationGoal<D>& goal, EdgeId
     });
 }
 
-/// True if a node moves noticeably or reaches its target. Precondition: the edges stay.
+/// True if a node moves noticeably or reaches its target. Precondition: the patch preserves the edges.
 template <int D>
 bool gains(const Adaptation<D>& r, const AdaptationGoal<D>& goal, const Patch<D>& patch) {
     for (const ElementId e : patch.removed.elements) {
@@ -65,7 +65,7 @@ bool gains(const Adaptation<D>& r, const AdaptationGoal<D>& goal, const Patch<D>
     return false;
 }
 
-// Star of degree 1 (paper §1.3): no nodes, no corrections.
+// Linear star (paper §1.3): edges have no nodes, so no nodes can be corrected.
 
 template <int D>
 std::array<Vec<D>, D + 1> corners_of(const Adaptation<D>& r, const ElementFace& open, const Vec<D>& place) {
@@ -82,7 +82,7 @@ class StraightNodes {
         : r_(judged.mesh), request_(judged.request), star_(patch.star) {}
 
     static constexpr int degree = 1;
-    static constexpr bool is_judged_by_element = true;  ///< shapes cost more than signs of volumes
+    static constexpr bool is_judged_by_element = true;  ///< qualities cost more than signs of volumes
 
     void place_inner() {}
     [[nodiscard]] bool place_others() { return false; }
@@ -94,7 +94,8 @@ class StraightNodes {
     }
     void begin_elements() {}
     void judge_elements() {}
-    /// The sign of the volume is exact. `Operating::judge_facets` checks the orientation of standalone surface meshes.
+    /// Checks a new element with the exact sign of its volume. In standalone surface meshes, `Operating::judge_facets`
+    /// checks the orientation.
     [[nodiscard]] ElementState element(std::size_t joined) const {
         const ElementFace& open = star_.joined[joined];
         if constexpr (D == 3)
@@ -132,7 +133,7 @@ class StraightNodes {
 
 }  // namespace
 
-/// A running request. `Nodes`: `StraightNodes` or `CurvedNodes`.
+/// Execution of one request. `Nodes`: `StraightNodes` or `CurvedNodes`.
 template <int D, class Nodes>
 class Operating {
   public:
@@ -158,7 +159,7 @@ class Operating {
     }
 
   private:
-    /// Corrects the star until it has no fault; false if that fails.
+    /// Changes the cavity until its star has no fault. Returns false if that fails.
     [[nodiscard]] bool find_star() {
         for (;; ++result_.corrections) {
             const StarFailure failure = star(r_.mesh, out_.removed, request_.point, w_.star, out_.star);
@@ -171,7 +172,7 @@ class Operating {
             const StarFault fault = judge_star();
             result_.rejected = fault.reason;
             if (fault.reason == RejectionReason::none) return true;
-            // Elements beyond the point's own may cause these faults.
+            // These faults may be due to elements that do not contain the point.
             const bool is_too_large = fault.reason == RejectionReason::length ||
                                       (fault.reason == RejectionReason::geometry && r_.mesh.is_surface());
             if (is_too_large && may_go_on && shrink()) continue;
@@ -187,7 +188,8 @@ class Operating {
         if (!may_move()) return {RejectionReason::required, no_face};
         QualityBar<D> bar(r_, limits_, out_.removed.elements);
         Nodes nodes({r_, goal_, request_, limits_}, w_, out_, bar);
-        // Most rejections are due to lengths, which are cheap and change little in corrections.
+        // Lengths are checked first: most rejections are due to them, they are cheap, and corrections change them
+        // little.
         nodes.place_inner();
         if (!has_fitting_lengths(nodes)) return {RejectionReason::length, no_face};
         if (nodes.place_others() && !has_fitting_lengths(nodes)) return {RejectionReason::length, no_face};
@@ -202,7 +204,7 @@ class Operating {
         if (fault.reason == RejectionReason::none) nodes.approach();
         result_.programmes += nodes.programmes();
         if (fault.reason != RejectionReason::none) {
-            // Elements that became faulty through corrections of others do not count.
+            // Excludes elements that became faulty because others were corrected.
             if (is_corrected) std::erase_if(w_.faulty, [&](std::size_t j) { return !was_faulty(j); });
             if (w_.faulty.empty()) w_.faulty.push_back(fault.joined);
             return fault;
@@ -251,7 +253,8 @@ class Operating {
         if (limits_.node_gain == NodeGain::asked && !gains(r_, goal_, out_)) return RejectionReason::gain;
         return keeps_walls() ? RejectionReason::none : RejectionReason::crossing;
     }
-    /// Elements that may stay invalid can have folded facets; then `keeps_its_planes` proves nothing.
+    /// True if the new facets cross no facet. Elements that may stay invalid can have folded facets; then
+    /// `keeps_its_planes` proves nothing.
     [[nodiscard]] bool keeps_walls() const {
         if (out_.star.facets.empty()) return true;
         const auto made = new_facets(r_.mesh, out_);
@@ -263,13 +266,13 @@ class Operating {
     [[nodiscard]] bool moves() const {
         return request_.point.valid() && request_.place != r_.mesh.points[request_.point];
     }
-    /// A vertex moves only with all of its elements, and not if it is required or a corner.
+    /// True if the point stays or may move: only with all of its elements, and neither a required vertex nor a corner.
     [[nodiscard]] bool may_move() const {
         if (!moves()) return true;
         const VertexState& state = r_.mesh.states[request_.point];
         return out_.star.kept.empty() && state.place != VertexPlace::corner && !state.marks.has(Mark::required);
     }
-    /// Degree 2: elements are checked before.
+    /// Precondition in degree 2: the elements were checked.
     [[nodiscard]] bool is_straight_positive() const {
         for (std::size_t j = 0; j < out_.star.joined.size(); ++j)
             if (!w_.curved.cones[j].is_surely_straight_positive &&
@@ -278,7 +281,7 @@ class Operating {
         return true;
     }
 
-    /// True if the surface does not break at the facets' common side.
+    /// True if the facets have a common side at which the surface is smooth.
     [[nodiscard]] bool goes_on(FacetId f, FacetId g) const {
         const auto& of_f = r_.mesh.facets.vertices[f];
         const auto& of_g = r_.mesh.facets.vertices[g];
@@ -293,7 +296,7 @@ class Operating {
         const int k = edge_between<D>[local_vertex(vertices, shared[0])][local_vertex(vertices, shared[D - 2])];
         return !r_.mesh.breaks_at(r_.mesh.edges_of[e][k]);
     }
-    /// Numbers smooth pieces of removed facets by their first facets.
+    /// Divides the removed facets into smooth pieces. A piece has the index of its first facet.
     void find_pieces() const {
         const auto& facets = out_.removed.facets;
         w_.pieces.resize(facets.size());
@@ -309,7 +312,7 @@ class Operating {
         }
     }
 
-    /// New facets must not turn too far from removed ones of their smooth piece.
+    /// Rejects new facets that turn too far from removed facets of the same smooth piece.
     [[nodiscard]] RejectionReason judge_facets() const {
         if (!out_.star.facets.empty()) find_pieces();
         const auto& removed = out_.removed.facets;
@@ -324,13 +327,15 @@ class Operating {
                 if (w_.pieces[i] != piece) continue;
                 const FacetId f = removed[i];
                 const Vec<D> n = facet_normal(corners_of(r_.mesh, f));
-                const double turned = dot(n, own) < 0 ? -dot(n, now) : dot(n, now);  // facets have any orientation
+                const double turned = dot(n, own) < 0 ? -dot(n, now) : dot(n, now);  // the orientation of facets is
+                                                                                     // arbitrary
                 if (!(turned > limits_.facet_cosine * norm(n) * norm(now))) return RejectionReason::geometry;
             }
         }
         return RejectionReason::none;
     }
-    /// Removes the later half of the elements that may leave, which are farther. False if none may.
+    /// Removes half of the elements that may leave the cavity: the last ones, which are farther. Returns false if none
+    /// may.
     [[nodiscard]] bool shrink() {
         auto& elements = out_.removed.elements;
         if (request_.holders == 0 || elements.size() <= request_.holders) return false;
@@ -338,7 +343,7 @@ class Operating {
         while (elements.size() > kept) leave(elements.size() - 1);
         return true;
     }
-    /// False if the cavity cannot be corrected.
+    /// Changes the cavity. Returns false if that cannot correct the fault.
     [[nodiscard]] bool correct(const StarFault& fault) {
         if (fault.joined == no_face) return false;
         if (faulty_leave()) return true;
@@ -348,7 +353,7 @@ class Operating {
         join(r_.mesh, out_.removed, across.element());
         return true;
     }
-    /// False if none of the faulty elements may leave.
+    /// Removes faulty elements from the cavity. Returns false if none of them may leave.
     [[nodiscard]] bool faulty_leave() {
         auto& elements = out_.removed.elements;
         if (request_.holders == 0) return false;
@@ -373,7 +378,7 @@ class Operating {
     const PatchLimits& limits_;
     OperationWorkspace<D>& w_;
     JudgedPatch<D>& judged_;
-    Patch<D>& out_;  ///< of `judged_`
+    Patch<D>& out_;  ///< the patch in `judged_`
     OperationResult result_;
 };
 
@@ -386,11 +391,11 @@ OperationResult operate(const Adaptation<D>& r, const AdaptationGoal<D>& goal, c
 
 namespace {
 
-/// Values of all patches in turn.
+/// Values of all patches, in the order of the patches.
 struct Known {
-    std::vector<double> shapes;   ///< of created elements
+    std::vector<double> shapes;   ///< qualities of created elements
     std::vector<double> lengths;  ///< of edges at the points
-    std::vector<EdgeId> bent;     ///< other edges with new nodes
+    std::vector<EdgeId> bent;     ///< other edges whose nodes changed
 };
 
 template <int D>

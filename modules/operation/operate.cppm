@@ -22,18 +22,19 @@ import :state;
 
 export namespace camber {
 
-/// An accepted patch. Only `operate` creates it, only `commit` applies it, to the state that it was planned for.
+/// An accepted patch. Only `operate` creates patches. Only `commit` applies them, to the state for which they were
+/// planned.
 template <int D>
 class JudgedPatch {
   public:
     [[nodiscard]] const Patch<D>& patch() const { return patch_; }
-    /// Data of its point.
+    /// Data of the patch's point.
     [[nodiscard]] const VertexRow<D>& vertex() const { return vertex_; }
     /// True if the point moved only a part of the way to the geometry.
     [[nodiscard]] bool is_short_of_geometry() const { return is_short_; }
-    /// `shape_of` reshaped elements, then new ones as in `Star::joined`; below 0: unknown.
+    /// `shape_of` the reshaped elements, then of the new ones in the order of `Star::joined`; negative if unknown.
     [[nodiscard]] std::span<const double> shapes() const { return shapes_; }
-    /// Degree 2: `length_of` edges to `Star::boundary`.
+    /// Degree 2: `length_of` the edges from the point to the vertices of `Star::boundary`.
     [[nodiscard]] std::span<const double> lengths() const { return lengths_; }
     [[nodiscard]] Patch<D> take_patch() && { return std::move(patch_); }
 
@@ -62,44 +63,44 @@ class JudgedNode {
     LagrangeNode<D> node_;
 };
 
-// Workspace of curved stars, refilled for each star.
+// Workspace for quadratic stars, reused from star to star.
 
 /// An edge from the point to a boundary vertex.
 template <int D>
 struct Spoke {
-    EdgeKind kind = EdgeKind::volume;  ///< `fixed`: also of elements or facets outside
-    /// `wanted`: required by metric or geometry. `extended`: on the old curves.
+    EdgeKind kind = EdgeKind::volume;  ///< `fixed`: elements or facets outside have the edge, too
+    /// `wanted`: node required by metric or geometry. `extended`: node on the old curves.
     Vec<D> wanted, extended;
     Vec<D> node;
     bool is_extended = false;
-    double share = 1;  ///< from `extended` (0) to `wanted` (1)
-    LineId line;       ///< ridge: the line continued
-    /// The last computed length and its node.
+    double share = 1;  ///< position from `extended` (0) to `wanted` (1)
+    LineId line;       ///< for a ridge: the removed line that the edge continues
+    /// The last computed length, and the node for which it was computed.
     double length = -1;
     Vec<D> measured;
 };
 
-/// A new element with its outer face and spokes.
+/// A new element. It joins an outer face of the cavity to the point by spokes.
 template <int D>
 struct Cone {
     QuadraticNodes<D> nodes{};
-    std::array<const LogMetric<D>*, D + 1> metrics{};  ///< of each local vertex
-    std::array<std::uint32_t, D + 1> spokes{};         ///< of local vertices except `point`
-    int point = 0;                                     ///< local vertex
+    std::array<const LogMetric<D>*, D + 1> metrics{};  ///< at each local vertex
+    std::array<std::uint32_t, D + 1> spokes{};         ///< index of the edge from each other local vertex to `point`
+    int point = 0;                                     ///< local index of the star's point
     bool is_stale = true, is_flat = false;
-    bool is_surely_straight_positive = false;  ///< straight element is positive beyond rounding
+    bool is_surely_straight_positive = false;  ///< the straight element is positive beyond rounding
     Verdict verdict = Verdict::undecided;
-    double shape = -1;  ///< of a valid element; negative: unknown
+    double shape = -1;  ///< quality of a valid element; negative: unknown
 };
 
-/// A movable inner edge of the star's outer faces.
+/// An inner edge on the star's outer faces, whose node may move.
 template <int D>
 struct RimEdge {
     EdgeId edge;
     Vec<D> before, wanted, node;
 };
 
-/// An element outside with a rim edge.
+/// An element outside the star that has a `RimEdge`.
 template <int D>
 struct OutsideElement {
     ElementId element;
@@ -107,11 +108,11 @@ struct OutsideElement {
     double bound = 0;  ///< minimum scaled Jacobian
 };
 
-/// A removed element as a map from straight to curved shape.
+/// A removed element as a map from its straight to its curved shape.
 template <int D>
 struct OldElement {
     ElementId element;
-    double size = 0;  ///< absolute straight determinant
+    double size = 0;  ///< absolute determinant of the straight element
     Vec<D> origin;
     std::array<Vec<D>, D> gradients{};                 ///< of barycentric coordinates 1 … D
     std::array<Vec<D>, edges_per_simplex<D>> offsets;  ///< of nodes from chord middles
@@ -121,27 +122,27 @@ template <int D>
 struct CurvedWorkspace {
     std::vector<Spoke<D>> spokes;
     std::vector<Cone<D>> cones;
-    std::vector<std::size_t> stale;  ///< indices of cones
+    std::vector<std::size_t> stale;  ///< indices of cones to be recomputed
     std::vector<RimEdge<D>> rim;
     std::vector<OutsideElement<D>> outside;
     std::vector<ElementId> around;
     std::vector<OldElement<D>> old_elements;
     std::vector<FacetSite<D>> facets;                     ///< new facets
-    std::vector<std::array<std::uint32_t, 2>> of_facets;  ///< spoke, new facet
+    std::vector<std::array<std::uint32_t, 2>> of_facets;  ///< index of a spoke, index of a new facet at it
     std::vector<Vec<D>> chords, offsets;
     std::vector<EndSights<D>> ends;
     std::vector<double> lengths;
-    std::vector<BentSpoke<D>> bent;  ///< by this operation, not the request
+    std::vector<BentSpoke<D>> bent;  ///< computed by this operation, not given by the request
     std::vector<FreeEdge<D>> searched;
     std::vector<EdgeMinimum<D>> found;
     std::vector<std::uint32_t> free;
     std::vector<std::uint32_t> short_of_place;
-    int programmes = 0;  ///< number solved
+    int programmes = 0;  ///< number of problems solved
 };
 
-// Smoothing of one inner edge's node by the distortion of the elements around it.
+// Smoothing of the node of one inner edge by the distortion of the elements around the edge.
 
-/// Node-independent data of an element around the edge.
+/// An element around the edge: the data that do not depend on the edge's node.
 template <int D>
 struct DistortedElement {
     QuadraticNodes<D> nodes{};
@@ -150,19 +151,19 @@ struct DistortedElement {
     double bound = 0;  ///< minimum scaled Jacobian
 };
 
-/// Objective at a position of the node: the sum of η̄², with η̄ an element's mean distortion. Squares emphasise the
-/// worst element; the gradient does not depend on the metric's scale.
+/// Objective at a position of the node: the sum of η̄² over the elements, where η̄ is an element's mean distortion.
+/// Squares emphasise the worst element; the gradient does not depend on the metric's scale.
 template <int D>
 struct NodePlace {
-    Vec<D> y;  ///< in the frame
+    Vec<D> y;  ///< in the coordinates of `NodeShell`
     Vec<D> point;
-    double sum = 0;  ///< infinite: an element folds
+    double sum = 0;  ///< infinite if an element folds
     double worst = 0;
-    Vec<D> gradient;  ///< of the sum, in the frame
+    Vec<D> gradient;  ///< of the sum, in the coordinates of `NodeShell`
 };
 
-/// Optimises a node by BFGS. In its frame the metric at the edge's middle is the identity, so elements have size about
-/// 1 for any anisotropy.
+/// Optimises a node by BFGS. In its coordinates the metric at the edge's middle is the identity, so elements have size
+/// about 1 for any anisotropy.
 template <int D>
 class NodeShell {
   public:
@@ -190,12 +191,12 @@ class NodeShell {
         for (int k = 0; k < D; ++k) place.gradient[k] = dot(axes_[k], gradient);
         return place;
     }
-    /// A position of lower sum and no worse minimum quality; `here` if none is found.
+    /// Returns a position with a lower sum and no lower minimum quality, or `here` if none is found.
     [[nodiscard]] NodePlace<D> better(const NodePlace<D>& here) const {
         constexpr int max_steps = 12;
-        constexpr double worthwhile = 1e-4;  // relative decrease of the sum predicted for a step
+        constexpr double worthwhile = 1e-4;  // a step must promise this relative decrease of the sum
         NodePlace<D> now = here;
-        // About the inverse Hessian in a regular element.
+        // Approximates the inverse Hessian for regular elements.
         Sym<D> inverse_hessian = (0.05 / static_cast<double>(elements.size())) * Sym<D>::identity();
         for (int step = 0; step < max_steps; ++step) {
             Vec<D> way = -1.0 * (inverse_hessian * now.gradient);
@@ -208,8 +209,8 @@ class NodeShell {
         }
         return now;
     }
-    /// The edge's node, if certificates prove all bounds there. They hold at both ends of the move and det J is affine
-    /// in the node, hence along all of it.
+    /// Accepts `node` if certificates prove the bounds of all elements there. The bounds then hold on the whole way to
+    /// `node`, because they hold at both ends and det J is affine in the node.
     [[nodiscard]] std::optional<JudgedNode<D>> judged(EdgeId edge, const Vec<D>& node) const {
         const bool is_valid = std::ranges::all_of(elements, [&](const DistortedElement<D>& e) {
             return decide(NodalSimplex<D>{with_node(e, node)}, e.bound) == Verdict::valid;
@@ -222,14 +223,14 @@ class NodeShell {
     }
 
   private:
-    static constexpr double longest_way = 0.25;  ///< in unit edges
+    static constexpr double longest_way = 0.25;  ///< maximum step, in unit edges
 
     [[nodiscard]] static QuadraticNodes<D> with_node(const DistortedElement<D>& e, const Vec<D>& node) {
         QuadraticNodes<D> nodes = e.nodes;
         nodes[e.node] = node;
         return nodes;
     }
-    /// Armijo rule, with quality at least `worst`; `from` if it fails.
+    /// Line search by the Armijo rule, with quality at least `worst`. Returns `from` if it fails.
     [[nodiscard]] NodePlace<D> along(const NodePlace<D>& from, const Vec<D>& way, double worst) const {
         const double slope = dot(from.gradient, way);
         for (double share = 1; share > 0.01; share /= 2) {
@@ -238,7 +239,7 @@ class NodeShell {
         }
         return from;
     }
-    /// Requires positive curvature.
+    /// BFGS update of the inverse Hessian `h`, skipped if the curvature is not positive.
     static void update(Sym<D>& h, const Vec<D>& s, const Vec<D>& d) {
         const double sd = dot(s, d);
         if (!(sd > 1e-10 * norm(s) * norm(d))) return;
@@ -252,37 +253,38 @@ class NodeShell {
     std::array<Vec<D>, D> axes_{};
 };
 
-// Cavity operator of degree 1 (paper §1.3) and 2 (§3.2): joins a cavity to a point, checks the result, and corrects it.
+// Cavity operator for linear (paper §1.3) and quadratic meshes (§3.2): joins a cavity to a point, checks the result,
+// and corrects it.
 
 template <int D>
 struct OperationWorkspace {
     StarWorkspace<D> star;
     Cavity<D> cavity;
-    std::vector<std::size_t> pieces;                 ///< of the cavity's facets
-    std::vector<double> shapes;                      ///< of the star's checked elements
-    std::vector<std::size_t> faulty, faulty_before;  ///< at the last fault; before corrections
+    std::vector<std::size_t> pieces;                 ///< smooth piece of each removed facet
+    std::vector<double> shapes;                      ///< qualities of the star's checked elements
+    std::vector<std::size_t> faulty, faulty_before;  ///< elements with the last fault; the same before corrections
     CurvedWorkspace<D> curved;
 };
 
 struct OperationResult {
     RejectionReason rejected = RejectionReason::none;
-    bool is_planned = true;  ///< false: rejected as a candidate
-    double worst_shape = 0;  ///< of new elements, if accepted
+    bool is_planned = true;  ///< false: rejected before planning
+    double worst_shape = 0;  ///< lowest quality of new elements, if accepted
     int corrections = 0;
-    /// For degree 2. `straight_inverted`: a straight element has no positive volume. `straight_positive`: all have one.
-    /// `drawn_back`: nodes were relaxed from their targets.
-    int programmes = 0;         ///< number solved
-    double farthest_facet = 0;  ///< see `PassStatistics`
+    /// For degree 2. `straight_inverted`: a straight element has no positive volume. `straight_positive`: rejected as
+    /// `volume`, although all straight elements are positive. `drawn_back`: nodes were relaxed from their targets.
+    int programmes = 0;         ///< number of problems solved
+    double farthest_facet = 0;  ///< `FacetDistance` of the new facets
     bool straight_inverted = false, straight_positive = false, drawn_back = false;
-    bool bends_around = false;  ///< nodes around the cavity move
+    bool bends_around = false;  ///< nodes on outer faces of the cavity move
 };
 
-/// Joins a star, places its nodes, checks and corrects it. `out` is valid only without a rejection. Volume signs are
-/// exact. In degree 2 straight elements may be inverted (see `CurvedNodes`).
+/// Joins a cavity to its point, computes nodes, checks and corrects the new elements. `out` is valid only without a
+/// rejection. Volume signs are exact. In degree 2 straight elements may be inverted (see `CurvedNodes`).
 ///
-/// At most `corrections` times, the removed element at a faulty face leaves the cavity if it may (see `holders`). In
-/// degree 2, which checks all elements, the other faulty ones leave too, since no other change would mend them. If none
-/// may leave, the element across the outer face joins.
+/// The cavity changes at most `corrections` times. The removed element at a faulty face leaves the cavity if it may
+/// (see `holders`). In degree 2, which checks all elements, the other faulty elements leave too, since no other change
+/// would correct them. If none may leave, the element across the outer face is added.
 template <int D>
 [[nodiscard]] OperationResult operate(const Adaptation<D>& r, const AdaptationGoal<D>& goal,
                                       const CavityRequest<D>& request, const PatchLimits& limits,
@@ -295,11 +297,11 @@ struct CommittedState {
 };
 
 /// Applies patches (`replace_cavities`) and updates all other data. Only this function changes the topology of a state.
-/// Pass the state by `std::move` to avoid a copy; an error destroys it then. Errors: of `replace_cavities`.
+/// Pass the state by `std::move` to avoid a copy; an error then destroys it. Errors: those of `replace_cavities`.
 template <int D>
 [[nodiscard]] Outcome<CommittedState<D>> commit(Adaptation<D> state, std::vector<JudgedPatch<D>> patches);
 
-/// Moves nodes only. Patches planned before become invalid. Precondition: the edges share no element.
+/// Moves nodes only. Patches planned before become invalid. Precondition: no two edges share an element.
 template <int D>
 [[nodiscard]] Adaptation<D> commit(Adaptation<D> state, std::span<const JudgedNode<D>> nodes);
 
@@ -307,29 +309,29 @@ template <int D>
 struct FinishedMesh {
     CompactMesh<D> compact;
     Column<LogMetric<D>> log_metrics;
-    Column<GeometryPlace> places;  ///< see `Adaptation`
+    Column<GeometryPlace> places;  ///< see `VertexData`
 };
 
-/// The mesh without free slots. It lists all corners and, in 3D, all lines at which surfaces break, including implied
-/// ones, which angles between facets need not show. Errors: stopped, memory.
+/// Returns the mesh without free slots. It lists all corners and, in 3D, all lines at which surfaces break, including
+/// those that the input did not list: angles between facets need not show them. Errors: stopped, memory.
 template <int D>
 [[nodiscard]] Outcome<FinishedMesh<D>> finished(const Adaptation<D>& r, const Execution& execution);
 
 struct PassStatistics {
-    std::size_t rounds = 0;     ///< commits
-    std::size_t proposals = 0;  ///< requests; deferred ones count again
-    std::size_t planned = 0;    ///< requests with a star
+    std::size_t rounds = 0;     ///< number of commits
+    std::size_t proposals = 0;  ///< requests; a deferred request counts again
+    std::size_t planned = 0;    ///< requests not rejected before planning
     std::size_t accepted = 0;
     std::size_t corrections = 0;  ///< cavity changes of accepted operations
     std::size_t shortened = 0;    ///< accepted points that moved only a part of the way to the geometry
-    /// For degree 2. `straight_inverted`: accepted, but rejected by the straight test. `straight_positive`: rejected as
-    /// `volume`, but accepted by the straight test. `drawn_back`: accepted with relaxed nodes.
+    /// For degree 2. `straight_inverted`: accepted, although a straight element is not positive. `straight_positive`:
+    /// rejected as `volume`, although all straight elements are positive. `drawn_back`: accepted with relaxed nodes.
     std::size_t straight_inverted = 0, straight_positive = 0, drawn_back = 0;
-    std::size_t bent_around = 0;  ///< accepted with moved outside nodes
-    std::size_t programmes = 0;   ///< linear programs, accepted or not
+    std::size_t bent_around = 0;  ///< accepted operations that moved nodes around the cavity
+    std::size_t programmes = 0;   ///< problems solved for accepted and rejected operations
     /// Largest `FacetDistance` after swaps and collapses.
     double farthest_facet = 0;
-    std::size_t moved_nodes = 0;  ///< smoothed by distortion; not in `proposals`
+    std::size_t moved_nodes = 0;  ///< nodes smoothed by distortion; not in `proposals`
     std::array<std::size_t, rejection_reasons> rejected{};
 
     [[nodiscard]] std::size_t of(RejectionReason reason) const { return rejected[static_cast<std::size_t>(reason)]; }
@@ -353,11 +355,11 @@ struct PassStatistics {
     friend bool operator==(const PassStatistics&, const PassStatistics&) = default;
 };
 
-/// A task at an entity; the smallest `order` is first. Entity numbers are reused, so `Pass::candidate` must check its
-/// reason again.
+/// A task at a mesh entity; the task with the smallest `order` is first. Entity numbers are reused, so
+/// `Pass::candidate` must check again whether the task is still necessary.
 struct Task {
     double order = 0;
-    std::uint64_t rank = 0;  ///< for equal orders
+    std::uint64_t rank = 0;  ///< decides between equal orders
     std::uint32_t id = 0;
     friend bool operator<(const Task& a, const Task& b) {
         return std::tie(a.order, a.rank, a.id) < std::tie(b.order, b.rank, b.id);
@@ -368,18 +370,19 @@ template <class Tag>
     return {order, spread_rank(id), id.value};
 }
 
-/// Creates the requests of tasks, and new tasks after a commit.
+/// A remeshing pass: creates the requests of tasks, and new tasks after a commit.
 template <int D>
 class Pass {
   public:
     virtual ~Pass() = default;
-    /// Returns the request; empty if there is no reason for one. Called by several threads.
+    /// Returns the task's request; empty if the task is unnecessary. Called by several threads.
     [[nodiscard]] virtual std::optional<Candidate<D>> candidate(const Adaptation<D>& r, const Task& task) const = 0;
-    /// The same request for a point that moves this share of the way to the geometry; empty if it has no such way.
+    /// Returns the same request for a point that moves only this share of the way to the geometry; empty if the point
+    /// does not move to the geometry.
     [[nodiscard]] virtual std::optional<Candidate<D>> shortened(const Adaptation<D>&, const Task&, double) const {
         return {};
     }
-    /// Receives tasks rejected or without reason in the current mesh.
+    /// Receives tasks that were rejected or are unnecessary in the current mesh.
     virtual void refused(Adaptation<D>&, std::span<const Task>) const {}
     virtual void follow(Adaptation<D>& r, const TopologyChanges& changes, std::vector<Task>& tasks) = 0;
 
@@ -391,9 +394,10 @@ class Pass {
     Pass& operator=(Pass&&) = default;
 };
 
-/// Executes tasks and those that they create, in rounds. A round plans the first tasks against one mesh and commits
-/// their patches in order, except those that conflict with an earlier one (elements, new edges, crossing facets). The
-/// number of threads does not matter. Errors: of `commit`; stopped, memory.
+/// Executes tasks and the tasks that they create, in rounds. A round plans the first tasks against one mesh and commits
+/// their patches in order. Patches that conflict with an earlier one wait for the next round (common elements, the same
+/// new edges, crossing facets). The result does not depend on the number of threads. Errors: those of `commit`;
+/// stopped, memory.
 template <int D>
 [[nodiscard]] Outcome<PassStatistics> run_pass(Adaptation<D>& r, const AdaptationGoal<D>& goal, Pass<D>& pass,
                                                std::vector<Task> tasks, const Execution& execution);

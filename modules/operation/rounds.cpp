@@ -19,7 +19,7 @@ namespace camber {
 
 namespace {
 
-/// Initial tasks are sorted once, which is cheaper than a heap; later ones are in a heap.
+/// Queue of tasks. Initial tasks are sorted once, which is cheaper than a heap; later tasks are in a heap.
 class TaskQueue {
   public:
     explicit TaskQueue(std::vector<Task> tasks) : sorted_(std::move(tasks)) { std::ranges::sort(sorted_, later); }
@@ -42,14 +42,15 @@ class TaskQueue {
   private:
     static bool later(const Task& a, const Task& b) { return b < a; }
 
-    std::vector<Task> sorted_;  ///< first at the end
+    std::vector<Task> sorted_;  ///< the first task is last
     std::vector<Task> heap_;
 };
 
-/// Number of tasks in a round: small relative to the mesh, to avoid conflicts, and large enough for the threads.
+/// Number of tasks that are planned against one mesh: small relative to the mesh, to avoid conflicts, and large enough
+/// for the threads.
 std::size_t window_of(std::size_t elements) { return std::clamp<std::size_t>(elements / 256, 32, 8192); }
 
-/// Elements removed or reshaped and edges created in a round.
+/// Elements that a round's patches remove or reshape, and edges that they create.
 class Claims {
   public:
     void begin(std::size_t elements) {
@@ -121,7 +122,7 @@ class Rounds {
     }
     [[nodiscard]] Outcome<std::vector<Planned<D>>> plan_front(const Execution& execution) {
         std::vector<Planned<D>> planned(front_.size());
-        constexpr std::size_t grain = 16;  // tasks take tens of microseconds
+        constexpr std::size_t grain = 16;  // a task takes tens of microseconds
         auto done = each_chunk(
             execution, front_.size(),
             [&](std::size_t begin, std::size_t end) {
@@ -144,7 +145,7 @@ class Rounds {
             const Vec<D> before = candidate->request.place;
             candidate = pass_.shortened(r_, task, share);
             if (candidate && !candidate->request.point.valid() && candidate->request.place == before)
-                return;  // the geometry is the chord
+                return;  // the geometry coincides with the chord
         }
     }
     [[nodiscard]] static bool lies_badly(RejectionReason reason) {
@@ -220,7 +221,7 @@ class Rounds {
     Pass<D>& pass_;
     TaskQueue tasks_;
     std::vector<Task> front_, refused_;
-    std::vector<std::size_t> by_id_;  ///< indices of `front_` by entity, for locality
+    std::vector<std::size_t> by_id_;  ///< indices of `front_`, sorted by entity for locality
     const Execution& execution_;
     Claims claims_;
     NewWalls<D> new_walls_;

@@ -1,4 +1,4 @@
-// Begins and finishes an adaptation, and computes statistics of a unit mesh.
+// Start and end of an adaptation, and statistics of a unit mesh.
 module;
 #include <algorithm>
 #include <cstddef>
@@ -67,7 +67,7 @@ Outcome<Done> ask_at_vertices(Adaptation<D>& r, const AdaptationGoal<D>& goal, c
     const std::size_t n = r.mesh.points.size();
     Buffer<VertexMetric<D>> metrics(n);
     Buffer<LogGradient<D>> gradients(r.mesh.is_curved() ? n : 0);
-    // If the field's mesh is this mesh, the search starts at the vertex; otherwise at the last result.
+    // If the field is given on this mesh, the search starts at the vertex; otherwise at the result for the last vertex.
     auto asked = each_chunk(execution, n, [&](std::size_t begin, std::size_t end) {
         ElementId hint;
         bool is_on_this = true;
@@ -87,7 +87,7 @@ Outcome<Done> ask_at_vertices(Adaptation<D>& r, const AdaptationGoal<D>& goal, c
     return asked;
 }
 
-/// `make`: creates the mesh.
+/// Creates the state. `make`: function that creates the mesh.
 template <int D, class Make>
 Outcome<Adaptation<D>> begun(const LinearMesh<D>& mesh, const AdaptationGoal<D>& goal, const Execution& execution,
                              Make&& make) {

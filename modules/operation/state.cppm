@@ -1,4 +1,4 @@
-// State of an adaptation, goals, requests, rejection cache, lengths and qualities.
+// State and goal of an adaptation, requests, cache of rejections, lengths and qualities.
 module;
 #include <algorithm>
 #include <array>
@@ -23,7 +23,8 @@ import camber.surface;
 
 export namespace camber {
 
-/// The metric at a vertex, as a logarithm and prepared for measuring, and its element of the back mesh.
+/// The metric at a vertex, as a logarithm and prepared for measuring. `back`: the element of the back mesh that
+/// contains the vertex.
 template <int D>
 struct VertexMetric {
     LogMetric<D> log_metric;
@@ -35,7 +36,7 @@ struct VertexMetric {
     friend bool operator==(const VertexMetric&, const VertexMetric&) = default;
 };
 
-/// Data of one vertex, except point and topology.
+/// Data of one vertex, except position and topology.
 template <int D>
 struct VertexRow {
     VertexMetric<D> metric;
@@ -43,19 +44,20 @@ struct VertexRow {
     LogGradient<D> gradient{};
 };
 
-/// Data of all vertices. Commits update all columns; new kinds of data belong here.
+/// Data of all vertices. Commits update all columns, so new kinds of data belong here.
 template <int D>
 struct VertexData {
     Column<VertexMetric<D>> metrics;
-    /// Geometric entity of each vertex, with parameters if it lies on it; none inside. Empty without a geometry.
+    /// Geometric entity of each vertex, with parameters if the vertex lies on it; none for inner vertices. Empty
+    /// without a geometry.
     Column<GeometryPlace> places = {};
-    Column<LogGradient<D>> gradients = {};  ///< degree 2: recovered field gradients
+    Column<LogGradient<D>> gradients = {};  ///< degree 2: recovered gradients of the field
 
     [[nodiscard]] GeometryPlace place(VertexId v) const { return places.empty() ? GeometryPlace{} : places[v]; }
     [[nodiscard]] VertexRow<D> row(VertexId v) const {
         return {metrics[v], place(v), gradients.empty() ? LogGradient<D>{} : gradients[v]};
     }
-    /// Stores `rows[i]` at `ids[i]`. `vertices`: their new number.
+    /// Stores `rows[i]` at `ids[i]`. `vertices`: new number of vertices.
     void put(std::span<const VertexId> ids, std::span<const VertexRow<D>> rows, std::size_t vertices) {
         put_column(metrics, ids, vertices, [&](std::size_t i) { return rows[i].metric; });
         if (!places.empty()) put_column(places, ids, vertices, [&](std::size_t i) { return rows[i].place; });
@@ -75,12 +77,12 @@ struct VertexData {
 enum class AskingPass : std::uint8_t { collapse, swap, smooth, remove };
 inline constexpr std::size_t asking_passes = 4;
 
-/// Cache of rejected requests, by pass and entity. A request depends only on the elements at the entity's vertices
+/// Cache of rejected requests for each pass and entity. A request depends only on the elements at the entity's vertices
 /// (except for crossings with other facets). It stays rejected until one of these elements changes. Time is counted in
 /// commits.
 class Refusals {
   public:
-    /// Discards rejections under other limits.
+    /// Discards the pass's rejections if they were made under other limits.
     void begin(AskingPass pass, std::vector<double> limits) {
         OfPass& of = of_[static_cast<std::size_t>(pass)];
         if (of.limits != limits) of = {std::move(limits), {}};
@@ -95,7 +97,7 @@ class Refusals {
         for (const Id<Tag> id : ids) asked[id.index()] = now_ + 1;
         of.asked = std::move(asked);
     }
-    /// True if rejected and no element at these vertices has changed since.
+    /// True if the request was rejected and no element at these vertices has changed since.
     template <class Tag>
     [[nodiscard]] bool stands(AskingPass pass, Id<Tag> id, std::span<const VertexId> vertices) const {
         const auto& asked = of_[static_cast<std::size_t>(pass)].asked;
@@ -121,10 +123,10 @@ class Refusals {
     static constexpr std::uint32_t never = 0;
     struct OfPass {
         std::vector<double> limits;
-        Column<std::uint32_t> asked;  ///< per entity: commits at the last rejection, plus 1
+        Column<std::uint32_t> asked;  ///< per entity: number of commits at its last rejection, plus 1
     };
     std::array<OfPass, asking_passes> of_;
-    Column<std::uint32_t> changed_;  ///< per vertex: last commit that created an element
+    Column<std::uint32_t> changed_;  ///< per vertex: last commit that created an element at it
     std::uint32_t now_ = 0;          ///< number of commits
 };
 
@@ -133,17 +135,17 @@ template <int D>
 struct Adaptation {
     DynamicMesh<D> mesh;
     VertexData<D> vertices;
-    FacetGrid<D> walls = {};  ///< see `walls_of`
-    /// Boundary vertices off the geometry, including new ones that could move only a part of the way. Ids may have been
-    /// reused.
+    FacetGrid<D> walls = {};  ///< boxes of all facets
+    /// Boundary vertices off the geometry, including new ones that could move only a part of the way to it. Ids may
+    /// have been reused.
     Column<VertexId> off_geometry = {};
     Refusals refusals = {};
-    Column<double> shapes = {};  ///< `shape_of` each element; below 0: unknown
-    /// `length_of` each edge; empty in degree 1, where computing costs no more than a look-up.
+    Column<double> shapes = {};  ///< `shape_of` each element; negative: unknown
+    /// `length_of` each edge; empty in degree 1, where computing a length costs no more than a look-up.
     Column<double> lengths = {};
 };
 
-/// Search for inner nodes by energy or length.
+/// Parameters of the search for inner nodes by energy or length.
 struct NodeSearch {
     EdgeMinimiserOptions options;
     EdgeRules rules;
@@ -151,8 +153,8 @@ struct NodeSearch {
     explicit NodeSearch(const EdgeMinimiserOptions& given) : options(given), rules(edge_rules(given)) {}
 };
 
-/// Largest distance of a facet from the geometry: the minimum of a length and a share of edge length, which limits the
-/// turn along the edge.
+/// Limit of a facet's distance from the geometry: the minimum of a length and a share of the edge length. The share
+/// limits the turning angle along the edge.
 struct DistanceLimit {
     double largest = std::numeric_limits<double>::infinity();  ///< model units
     double share = std::numeric_limits<double>::infinity();
@@ -182,7 +184,7 @@ class DistanceBounds {
         }
         for (auto& [reference, limit] : by_reference_) limit.tighten(of_all_);
     }
-    /// The minimum of all bounds that apply.
+    /// The minimum of all bounds that apply to the reference.
     [[nodiscard]] const DistanceLimit& of(Reference reference) const {
         const auto at = by_reference_.find(reference);
         return at == by_reference_.end() ? of_all_ : at->second;
@@ -194,36 +196,38 @@ class DistanceBounds {
     std::unordered_map<Reference, DistanceLimit> by_reference_;
 };
 
-/// Goal of an adaptation: the field, sampled at new vertices, and the geometry of the boundary (none: straight facets).
+/// Goal of an adaptation: the field, sampled at new vertices, and the geometry of the boundary. Without a geometry, new
+/// boundary points stay on the facets.
 template <int D>
 struct AdaptationGoal {
     BackMesh<D> field;
     std::optional<Geometry<D>> geometry;
-    // Degree 2: targets of inner nodes by `search`, or without one by the closed form of accuracy.
+    // Degree 2: `search` determines the targets of inner nodes. Without it, a closed form for maximum accuracy does.
     EdgeAccuracyOptions accuracy = {};
     std::optional<NodeSearch> search = {};
-    /// Degree 2, fixed topology: target of each edge's node, boundary included. Replaces field and geometry.
+    /// Degree 2 with fixed topology: target of each edge's node, also on the boundary. Field and geometry do not
+    /// determine targets then.
     Column<LagrangeNode<D>> wanted = {};
-    /// Patches meet these bounds, or exceed them no more than removed facets.
+    /// Patches meet these bounds, or exceed them no more than removed facets do.
     DistanceBounds distance_bounds = {};
-    EmbeddedCurves<D> curves = {};  ///< of embedded lines
-    /// A pass that exceeds it ends with an error (memory): a too fine field must not exhaust the machine.
+    EmbeddedCurves<D> curves = {};  ///< curves of embedded lines
+    /// A pass ends with an error (memory) beyond this number: a too fine field must not exhaust the machine.
     std::size_t max_elements = max_entities;
 };
 
-/// Samples the field at all vertices. Standalone surfaces: see `make_dynamic_surface`. Errors: no elements or triangles
-/// (input), those of `make_dynamic`.
+/// Creates the state and samples the field at all vertices. Standalone surfaces: see `make_dynamic_surface`. Errors:
+/// input (no elements or triangles), those of `make_dynamic`.
 template <int D>
 [[nodiscard]] Outcome<Adaptation<D>> begin_adaptation(const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
                                                       const BreaksOfMesh& breaks, const AdaptationGoal<D>& goal,
                                                       const Execution& execution);
 
-/// Errors: also a standalone surface (unsupported).
+/// Errors: those of the linear overload, and unsupported (standalone surface).
 template <int D>
 [[nodiscard]] Outcome<Adaptation<D>> begin_adaptation(const QuadraticMesh<D>& mesh, const BreaksOfMesh& breaks,
                                                       const AdaptationGoal<D>& goal, const Execution& execution);
 
-/// Boxes of all facets; standalone surface: triangles.
+/// Boxes of all facets; in a standalone surface mesh, of all triangles.
 template <int D>
 [[nodiscard]] FacetGrid<D> walls_of(const DynamicMesh<D>& mesh);
 
@@ -231,7 +235,7 @@ template <int D>
 template <int D>
 [[nodiscard]] Outcome<Done> measure_lengths(Adaptation<D>& r, const Execution& execution);
 
-/// An edge bent by `bent_edges`: offset from the chord middle, and length.
+/// An edge bent by `bent_edges`: the offset of its node from the chord middle, and its length.
 template <int D>
 struct BentSpoke {
     VertexId vertex;
@@ -239,24 +243,24 @@ struct BentSpoke {
     double length = 0;
 };
 
-/// A requested operation: cavity, point and metric there.
+/// A requested operation: the cavity, its point, and the metric there.
 template <int D>
 struct CavityRequest {
     Cavity<D> cavity;
-    VertexId point;          ///< invalid: a new vertex
-    Vec<D> place;            ///< position of a new point or move
+    VertexId point;          ///< invalid for a new vertex
+    Vec<D> place;            ///< position of a new or moved point
     VertexMetric<D> metric;  ///< at `place`
-    /// The first `holders` elements contain the point; others may leave.
+    /// The first `holders` elements of the cavity contain the point; the others may leave the cavity.
     std::size_t holders = 0;
     Reference reference = 0;
-    GeometryPlace lies = {};  ///< of `place`
+    GeometryPlace lies = {};  ///< geometric entity at `place`
 
     // For degree 2:
     LogGradient<D> gradient{};            ///< of the field at `place`
-    std::optional<Vec<D>> origin = {};    ///< straight position that the cavity maps to `place`; none: `place` itself
-    double share = 1;                     ///< part of the way of boundary points to the geometry
-    std::array<VertexId, 2> halves = {};  ///< ends of a split edge; its curve is preserved
-    std::vector<BentSpoke<D>> bent = {};  ///< inner edges bent already
+    std::optional<Vec<D>> origin = {};    ///< straight position that the cavity maps to `place`; empty: `place` itself
+    double share = 1;                     ///< share of the way that boundary points move to the geometry
+    std::array<VertexId, 2> halves = {};  ///< ends of a split edge, whose curve is preserved
+    std::vector<BentSpoke<D>> bent = {};  ///< inner edges whose nodes are known
 
     void join_to(const Adaptation<D>& r, VertexId v) {
         point = v;
@@ -268,16 +272,16 @@ struct CavityRequest {
     }
 };
 
-/// Policy for new elements below the minimum shape.
+/// Policy for new elements below `min_shape`.
 enum class BelowLeast : std::uint8_t { refused, accepted_if_no_worse };
 
 /// Policy for new invalid elements that replace an invalid element with the same vertices.
 enum class InvalidBefore : std::uint8_t { refused, may_stay };
 
-/// Policy for added two-facet elements (`adds_wall_elements`).
+/// Policy for patches that add two-facet elements (`adds_wall_elements`).
 enum class WallElements : std::uint8_t { accepted, refused };
 
-/// Policy for patches without noticeable motion (`gains`).
+/// Policy for patches that move no node noticeably (`gains`).
 enum class NodeGain : std::uint8_t { not_asked, asked };
 
 /// Default minimum cosine between normals of new and replaced facets.
@@ -286,23 +290,24 @@ inline constexpr double least_facet_cosine = 0.8;
 struct PatchLimits {
     double min_shape = 0;                          ///< lower limit of `shape_of`, exclusive
     BelowLeast below_least = BelowLeast::refused;  ///< see `QualityBar`
-    double bad_quality = 0.05;                     ///< no element may be below both this and the worst replaced one
+    double bad_quality = 0.05;                     ///< no element may be below this and the worst removed one
     double shortest = 0, longest = std::numeric_limits<double>::infinity();  ///< metric lengths of edges at the point
-    /// Degree 2: minimum scaled Jacobian, unless a replaced element is worse.
+    /// Degree 2: minimum scaled Jacobian, unless a removed element violates it.
     double min_jacobian = default_bound;
-    /// The minimum in that case.
+    /// Minimum scaled Jacobian if a removed element violates `min_jacobian`.
     double lowest_jacobian = 0;
-    /// Applies if each new element has the vertices of a replaced one.
+    /// Applies if each new element has the vertices of a removed element.
     InvalidBefore invalid_before = InvalidBefore::refused;
-    /// Maximum number of linear programs, each for one inner edge, if the old curves do not make a star valid.
+    /// Maximum number of linear programs, each for the node of one inner edge, after relaxation to the old curves
+    /// failed.
     int programmes = 8;
-    /// If they fail, a joint problem moves all inner nodes, and with them at most this number of nodes on outer faces.
-    /// 0: no joint problem.
+    /// If the linear programs fail, a joint problem moves all inner nodes and at most this number of nodes on outer
+    /// faces. 0: no joint problem.
     int bend_around = 0;
     /// Maximum number of relaxed inner nodes that move together towards their targets.
     int approaching = 0;
     double facet_cosine = least_facet_cosine;
-    /// Maximum distance of new facets, relative to their longest edges (`distance_from_geometry`).
+    /// Maximum distance of new facets from the geometry, relative to their longest edges (`distance_from_geometry`).
     double facet_distance = std::numeric_limits<double>::infinity();
     WallElements wall_elements = WallElements::accepted;
     NodeGain node_gain = NodeGain::not_asked;
@@ -310,24 +315,24 @@ struct PatchLimits {
     int corrections = 8;
 };
 
-/// Reasons for rejection, first those of `StarFailure`.
+/// Reasons for rejection. The first ones are those of `StarFailure`.
 enum class RejectionReason : std::uint8_t {
     none,
     empty,
-    required,  ///< also: a corner, or a vertex without all of its elements, would move
+    required,  ///< also if a corner, or a vertex without all of its elements, would move
     surface,
     line,
     ball,
     exists,
-    volume,    ///< inverted or no volume; degree 2: violates the Jacobian bound
+    volume,    ///< an element is inverted or has no volume; degree 2: violates the Jacobian bound
     quality,   ///< an element below `min_shape`
-    length,    ///< an edge at the point violates limits
-    geometry,  ///< facets turn too far or are too far off
+    length,    ///< an edge at the point violates the limits
+    geometry,  ///< facets turn too far, or are too far from the geometry
     waits,     ///< conflicts with another patch; retried later
-    wall,      ///< two facets on one smooth, curved surface
+    wall,      ///< an element has two facets on one smooth, curved surface
     crossing,  ///< facets cross; degree 2: not proved disjoint
-    gain,      ///< no noticeable change
-    height,    ///< too flat: rounding of coordinates could invert it
+    gain,      ///< no node moves noticeably
+    height,    ///< an element is too flat: rounding of coordinates could invert it
 };
 [[nodiscard]] constexpr auto words(RejectionReason) {
     using R = RejectionReason;
@@ -343,10 +348,10 @@ template <int D>
 struct Candidate {
     CavityRequest<D> request;
     PatchLimits limits;
-    RejectionReason rejected = RejectionReason::none;  ///< known before planning
+    RejectionReason rejected = RejectionReason::none;  ///< reason known before planning
 };
 
-/// Samples the field at `place` into the request. `hint`: back-mesh element.
+/// Stores the field at `place` in the request. `hint`: element of the back mesh where the search starts.
 template <int D>
 void ask_field(const Adaptation<D>& r, const AdaptationGoal<D>& goal, ElementId hint, CavityRequest<D>& request) {
     const FieldSample<D> sample = r.mesh.is_curved() ? sample_with_recovered_gradient(goal.field, request.place, hint)
@@ -362,7 +367,7 @@ template <int D>
     for (int k = 0; k < edges_per_simplex<D>; ++k) nodes[D + 1 + k] = mesh.nodes[mesh.edges_of[e][k]].point;
     return nodes;
 }
-/// Shape of a curved element, like `metric_shape`: the quality from the mean distortion to the power D/2.
+/// Quality of a curved element on the scale of `metric_shape`: the quality by mean distortion, to the power D/2.
 template <int D>
 [[nodiscard]] inline double curved_shape(const QuadraticNodes<D>& nodes, const VertexLogMetrics<D>& metrics) {
     return shape_of_quality(curved_quality<D>(nodes, element_metric<D>(metrics)).mean, D);
@@ -385,10 +390,10 @@ template <int D>
     return {&metric.log_metric, &gradient, &metric.measure};
 }
 
-/// Standalone surface: no operation changes edges to infinity.
+/// Length of edges to infinity in standalone surface meshes: it makes no operation change them.
 inline constexpr double length_to_infinity = 1;
 
-/// Metric length along the curve.
+/// Metric length of the edge along its curve.
 template <int D>
 [[nodiscard]] inline double measured_length(const Adaptation<D>& r, EdgeId edge) {
     if (r.mesh.is_at_infinity(edge)) return length_to_infinity;
@@ -403,7 +408,8 @@ template <int D>
 [[nodiscard]] inline double length_of(const Adaptation<D>& r, EdgeId edge) {
     return r.lengths.empty() ? measured_length(r, edge) : r.lengths[edge];
 }
-/// `metric_shape` or, on standalone surfaces, `triangle_shape`. `point_at(i)`, `metric_at(i)`: of local vertex i.
+/// Returns `metric_shape` or, on standalone surfaces, `triangle_shape`. `point_at(i)`, `metric_at(i)`: position and
+/// metric of local vertex i.
 template <int D>
 [[nodiscard]] double straight_shape(const DynamicMesh<D>& mesh, auto&& point_at, auto&& metric_at) {
     if constexpr (D == 3)
@@ -436,7 +442,7 @@ template <int D>
     const double known = e.index() < r.shapes.size() ? r.shapes[e.index()] : -1.0;
     return known >= 0 ? known : shape_of(r, e);
 }
-/// Shape of a straight element with one local vertex replaced.
+/// Quality of a straight element with one local vertex replaced.
 template <int D>
 [[nodiscard]] inline double shape_with(const Adaptation<D>& r, ElementId e, int local, const Vec<D>& place,
                                        const MeasuringMetric<D>& metric) {
@@ -464,8 +470,8 @@ template <int D>
     return worst;
 }
 
-/// Minimum shape of new elements for all passes. They must exceed `min_shape` or, if allowed, not be worse than the
-/// worst replaced. None may be below both `bad_quality` and the worst replaced.
+/// Minimum quality of new elements for all passes. They must exceed `min_shape` or, if allowed, not be worse than the
+/// worst removed element. None may be below both `bad_quality` and the worst removed element.
 template <int D>
 class QualityBar {
   public:
@@ -480,7 +486,7 @@ class QualityBar {
     }
 
   private:
-    /// Allows for rounding from another order of vertices.
+    /// Lowest quality of the removed elements, minus the rounding from another order of vertices.
     [[nodiscard]] double worst_replaced() {
         constexpr double rounding = 1e-9;
         if (!worst_) worst_ = worst_shape_of(r_, replaced_);

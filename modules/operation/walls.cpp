@@ -23,7 +23,7 @@ Box<D> box_of_wall(const DynamicMesh<D>& mesh, const NodalFacet<D>& facet) {
     return box;
 }
 
-/// True if the facets are proved disjoint, or straight and not crossing.
+/// True if the facets are proved disjoint, or are straight and do not cross.
 template <int D>
 bool are_clear(const DynamicMesh<D>& mesh, const NodalFacet<D>& first, const NodalFacet<D>& second) {
     if (mesh.is_curved()) return crossing_of(first, second) == Crossing::disjoint;
@@ -60,7 +60,7 @@ std::vector<NodalFacet<D>> new_facets(const DynamicMesh<D>& mesh, const Patch<D>
 
 namespace {
 
-/// Number of coordinates equal to those of `place`.
+/// Number of coordinates that all points share with `place`.
 template <int D>
 int shared_coordinates(const Vec<D>& place, std::span<const Vec<D>> points) {
     int count = 0;
@@ -71,7 +71,7 @@ int shared_coordinates(const Vec<D>& place, std::span<const Vec<D>> points) {
     return count;
 }
 
-/// True if removed and new lines lie on axes through the point.
+/// True if removed and new lines lie on parallels to the axes through the point.
 template <int D>
 bool keeps_its_axes(const DynamicMesh<D>& mesh, const Patch<D>& patch, const Vec<D>& place) {
     const auto lies_on_axis = [&](std::span<const Vec<D>> points) {
@@ -107,7 +107,7 @@ bool keeps_its_planes(const DynamicMesh<D>& mesh, const Patch<D>& patch, std::sp
 
 namespace {
 
-/// The remaining facets near these boxes, found in one query.
+/// Facets near these boxes that the patch does not remove, found in one query.
 template <int D>
 std::vector<FacetId> facets_beside(const FacetGrid<D>& walls, const Patch<D>& patch, std::span<const Box<D>> boxes) {
     Box<D> all = boxes.front();
@@ -157,7 +157,7 @@ bool NewWalls<D>::take(const DynamicMesh<D>& mesh, const Patch<D>& patch) {
     if (patch.star.facets.empty()) return true;
     const auto made = new_facets(mesh, patch);
     if (made.empty() || keeps_its_planes<D>(mesh, patch, made))
-        return true;  // facets of that plane are in the mesh already
+        return true;  // removed facets cover the same area, and other patches do not cross them
     for (const NodalFacet<D>& facet : made) {
         grid_.meeting(box_of_wall(mesh, facet), near_);
         for (const FacetId f : near_)
@@ -172,7 +172,7 @@ bool NewWalls<D>::take(const DynamicMesh<D>& mesh, const Patch<D>& patch) {
 
 namespace {
 
-/// True if the surface breaks between facets opposite these local vertices.
+/// True if the surface breaks between the facets opposite local vertices `i` and `j`.
 template <int D>
 bool breaks_between(const DynamicMesh<D>& mesh, ElementId e, int i, int j) {
     if constexpr (D == 2) {
@@ -187,15 +187,15 @@ bool breaks_between(const DynamicMesh<D>& mesh, ElementId e, int i, int j) {
     }
 }
 
-/// A future facet: reference, and vertices except the point.
+/// A facet at the point after the operation: its reference, and its vertices except the point.
 template <int D>
 struct FacetAtPoint {
-    FacetId like;  ///< of the same surface
+    FacetId like;  ///< a facet of the same surface
     Reference reference = 0;
     std::array<VertexId, D - 1> others{};
 };
 
-/// The patch's new facets and those on preserved faces at the point.
+/// The patch's new facets, and facets at the point on faces that the patch preserves.
 template <int D>
 std::vector<FacetAtPoint<D>> facets_at_point(const DynamicMesh<D>& mesh, const Patch<D>& patch) {
     std::vector<FacetAtPoint<D>> found;
@@ -214,7 +214,7 @@ std::vector<FacetAtPoint<D>> facets_at_point(const DynamicMesh<D>& mesh, const P
     return found;
 }
 
-/// True if the surface breaks at the edge from the point to `v`; 2D: at the point.
+/// True if the surface breaks at the edge from the point to `v` (2D: at the point).
 template <int D>
 bool breaks_at(const DynamicMesh<D>& mesh, const Patch<D>& patch, VertexId v) {
     if constexpr (D == 2)
@@ -230,13 +230,13 @@ bool breaks_at(const DynamicMesh<D>& mesh, const Patch<D>& patch, VertexId v) {
     return false;
 }
 
-/// True if the new element has two facets on one smooth surface.
+/// True if the new element at the face `open` has two facets on one smooth surface.
 template <int D>
 bool becomes_wall_element(const DynamicMesh<D>& mesh, const Patch<D>& patch, const ElementFace& open,
                           std::span<const FacetAtPoint<D>> at_point) {
     const auto& vertices = mesh.elements.vertices[open.element];
     const int point = static_cast<int>(open.opposite);
-    std::array<const FacetAtPoint<D>*, D + 1> found{};  // by the local vertex opposite the facet
+    std::array<const FacetAtPoint<D>*, D + 1> found{};  // index: local vertex opposite the facet
     for (const FacetAtPoint<D>& facet : at_point) {
         std::array<bool, D + 1> has{};
         has[point] = true;
@@ -256,7 +256,7 @@ bool becomes_wall_element(const DynamicMesh<D>& mesh, const Patch<D>& patch, con
             return true;
         for (int j = 0; j < i; ++j) {
             if (!found[j] || found[i]->reference != found[j]->reference) continue;
-            int rest = 0;  // second shared vertex of both facets (3D)
+            int rest = 0;  // 3D: the vertex besides the point that both facets share
             while (rest == i || rest == j || rest == point) ++rest;
             if (!breaks_at(mesh, patch, rest <= D ? vertices[rest] : VertexId{})) return true;
         }

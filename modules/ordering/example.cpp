@@ -1,4 +1,4 @@
-// camber.ordering: orders a grid of triangles in random order, and restores it.
+// Example of camber.ordering: improves the order of a triangle grid in random order, then restores the original order.
 #include <algorithm>
 #include <array>
 #include <cstddef>
@@ -11,7 +11,7 @@ import camber.ordering;
 
 using namespace camber;
 
-/// n by n squares, each cut in two.
+/// A grid of n by n squares, each cut into two triangles.
 static LinearMesh<2> grid(std::size_t n) {
     LinearMesh<2> mesh;
     Buffer<Vec<2>> points;
@@ -47,7 +47,7 @@ static Outcome<bool> example(const Execution& execution) {
     const auto given = renumbered(mesh, {std::move(*vertices), std::move(*elements)}, execution);
     if (!given) return fail(given.error());
 
-    // The default skips small meshes.
+    // The default minimum would skip this small mesh.
     const auto better = better_order(*given, {.min_elements = 1000}, execution);
     if (!better) return fail(better.error());
     if (!*better) return false;
@@ -58,7 +58,7 @@ static Outcome<bool> example(const Execution& execution) {
     if (!after) return fail(after.error());
     std::printf("scatter: %.4f as given, %.4f along the curve\n", (*better)->scatter, *after);
 
-    // The work uses the ordered mesh; the result gets the original numbers.
+    // A program computes on the ordered mesh, then restores the original numbers in the result.
     const auto back = renumbered(*ordered, inverse(order), execution);
     if (!back) return fail(back.error());
     return *back == *given && *after < 0.1 * (*better)->scatter;

@@ -68,7 +68,8 @@ void renumber_geometry(GivenGeometry<D>& geometry, const Column<VertexId>& after
     columns.map(geometry.on_surfaces, of_item);
 }
 
-/// Old id of each edge: local edges keep their order. Simplices that share an edge write the same value.
+/// Old id of each edge, found at equal local edges of the same simplex. Simplices that share an edge write the same
+/// value.
 template <int D>
 Outcome<Buffer<EdgeId>> edges_before(const EdgeSet<D>& before, const EdgeSet<D>& now, const Column<ElementId>& elements,
                                      const Execution& execution) {
@@ -149,7 +150,7 @@ Outcome<Permutation<VertexId>> vertices_along_curve(const Column<Vec<D>>& points
     return permutation(Column<VertexId>(std::move(*before)), part_of(execution, 0.9, 1));
 }
 
-/// Stable counting sort of elements by keys below a bound.
+/// Stable counting sort of elements by `keys`, which are below `bound`.
 Buffer<ElementId> sorted_by(const Buffer<std::uint32_t>& keys, std::size_t bound) {
     Buffer<std::uint32_t> next(bound + 1, 0U);
     for (const std::uint32_t key : keys) ++next[key + 1];

@@ -6,13 +6,13 @@ module;
 #include <limits>
 #include <optional>
 #include <utility>
-/// Memory order of vertices and elements: quality, improvement, renumbering in both directions.
+/// Memory order of vertices and elements: a measure of its quality, a better order, and renumbering in both directions.
 export module camber.ordering;
 import camber.core;
 
 export namespace camber {
 
-/// Without points `low` is above `high`.
+/// Bounding box of points. Without points `low` is above `high`.
 template <int D>
 struct PointBox {
     Vec<D> low, high;
@@ -36,14 +36,14 @@ template <int D>
         [&](PointBox<D>& box, std::size_t v) { box = join(box, {points[v], points[v]}); }, join);
 }
 
-/// Morton code: interleaved bits of coordinates in the box, highest first.
+/// Morton code: interleaves the bits of the coordinates relative to the box, highest bits first.
 template <int D>
 [[nodiscard]] std::uint64_t morton_key(const Vec<D>& p, const PointBox<D>& box) {
     constexpr int bits = 63 / D;
     constexpr auto most = static_cast<double>((std::uint64_t{1} << bits) - 1);
     std::array<std::uint64_t, D> cell{};
     for (int c = 0; c < D; ++c) {
-        // Halved because the extent may overflow.
+        // Both terms are halved, because high − low may overflow.
         const double extent = 0.5 * box.high[c] - 0.5 * box.low[c];
         if (extent > 0) cell[c] = static_cast<std::uint64_t>((0.5 * p[c] - 0.5 * box.low[c]) / extent * most);
     }
@@ -61,7 +61,7 @@ struct Permutation {
     Column<EntityId> after;   ///< new id of each old id
 };
 
-/// `before`: a permutation of the old ids. Errors: memory, stopped.
+/// `before`: old id of each new id. Errors: memory, stopped.
 template <class EntityId>
 [[nodiscard]] Outcome<Permutation<EntityId>> permutation(Column<EntityId> before, const Execution& execution) {
     Buffer<EntityId> after;
@@ -82,7 +82,7 @@ struct Renumbering {
     return {{r.vertices.after, r.vertices.before}, {r.elements.after, r.elements.before}};
 }
 
-/// Reorders rows of `width` values; an empty column stays empty. Errors: memory, stopped.
+/// Reorders rows of `width` values each; an empty column stays empty. Errors: memory, stopped.
 template <class T, class EntityId>
 [[nodiscard]] Outcome<Column<T>> renumbered_rows(const Column<T>& rows, const Column<EntityId>& before,
                                                  const Execution& execution, std::size_t width = 1) {
@@ -92,13 +92,13 @@ template <class T, class EntityId>
         .map([](Buffer<T> made) { return Column<T>(std::move(made)); });
 }
 
-/// Vertices within simplices and lists keep their order, so that the inverse restores the mesh. Errors: memory,
-/// stopped.
+/// Renumbers a mesh. The order of a simplex's vertices and of facets, edges and lists is preserved, so that the inverse
+/// restores the mesh. Errors: memory, stopped.
 template <int D>
 [[nodiscard]] Outcome<LinearMesh<D>> renumbered(LinearMesh<D> mesh, const Renumbering& renumbering,
                                                 const Execution& execution);
 
-/// Unique edges get new ids too.
+/// A renumbered quadratic mesh. Its unique edges have new ids too.
 template <int D>
 struct RenumberedQuadratic {
     QuadraticMesh<D> mesh;
@@ -108,33 +108,33 @@ template <int D>
 [[nodiscard]] Outcome<RenumberedQuadratic<D>> renumbered(QuadraticMesh<D> mesh, const Renumbering& renumbering,
                                                          const Execution& execution);
 
-// Locality in memory. Loops over elements and edges read vertices and vice versa. For 1 million tetrahedra in random
-// order most reads miss the caches, and a run takes twice as long.
+// Locality in memory. Loops over elements and edges read data of vertices, and loops over vertices read data of
+// elements. For 1 million tetrahedra in random order most reads miss the caches, and a run takes twice as long.
 
 struct OrderingOptions {
-    /// Smaller meshes fit into caches.
+    /// Smaller meshes are not reordered, because they fit into caches.
     std::size_t min_elements = 100'000;
-    /// Orders above are improved.
+    /// Meshes with a larger `scatter` are reordered.
     double max_scatter = 0.02;
 };
 
-/// Mean distance of the lowest vertices of consecutive elements, relative to the number of vertices: near 0 in a good
-/// order, 2k/((k + 1)(2k + 1)) in a random one for k vertices an element (0.178 for tetrahedra, 0.214 for triangles). 0
-/// for fewer than two elements. Errors: memory, stopped.
+/// Mean difference of the lowest vertex numbers of consecutive elements, divided by the number of vertices. It is near
+/// 0 in a good order. In a random order it is 2k/((k + 1)(2k + 1)) for elements with k vertices (0.178 for tetrahedra,
+/// 0.214 for triangles). 0 for fewer than two elements. Errors: memory, stopped.
 template <int D>
 [[nodiscard]] Outcome<double> scatter(const LinearMesh<D>& mesh, const Execution& execution);
 
-/// Vertices along the Morton curve in their bounding box (G. M. Morton, 1966), elements by lowest vertex; ties keep
-/// their order. Errors: memory, stopped.
+/// Sorts vertices along the Morton curve in their bounding box (G. M. Morton, 1966), and elements by lowest vertex;
+/// ties keep their order. Errors: memory, stopped.
 template <int D>
 [[nodiscard]] Outcome<Renumbering> space_filling_order(const LinearMesh<D>& mesh, const Execution& execution);
 
-/// A better order, and the old one's scatter.
+/// A better order, and the scatter of the present one.
 struct BetterOrder {
     Renumbering renumbering;
     double scatter = 0;
 };
-/// The space-filling order, or none if the present order is good. Errors: memory, stopped.
+/// Returns the space-filling order; none if the mesh is small or its present order is good. Errors: memory, stopped.
 template <int D>
 [[nodiscard]] Outcome<std::optional<BetterOrder>> better_order(const LinearMesh<D>& mesh,
                                                                const OrderingOptions& options,

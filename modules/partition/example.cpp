@@ -1,4 +1,4 @@
-// A square of triangles in two parts, each a separate mesh.
+// Example of camber.partition: divides a square of triangles into two parts, each a separate mesh.
 #include <cstddef>
 #include <cstdint>
 #include <cstdio>

@@ -1,14 +1,15 @@
 module;
 #include <cstddef>
 #include <cstdint>
-/// Divides a mesh into parts of about equal size with few faces between them, each a mesh with references to the whole.
+/// Divides a mesh into parts of about equal size with few common faces. Each part is a mesh with the numbers of its
+/// entities in the whole mesh.
 export module camber.partition;
 import camber.core;
 
 export namespace camber {
 
-/// Neighbours across faces, ascending: of element e neighbours[starts[e], starts[e + 1]). For surface meshes triangles
-/// across edges.
+/// Element e has the neighbours neighbours[starts[e], starts[e + 1]), ascending: elements that share a face with e. In
+/// a surface mesh these are triangles that share an edge.
 struct DualGraph {
     Buffer<std::uint32_t> starts;
     Buffer<std::uint32_t> neighbours;
@@ -24,39 +25,39 @@ template <int D>
 
 namespace camber {
 
-/// Errors: unsupported (no library), memory, internal.
+/// Part of each vertex of the graph, from 0. Errors: unsupported (built without Scotch), memory, internal.
 [[nodiscard]] Outcome<Buffer<std::int32_t>> parts_of_graph(const DualGraph& graph, std::size_t parts);
 
 }  // namespace camber
 
 export namespace camber {
 
-/// Parts of cells, from 0.
+/// Part of each cell, from 0.
 struct CellParts {
     Column<std::int32_t> elements, facets, edges;
 };
 
-/// Uses Scotch; the result does not depend on the number of threads. Facets and feature edges get the part of their
-/// lowest element (0 without elements). Elements of a surface mesh are its facets. Errors: usage (no parts, or more
-/// than elements), unsupported (built without Scotch), memory, stopped.
+/// Divides a mesh with Scotch; the result does not depend on the number of threads. Facets and feature edges get the
+/// part of the lowest element that contains them (0 if there is none). In a surface mesh facets have the role of
+/// elements. Errors: usage (no parts, or more than elements), unsupported (built without Scotch), memory, stopped.
 template <int D>
 [[nodiscard]] Outcome<CellParts> partition(const LinearMesh<D>& mesh, std::size_t parts, const Execution& execution);
 
-/// Parts of facets and edges from those of elements (of a surface mesh: facets).
+/// Extends parts of elements (in a surface mesh: facets) to facets and edges.
 template <int D>
 [[nodiscard]] Outcome<CellParts> parts_of_cells(const LinearMesh<D>& mesh, Column<std::int32_t> elements,
                                                 const Execution& execution);
 
-/// A part as a mesh, with its rows in the whole, ascending.
+/// A part as a mesh. The columns give the ascending numbers of its entities in the whole mesh.
 template <class Mesh>
 struct MeshPiece {
     Mesh mesh;
     Column<std::uint32_t> vertices, elements, facets, edges;
-    Column<std::uint32_t> mid_nodes = {};  ///< edges in the edge set; empty for degree 1
+    Column<std::uint32_t> mid_nodes = {};  ///< numbers of edges in the edge set; empty for degree 1
 };
 
-/// Cells of one part with their nodes, corners, ridges and required entities, without given geometry. Errors: memory,
-/// stopped.
+/// Returns the cells of one part with their nodes, corners, ridges and required entities, without CAD associations and
+/// directions. Errors: memory, stopped.
 template <class Mesh>
 [[nodiscard]] Outcome<MeshPiece<Mesh>> piece_of(const Mesh& mesh, const CellParts& parts, std::int32_t part,
                                                 const Execution& execution);

@@ -2,7 +2,7 @@ module;
 #include <cstddef>
 #include <cstdint>
 #include <cstdio>
-// scotch.h needs FILE from stdio.h
+// scotch.h uses FILE of stdio.h.
 #include <scotch.h>
 
 #include <algorithm>

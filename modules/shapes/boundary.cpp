@@ -31,7 +31,7 @@ Outcome<Done> check_volumes(const LinearMesh<D>& mesh, const Execution& executio
     return no_positive_volume<D>(*first);
 }
 
-/// Returns the elements with at least D marked vertices, ascending.
+/// Elements with at least D marked vertices, ascending.
 template <int D>
 Outcome<std::vector<std::size_t>> elements_near_facets(const LinearMesh<D>& mesh, const Buffer<std::uint8_t>& marked,
                                                        const Execution& execution) {
@@ -48,11 +48,11 @@ Outcome<std::vector<std::size_t>> elements_near_facets(const LinearMesh<D>& mesh
         });
 }
 
-/// The elements that may have facets, and the marks of the vertices that may have facets.
+/// Elements and vertices that may have facets.
 template <int D>
 struct NearFacets {
     LinearMesh<D> mesh;
-    Buffer<std::uint8_t> marked;  ///< for each vertex: 1 if it may have facets
+    Buffer<std::uint8_t> marked;  ///< for each vertex: 1: may have facets
 };
 
 template <int D>
@@ -107,7 +107,7 @@ Outcome<Simplices<D - 1>> boundary_facets(const LinearMesh<D>& whole, const Face
     return Simplices<D - 1>{std::move(vertices), std::move(references), {}};
 }
 
-/// Sorted unique pairs of an entity and the reference of a facet at this entity.
+/// Sorted unique pairs of an entity and the reference of a facet there.
 template <class Key>
 using ReferencesAt = std::vector<std::pair<Key, Reference>>;
 
@@ -117,7 +117,7 @@ void order(ReferencesAt<Key>& at) {
     at.erase(std::unique(at.begin(), at.end()), at.end());
 }
 
-/// Calls f(key, sorted references) for each key, in ascending order of keys.
+/// Calls f(key, sorted references) for ascending keys.
 template <class Key, class F>
 void each_key(const ReferencesAt<Key>& at, F&& f) {
     std::vector<Reference> found;
@@ -139,8 +139,7 @@ ReferencesAt<VertexId> references_at_vertices(const LinearMesh<D>& mesh) {
     return at;
 }
 
-/// Adds an edge wherever facets of different references meet. Each set of such references has its own edge reference 1,
-/// 2 ….
+/// Adds edges between facets of different references. Each set of these references has an edge reference 1, 2 ….
 void add_ridges(LinearMesh<3>& mesh) {
     using Edge = std::array<VertexId, 2>;
     ReferencesAt<Edge> at;
@@ -207,10 +206,10 @@ double volume(const Buffer<Vec<3>>& p, const SimplexVertices<3>& s) {
     return det(p[s[1].index()] - p[s[0].index()], p[s[2].index()] - p[s[0].index()], p[s[3].index()] - p[s[0].index()]);
 }
 
-/// A mark for each vertex. Several threads may write the same mark, but always the same value.
+/// Vertex marks; threads that write the same one write the same value.
 using Marks = std::vector<std::uint8_t>;
 
-/// Old and new positions; `least`: minimum ratio of an element's new volume to its old one.
+/// `least`: minimum ratio of new to old volume.
 template <int D>
 struct Move {
     const Buffer<Vec<D>>& from;
@@ -218,8 +217,8 @@ struct Move {
     double least = 0;
 };
 
-/// Marks in `halve` all vertices of elements with a volume ratio below `least`. Examines only elements with a vertex in
-/// `just_moved`. Returns true if it marks any.
+/// Marks in `halve` the vertices of elements below the volume ratio. Examines elements with a vertex in `just_moved`.
+/// True if it marks any.
 template <int D>
 Outcome<bool> mark_complaints(const Move<D>& move, std::span<const SimplexVertices<D>> elements,
                               const Marks& just_moved, Marks& halve, const Execution& execution) {

@@ -112,8 +112,8 @@ template Outcome<LinearMesh<3>> generate<3>(const BoxOptions<3>&, const Executio
 
 namespace {
 
-/// Adds the segments along the edges of a 3D box. A segment's reference is the number of the pair of sides that meet
-/// there; pairs are numbered in ascending order.
+/// Adds segments along the edges of a 3D box. The reference is the number of the pair of adjacent sides, in ascending
+/// order of pairs.
 void add_edges(const Lattice<3>& lattice, LinearMesh<3>& mesh) {
     struct Segment {
         std::array<VertexId, 2> ends;
@@ -211,7 +211,7 @@ class BoxRows final : public PrismRows<D> {
         return side != 0 ? std::optional(side) : std::nullopt;
     }
     [[nodiscard]] bool may_have_facets(VertexId v) const override { return lattice().on_boundary(v.index()); }
-    /// Lowest reference of the sides that contain the vertex; 0 for an inner vertex.
+    /// Lowest reference of a side with the vertex; 0: inner vertex.
     [[nodiscard]] Reference point_reference(VertexId v) const override {
         const auto place = lattice().place(v.index());
         for (int i = 0; i < D; ++i) {
@@ -276,7 +276,7 @@ Outcome<Done> check(const BumpOptions& o) {
     return Done{};
 }
 
-/// Heights of the rows of vertices over a flat floor: first the boundary layers, then equal cells.
+/// Vertex rows over a flat floor: boundary layers, then equal cells.
 std::vector<double> row_heights(const BumpOptions& o) {
     std::vector<double> rows{0};
     for (const double d : layer_distances(o.floor_layer)) rows.push_back(d);
@@ -286,15 +286,14 @@ std::vector<double> row_heights(const BumpOptions& o) {
     return rows;
 }
 
-/// Maps a point of the flat channel to the channel with a bump. Layers follow the floor; the space between them and the
-/// ceiling is compressed.
+/// Maps from the channel without a bump: layers follow the floor, the rest is compressed below the ceiling.
 Vec<2> lifted(const BumpOptions& o, const Vec<2>& p) {
     const double top = thickness(o.floor_layer);
     const double part = p[1] <= top ? 1.0 : (o.height - p[1]) / (o.height - top);
     return {{p[0], p[1] + part * floor_height(o, p[0])}};
 }
 
-/// Maps the lattice from the unit square to the channel. Returns the positions with jitter.
+/// Maps the unit lattice to the channel. Returns positions with jitter.
 Outcome<Buffer<Vec<2>>> place_points(Lattice<2>& lattice, const BumpOptions& options, const std::vector<double>& rows,
                                      const Execution& execution) {
     const int layers = options.floor_layer.count;
@@ -363,14 +362,13 @@ Outcome<LinearMesh<2>> generate(const BumpOptions& options, const Execution& exe
 
 namespace {
 
-/// Number of points on a sphere with triangles (2D: edges) of this size.
+/// Number of points on a sphere (2D: circle) for this edge length.
 template <int D>
 double cover(double radius, double size) {
     return D == 2 ? 2 * std::numbers::pi * radius / size
                   : 8 * std::numbers::pi * radius * radius / (std::numbers::sqrt3 * size * size);
 }
 
-/// Number of facets of a sphere (2D: edges of a circle) with this number of vertices.
 template <int D>
 double facets_of(double points) {
     return D == 2 ? points : 2 * points - 4;
@@ -383,9 +381,8 @@ double prisms(const ShellOptions<D>& o) {
     return D * facets * (counts.rows + o.inner_layer.count + o.outer_layer.count);
 }
 
-/// Estimated number of elements, for points on concentric spheres whose distance is the height of a regular simplex. 2D
-/// (from Euler's formula): two triangles per inner point, one per boundary point. 3D: the ratios were measured on
-/// shells with 10^3 to 1.5·10^5 elements.
+/// Estimate for points on spheres at distances of a simplex height. 2D (Euler): two triangles per inner point, one per
+/// boundary point. 3D: ratios measured on shells with 10^3 to 1.5·10^5 elements.
 template <int D>
 double unstructured(const ShellOptions<D>& o) {
     constexpr double an_inner_point = D == 2 ? 2 : 6.2, a_wall_point = D == 2 ? 1 : 3.1;
@@ -404,10 +401,9 @@ double unstructured(const ShellOptions<D>& o) {
     return an_inner_point * std::max(0.0, points - inner - outer) + a_wall_point * (inner + outer) + D * layers;
 }
 
-/// Relative deviation from the target: |log(elements / wanted)|.
 double off(double elements, double wanted) { return std::abs(log(elements / wanted)); }
 
-/// Rounds each number of cells up or down so that elements(cells) is closest to the target.
+/// Rounds each number up or down so that elements(cells) is closest to the target.
 template <std::size_t N, class Elements>
 std::array<int, N> rounded(const std::array<double, N>& ideal, const std::array<int, N>& least, double wanted,
                            Elements&& elements) {

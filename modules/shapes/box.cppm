@@ -13,13 +13,13 @@ import :delaunay;
 
 export namespace camber {
 
-/// Layers of elements on a wall. From the wall outwards, their heights are first_height, first_height × growth, ….
+/// From the wall, layer heights are first_height, first_height × growth, ….
 struct BoundaryLayer {
-    int count = 0;               ///< number of layers; 0: none
-    double first_height = 0.02;  ///< height of the layer at the wall (model units)
-    double growth = 1.25;        ///< height of a layer divided by that of the layer below it
-    Reference material = 1;      ///< material of the layers' elements; all other elements have 1
-    Reference interface = 9;     ///< reference of facets between the layers and another material
+    int count = 0;
+    double first_height = 0.02;  ///< of the layer at the wall (model units)
+    double growth = 1.25;        ///< height ratio of a layer to the one below it
+    Reference material = 1;      ///< of the layers; all other elements have 1
+    Reference interface = 9;     ///< of facets between the layers and another material
 
     [[nodiscard]] static constexpr auto options() {
         using S = BoundaryLayer;
@@ -35,7 +35,7 @@ struct BoundaryLayer {
     friend bool operator==(const BoundaryLayer&, const BoundaryLayer&) = default;
 };
 
-/// Distances from the wall to the outer sides of the layers, ascending.
+/// Distances of the layers' outer sides from the wall, ascending.
 [[nodiscard]] inline std::vector<double> layer_distances(const BoundaryLayer& layer) {
     std::vector<double> distances;
     double height = layer.first_height, total = 0;
@@ -48,8 +48,8 @@ struct BoundaryLayer {
     return layer.count > 0 ? layer_distances(layer).back() : 0.0;
 }
 
-/// A rectangle or box. The cells of a graded lattice are cut along random diagonals; the mesh is then warped by a map
-/// that preserves the sides. Facet references: 2i + 1 on the side where x_i is low, 2i + 2 where it is high.
+/// A rectangle or box: cells of a graded lattice, cut along random diagonals and warped by a map that preserves the
+/// sides. Facet references: 2i + 1 on the side of low x_i, 2i + 2 on the side of high x_i.
 template <int D>
 struct BoxOptions {
     Vec<D> low{};
@@ -67,10 +67,10 @@ struct BoxOptions {
         std::array<double, D> even{};
         for (double& ratio : even) ratio = 1;
         return even;
-    }();  ///< for each axis: last cell length divided by the first; lengths form a geometric series
-    double warp = 0;         ///< x_i is moved by warp (high_i − low_i) ∏ sin(2π u_j), with u in the unit box
+    }();  ///< per axis: last over first cell length (geometric series)
+    double warp = 0;         ///< x_i moves by warp (high_i − low_i) ∏ sin(2π u_j), u in the unit box
     double jitter = 0.2;     ///< maximum random move along each axis, in cell sizes; sides stay plane
-    std::uint64_t seed = 1;  ///< seed of random diagonals and jitter
+    std::uint64_t seed = 1;  ///< of random diagonals and jitter
 
     [[nodiscard]] static constexpr auto options() {
         using S = BoxOptions;
@@ -97,19 +97,18 @@ struct BoxOptions {
     friend bool operator==(const BoxOptions&, const BoxOptions&) = default;
 };
 
-/// Generates a box. Errors: usage (no cells, high not above low); stopped.
+/// Errors: usage (no cells, high not above low); stopped.
 template <int D>
 [[nodiscard]] Outcome<LinearMesh<D>> generate(const BoxOptions<D>& options, const Execution& execution = {});
 
-/// Lattice of a box before random moves. Vertex (i, j, k) has number i + (n_x + 1) (j + (n_y + 1) k), for n_x × n_y ×
-/// n_z cells.
+/// Lattice of a box. Vertex (i, j, k) has number i + (n_x + 1) (j + (n_y + 1) k) for n_x × n_y × n_z cells.
 template <int D>
 struct Lattice {
     std::array<int, D> cells{};
     Buffer<Vec<D>> points;
     Buffer<SimplexVertices<D>> elements;
 
-    /// Lattice indices of a vertex; on each axis from 0 to the number of cells.
+    /// Indices of a vertex along the axes.
     [[nodiscard]] std::array<int, D> place(std::size_t vertex) const {
         std::array<int, D> at{};
         for (int i = 0; i < D; ++i) {
@@ -124,7 +123,7 @@ struct Lattice {
             if (at[i] == 0 || at[i] == cells[i]) return true;
         return false;
     }
-    /// Reference of a boundary facet as in BoxOptions; 0 for an interior facet.
+    /// Facet reference as in BoxOptions; 0: interior.
     [[nodiscard]] Reference side(const SimplexVertices<D - 1>& facet) const {
         for (int i = 0; i < D; ++i)
             for (const int end : {0, cells[i]}) {
@@ -136,7 +135,7 @@ struct Lattice {
     }
 };
 
-/// Lattice of the unit box with equal cells. Errors: stopped.
+/// Unit box with equal cells. Errors: stopped.
 template <int D>
 [[nodiscard]] Outcome<Lattice<D>> lattice_of(const std::array<int, D>& cells, std::uint64_t seed,
                                              const Execution& execution);
@@ -146,7 +145,7 @@ template <int D>
 /// four corners.
 struct BumpOptions {
     double length = 3, height = 1;             ///< in model units
-    double bump_height = 0.2, bump_width = 1;  ///< height at the middle of the floor, and width (model units)
+    double bump_height = 0.2, bump_width = 1;  ///< at the middle of the floor (model units)
     std::array<int, 2> cells{36, 8};           ///< cells along the channel, and across it above the layers
     BoundaryLayer floor_layer{.count = 0, .first_height = 0.01, .growth = 1.3};
     double jitter = 0.2;  ///< maximum random move of inner vertices along each axis, in cell sizes
@@ -174,7 +173,7 @@ struct BumpOptions {
 /// Returns b(x); see BumpOptions.
 [[nodiscard]] double floor_height(const BumpOptions& options, double x);
 
-/// Generates a channel. Errors: usage (incompatible sizes); stopped.
+/// Errors: usage (incompatible sizes); stopped.
 [[nodiscard]] Outcome<LinearMesh<2>> generate(const BumpOptions& options, const Execution& execution = {});
 
 enum class ShellStructure : std::uint8_t {
@@ -185,13 +184,13 @@ enum class ShellStructure : std::uint8_t {
     return words_of(Word{ShellStructure::unstructured, "unstructured"}, Word{ShellStructure::prisms, "prisms"});
 }
 
-/// Volume between concentric spheres (2D: circles) with optional layers. If there are layers, inner_size and outer_size
-/// are the sizes at the layer tops.
+/// Volume between concentric spheres (2D: circles), with optional layers. inner_size and outer_size are the edge
+/// lengths at the layer tops.
 template <int D>
 struct ShellOptions {
     Vec<D> centre{};
     double inner_radius = 1, outer_radius = 5;  ///< in model units
-    double inner_size = 0.6, outer_size = 1.8;  ///< edge lengths at the spheres (model units); linear in between
+    double inner_size = 0.6, outer_size = 1.8;  ///< at the spheres (model units), linear in between
     BoundaryLayer inner_layer{}, outer_layer{};
     ShellStructure structure = ShellStructure::unstructured;
     double jitter = 0.15;  ///< maximum random move of a point, in edge lengths
@@ -241,24 +240,23 @@ struct ShellOptions {
     friend bool operator==(const ShellOptions&, const ShellOptions&) = default;
 };
 
-/// Generates a shell. Boundary vertices are on the spheres up to rounding. Errors: usage (incompatible sizes); stopped.
+/// Boundary vertices are on the spheres up to rounding. Errors: usage (incompatible sizes); stopped.
 template <int D>
 [[nodiscard]] Outcome<LinearMesh<D>> generate(const ShellOptions<D>& options, const Execution& execution = {});
 
-/// Surface that contains a vertex: a sphere, the top of a sphere's layers, or none (`between`).
+/// Position of a vertex: on a sphere, on top of its layers, or elsewhere.
 enum class ShellSide : std::uint8_t { between, inner, outer, above_inner_layer, above_outer_layer };
 
-/// The part of a shell between the layers, centred at the origin.
+/// A shell without layers, centred at the origin.
 template <int D>
 struct ShellCore {
     Buffer<Vec<D>> points;
-    Buffer<ShellSide> sides;  ///< for each point
+    Buffer<ShellSide> sides;
     Buffer<SimplexVertices<D>> elements;
-    Buffer<SimplexVertices<D - 1>> inner, outer;  ///< facets; their edge vectors and the outward direction are
-                                                  ///< positively oriented
+    Buffer<SimplexVertices<D - 1>> inner, outer;  ///< facet edges and outward direction are positively oriented
 };
 
-/// Edge lengths between two spheres; they are linear in the radius.
+/// Edge lengths between two spheres, linear in the radius.
 struct ShellSizes {
     double inner_radius, outer_radius, inner_size, outer_size, jitter;
 
@@ -273,27 +271,26 @@ template <int D>
             o.outer_size, o.jitter};
 }
 
-/// Spreads points between the spheres, and moves the vertices of flat elements. The Delaunay mesh fills the hole too:
-/// elements at an additional vertex in the centre are removed. Errors: usage (elements too coarse for the gap between
-/// the spheres); stopped.
+/// Spreads points, and moves the vertices of flat elements. Elements at an additional vertex in the centre are removed:
+/// they fill the hole. Errors: usage (edges too long for the gap between the spheres); stopped.
 template <int D>
 [[nodiscard]] Outcome<ShellCore<D>> unstructured_core(const ShellSizes& sizes, const Noise& noise,
                                                       const Execution& execution);
 
-/// `cuts`: number of parts of an icosphere edge (2D: of a fifth of the circle) for edges of inner_size; `rows`: number
-/// of rows for prisms of regular height.
+/// Number of parts of an icosphere edge (2D: of a fifth of the circle) for inner_size, and number of rows of prisms
+/// with regular heights.
 struct PrismCounts {
     double cuts, rows;
 };
 template <int D>
 [[nodiscard]] PrismCounts prism_counts(const ShellSizes& sizes);
 
-/// Generates rows of prisms over an icosphere. Reserves memory for `layers` further rows. Errors: stopped.
+/// Rows of prisms over an icosphere. Reserves memory for `layers` further rows. Errors: stopped.
 template <int D>
 [[nodiscard]] Outcome<ShellCore<D>> prism_core(const ShellSizes& sizes, int layers, const Noise& noise,
                                                const Execution& execution);
 
-/// Quality of a simplex: 1 if it is regular, 0 if flat, negative if inverted.
+/// 1: regular, 0: flat, negative: inverted.
 [[nodiscard]] double quality(const Vec<2>& a, const Vec<2>& b, const Vec<2>& c);
 [[nodiscard]] double quality(const Vec<3>& a, const Vec<3>& b, const Vec<3>& c, const Vec<3>& d);
 
@@ -301,7 +298,7 @@ struct ShapeCounts {
     std::size_t vertices = 0, elements = 0, facets = 0, edges = 0;
 };
 
-/// The part of a shape in consecutive rows. All numbers are those of the whole mesh.
+/// Consecutive rows of a shape, with the numbers of the whole mesh.
 template <int D>
 struct ShapeRun {
     std::size_t first_vertex = 0, first_element = 0, first_facet = 0;
@@ -313,18 +310,18 @@ struct ShapeRun {
     Buffer<Reference> facet_references = {};
 };
 
-/// A shape that consists of rows of prisms over one base; all rows together are the mesh of `generate`. A run computes
-/// any range of rows, with a few neighbouring rows.
+/// Rows of prisms over one base; together they are the mesh of `generate`. A run computes any range of rows, with a few
+/// neighbouring ones.
 template <int D>
 class ShapeRows {
   public:
     virtual ~ShapeRows() = default;
     [[nodiscard]] virtual ShapeCounts counts() const = 0;
     [[nodiscard]] virtual std::size_t rows() const = 0;
-    /// Computes the rows [first, last), in order. Errors: usage (an element without positive volume); memory, stopped.
+    /// Errors: usage (an element without positive volume); memory, stopped.
     [[nodiscard]] virtual Outcome<ShapeRun<D>> run(std::size_t first, std::size_t last,
                                                    const Execution& execution) const = 0;
-    /// Returns a mesh with the corners, feature edges and ridges only.
+    /// Only corners, feature edges and ridges.
     [[nodiscard]] virtual Outcome<LinearMesh<D>> lists() const = 0;
 
   protected:
@@ -343,16 +340,14 @@ template <int D>
 [[nodiscard]] Outcome<std::unique_ptr<const ShapeRows<D>>> rows_of_shape(const ShellOptions<D>& options,
                                                                          const Execution& execution = {});
 
-/// Number of elements for valid options. Exact for boxes, channels and prism shells; within a few per cent for
-/// unstructured shells.
+/// For valid options. Exact for boxes, channels and prism shells, within a few per cent for unstructured shells.
 template <int D>
 [[nodiscard]] double expected_elements(const ShellOptions<D>& options);
 template <int D>
 [[nodiscard]] double expected_elements(const BoxOptions<D>& options);
 [[nodiscard]] double expected_elements(const BumpOptions& options);
 
-/// Scales edge lengths or numbers of cells so that the mesh has about `count` elements (at least 1). Layers do not
-/// change.
+/// Scales edge lengths or cell counts for about `count` elements (at least 1). Layers do not change.
 template <int D>
 [[nodiscard]] ShellOptions<D> with_elements(ShellOptions<D> options, double count);
 template <int D>

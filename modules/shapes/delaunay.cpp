@@ -19,7 +19,7 @@ namespace camber {
 
 namespace {
 
-/// Integer coordinates in [−2^22, 2^22], so that predicates fit in 128 bits.
+/// Integers in [−2^22, 2^22], so that predicates fit in 128 bits.
 template <int D>
 using GridPoint = std::array<std::int64_t, D>;
 
@@ -51,7 +51,7 @@ T determinant3(const std::array<std::array<T, 3>, 3>& m) {
 
 int sign(Int128 x) { return (x > 0) - (x < 0); }
 
-/// Orientation of a simplex: 1 positive, 0 flat, −1 negative. The determinant's magnitude is at most 6 · 2^69.
+/// 1: positive, 0: flat, −1: negative. The determinant is at most 6 · 2^69.
 int orientation(const std::array<const GridPoint<2>*, 3>& s) {
     std::array<GridPoint<2>, 2> d{};
     for (int r = 0; r < 2; ++r)
@@ -65,7 +65,7 @@ int orientation(const std::array<const GridPoint<3>*, 4>& s) {
     return sign(determinant3(d));
 }
 
-/// Returns 1 if p is inside the circumcircle of a positively oriented triangle, 0 on it, −1 outside.
+/// 1: p is inside the circumcircle of a positive triangle, 0: on it, −1: outside.
 int in_sphere(const std::array<const GridPoint<2>*, 3>& s, const GridPoint<2>& p) {
     std::array<std::array<Int128, 3>, 3> m{};
     for (int r = 0; r < 3; ++r) {
@@ -75,7 +75,7 @@ int in_sphere(const std::array<const GridPoint<2>*, 3>& s, const GridPoint<2>& p
     return sign(determinant3(m));
 }
 
-/// 4 × 4 in-sphere determinant, expanded along the column of squared distances.
+/// 4 × 4 in-sphere determinant, expanded along its column of squares.
 template <class T>
 T lifted(const std::array<std::array<T, 3>, 4>& d, const std::array<T, 4>& squares) {
     const auto minor = [&](int a, int b, int c) { return determinant3<T>({d[a], d[b], d[c]}); };
@@ -83,8 +83,8 @@ T lifted(const std::array<std::array<T, 3>, 4>& d, const std::array<T, 4>& squar
            squares[3] * minor(0, 1, 2);
 }
 
-/// Returns 1 if p is inside the circumsphere of a positively oriented tetrahedron, 0 on it, −1 outside. Uses doubles if
-/// the sign is certain, else exact integers (magnitudes at most 24 · 2^(69 + 47.6) < 2^122).
+/// 1: p is inside the circumsphere of a positive tetrahedron, 0: on it, −1: outside. Uses doubles if the sign is
+/// certain, else exact integers (at most 24 · 2^(69 + 47.6) < 2^122).
 int in_sphere(const std::array<const GridPoint<3>*, 4>& s, const GridPoint<3>& p) {
     std::array<std::array<double, 3>, 4> d{};
     std::array<double, 4> squares{};
@@ -111,7 +111,7 @@ int in_sphere(const std::array<const GridPoint<3>*, 4>& s, const GridPoint<3>& p
     return sign(lifted(exact, exact_squares));
 }
 
-/// Position of a grid point on a Z-curve.
+/// Position on a Z-curve.
 template <int D>
 std::uint64_t z_order(const GridPoint<D>& p) {
     std::uint64_t key = 0;
@@ -121,9 +121,8 @@ std::uint64_t z_order(const GridPoint<D>& p) {
     return key;
 }
 
-/// Bowyer–Watson algorithm: removes the simplices whose circumspheres contain the new point, then fills the hole with
-/// simplices at this point. A ghost simplex joins a hull facet to a vertex at infinity; its "sphere" is the half space
-/// beyond the facet.
+/// Bowyer–Watson: removes the simplices whose circumspheres contain the new point, and joins the hole's boundary to it.
+/// Ghost simplices join hull facets to infinity; their "sphere" is the half space beyond the facet.
 template <int D>
 class Triangulation {
   public:
@@ -166,7 +165,7 @@ class Triangulation {
         int opposite;
     };
 
-    /// Local index of the vertex at infinity; −1 in a finite cell.
+    /// Local index of the infinite vertex; −1 in a finite cell.
     [[nodiscard]] int infinite_slot(const Cell& cell) const {
         for (int i = 0; i <= D; ++i)
             if (cell.vertices[i] == infinity_) return i;
@@ -178,16 +177,15 @@ class Triangulation {
         for (int i = 0; i <= D; ++i) at[i] = &grid_[vertices[i]];
         return at;
     }
-    /// Orientation of the cell with p in place of vertex `slot`; negative if p is beyond the opposite face of a finite
-    /// cell.
+    /// Orientation with p in place of vertex `slot`; negative: p is beyond the opposite face.
     [[nodiscard]] int side(const Cell& cell, int slot, Index p) const {
         auto vertices = cell.vertices;
         vertices[slot] = p;
         return orientation(corners(vertices));
     }
 
-    /// Biased randomised insertion order: a random half of the points comes last, a quarter before it, and so on; each
-    /// group is sorted along a Z-curve. This gives expected linear time and short walks.
+    /// Biased randomised insertion order: a random half is last, a quarter before it, and so on, each along a Z-curve.
+    /// Expected linear time and short walks.
     std::vector<Index> insertion_order() const {
         std::vector<Index> order(grid_.size());
         std::iota(order.begin(), order.end(), Index{0});
@@ -198,7 +196,7 @@ class Triangulation {
         return order;
     }
 
-    /// Creates the first simplex and its ghosts from the first points in general position. Removes these points from
+    /// Makes the first simplex and its ghosts from the first points in general position, which are removed from
     /// `order`.
     bool start(std::vector<Index>& order) {
         std::array<Index, D + 1> first{};
@@ -225,7 +223,7 @@ class Triangulation {
         return true;
     }
 
-    /// True if p is not in the affine hull of the first `have` points of `first`. The test is exact; it uses minors.
+    /// True if p is not in the affine hull of the first `have` points; exact, by minors.
     [[nodiscard]] bool extends(const std::array<Index, D + 1>& first, int have, Index p) const {
         const auto difference = [&](Index a, int i) { return Int128{grid_[a][i] - grid_[first[0]][i]}; };
         if (have == 0) return true;
@@ -242,7 +240,7 @@ class Triangulation {
         return orientation(corners(all)) != 0;
     }
 
-    /// Links neighbours by comparing all pairs of faces.
+    /// Compares all pairs of faces.
     void link_all() {
         const auto face = [&](Index cell, int opposite) {
             std::array<Index, D + 1> key = cells_[cell].vertices;
@@ -294,7 +292,7 @@ class Triangulation {
         return conflict;
     }
 
-    /// Inserts point p. Returns false if p coincides with a vertex.
+    /// Returns false if p coincides with a vertex.
     bool insert(Index p) {
         ++stamp_;
         const Index from = locate(p);
@@ -309,8 +307,7 @@ class Triangulation {
         return true;
     }
 
-    /// Adds the cell across face i to the hole if its sphere contains p; else adds the face to the boundary of the
-    /// hole.
+    /// Adds the next cell to the hole if its sphere contains p, else the face to the hole's boundary.
     void look_across(Index at, int i, Index p) {
         const Index across = cells_[at].neighbours[i];
         if (cells_[across].dead) return;
@@ -324,8 +321,7 @@ class Triangulation {
         }
     }
 
-    /// Joins the faces of the hole's boundary to p. Links each new cell to the cell outside the hole, and to new cells
-    /// with which it shares p and D − 1 other vertices.
+    /// Joins the hole's boundary to p. New cells are neighbours if they share p and D − 1 other vertices.
     void star(Index p) {
         shared_.clear();
         std::size_t reuse = 0;
@@ -359,7 +355,7 @@ class Triangulation {
             cells_[shared_[k + 1].cell].neighbours[shared_[k + 1].opposite] = shared_[k].cell;
         }
     }
-    /// True if v is among the vertices, without the one at index `except`.
+    /// Ignores the vertex at index `except`.
     [[nodiscard]] static bool contains(const std::array<Index, D + 1>& vertices, Index v, int except) {
         for (int i = 0; i <= D; ++i)
             if (i != except && vertices[i] == v) return true;
@@ -393,7 +389,7 @@ Outcome<Buffer<SimplexVertices<D>>> delaunay(std::span<const Vec<D>> points, con
 
 namespace {
 
-/// Random orthonormal axes by the Gram–Schmidt process.
+/// Random orthonormal axes (Gram–Schmidt).
 std::array<Vec<3>, 3> random_axes(const Noise& noise) {
     std::uint64_t draw = 0;
     const auto direction = [&] {
@@ -421,8 +417,7 @@ Buffer<Vec<2>> circle(std::size_t n, double start) {
     return points;
 }
 
-/// Divides the faces of an icosahedron. Integer weights of the corners identify points, so that faces share the points
-/// of common edges.
+/// Integer weights of icosahedron corners identify points, so that faces share them.
 class IcosphereBuilder {
   public:
     explicit IcosphereBuilder(int n) : n_(n), side_(static_cast<std::size_t>(n) + 1) {}
@@ -473,7 +468,7 @@ class IcosphereBuilder {
         return id;
     }
 
-    /// Vertex number at a corner, on an edge, or inside the current face; invalid at first.
+    /// Vertex number of a point; invalid at first.
     VertexId& place(const std::array<int, 3>& face, const std::array<int, 3>& weights) {
         for (int k = 0; k < 3; ++k) {
             if (weights[k] == n_) return at_corners_[face[k]];

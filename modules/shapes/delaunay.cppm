@@ -11,48 +11,46 @@ import camber.core;
 
 export namespace camber {
 
-/// Counter-based random generator: each number depends only on the seed and an index. It is used because standard
-/// distributions are not portable.
+/// Counter-based random generator: a number depends only on seed and index. Standard distributions are not portable.
 struct Noise {
     std::uint64_t seed = 1;
 
-    /// 64 random bits for (seed, a, b), by two SplitMix64 finalisers.
+    /// 64 mixed bits of (seed, a, b): two SplitMix64 finalisers.
     [[nodiscard]] constexpr std::uint64_t bits(std::uint64_t a, std::uint64_t b = 0) const {
         return mixed_bits(mixed_bits(seed + 0x9e3779b97f4a7c15ULL * (a + 1)) + 0xd1b54a32d192ed03ULL * (b + 1));
     }
-    /// Uniform random number in [−1, 1) with 53 bits.
+    /// Uniform in [−1, 1), 53 bits.
     [[nodiscard]] constexpr double symmetric(std::uint64_t a, std::uint64_t b = 0) const {
         return static_cast<double>(bits(a, b) >> 11U) * 0x1p-52 - 1.0;
     }
-    /// Vector with coordinates that are uniform in [−1, 1).
+    /// Coordinates are uniform in [−1, 1).
     template <int D>
     [[nodiscard]] constexpr Vec<D> vector(std::uint64_t a, std::uint64_t b = 0) const {
         Vec<D> v;
         for (int i = 0; i < D; ++i) v[i] = symmetric(a, b * D + i);
         return v;
     }
-    /// Independent random generator with number i.
+    /// Independent generator number i.
     [[nodiscard]] constexpr Noise stream(std::uint64_t i) const { return {bits(i, 0x5eedULL)}; }
 };
 
-/// Moves points to the positions `moved`. If an element's volume would become less than `least` times its old volume,
-/// the moves of its vertices are halved repeatedly, and become zero in the last halving. Errors: stopped.
+/// Moves points to `moved`. If an element would get less than `least` times its volume, the moves of its vertices are
+/// halved repeatedly, at last to zero. Errors: stopped.
 template <int D>
 [[nodiscard]] Outcome<Done> move_points(Buffer<Vec<D>>& points, std::span<const Vec<D>> moved,
                                         std::span<const SimplexVertices<D>> elements, double least,
                                         const Execution& execution = {});
 
-/// Minimum ratio of an element's volume after random moves to that before.
+/// Minimum volume ratio of an element after random moves.
 inline constexpr double least_jittered = 0.2;
 
-/// Maximum number of halvings. It is also the number of rings of elements around a point that can affect its position.
+/// Maximum number of halvings, and so of rings of elements that affect a point.
 inline constexpr int rings_of_move = 12;
 
-/// Returns the target of a point. It is called again at each halving.
+/// Target of a point; called again at each halving.
 template <int D>
 using Moved = std::function<Vec<D>(std::size_t)>;
-/// A function f(just_moved, look) that passes all elements to `look`, in one or more parts. It may skip elements
-/// without a vertex in `just_moved`.
+/// f(just_moved, look) passes all elements to `look`, in parts; elements without a vertex in `just_moved` are optional.
 template <int D>
 using ElementRuns =
     std::function<Outcome<Done>(std::span<const std::uint8_t> just_moved,
@@ -63,11 +61,11 @@ template <int D>
 [[nodiscard]] Outcome<Done> move_points(Buffer<Vec<D>>& points, const Moved<D>& moved, const ElementRuns<D>& runs,
                                         double least, const Execution& execution = {});
 
-/// Cuts a row of prisms over (D − 1)-simplices into D elements for each prism. Base vertex v becomes bottom(v) and
-/// top(v). The edges of a base simplex and the direction to the top must be positively oriented.
+/// Cuts a row of prisms over (D − 1)-simplices into D elements each. Base vertex v becomes bottom(v) and top(v). Base
+/// edges and the direction to the top must be positively oriented.
 ///
-/// A quadrilateral is cut from the vertex of lower rank at the bottom to that of higher rank at the top. Ranks make
-/// adjacent prisms conforming and exclude the cyclic cut, which has no tetrahedra. Random ranks avoid patterns. Errors:
+/// Quadrilaterals are cut from the lower-ranked vertex at the bottom to the higher-ranked one at the top. Ranks make
+/// neighbours conforming and exclude the cyclic cut, which has no tetrahedra; random ranks avoid patterns. Errors:
 /// stopped.
 template <int D, class Bottom, class Top>
 [[nodiscard]] Outcome<Done> extrude(std::span<const SimplexVertices<D - 1>> base, std::span<const std::uint64_t> ranks,
@@ -94,7 +92,7 @@ template <int D, class Bottom, class Top>
     });
 }
 
-/// Rows of prisms between `rows` + 1 copies of `count` base vertices. Copy k of vertex v has number v + k count.
+/// Prisms between `rows` + 1 copies of `count` base vertices; copy k of vertex v is v + k count.
 template <int D>
 struct PrismStack {
     std::span<const SimplexVertices<D - 1>> base;
@@ -124,22 +122,20 @@ template <int D>
 template <int D>
 using FacetReference = std::function<Reference(const SimplexVertices<D - 1>&)>;
 
-/// Returns true at least for all vertices with facets. It must be thread-safe; null: all vertices.
+/// True for all vertices with facets and possibly others; thread-safe. Null: all.
 using MayHaveFacets = std::function<bool(VertexId)>;
 
-/// Completes a mesh with these lists:
-/// - Facets: the boundary, outwards, and material interfaces, out of the element with the lower material.
-/// - Vertex references: the lowest reference of the vertex's facets, 0 in the interior.
-/// - Corners: vertices with facets of at least D references. Ridges (3D): edges between facets of different references.
-///
-/// Errors: usage (an element without positive volume: incompatible sizes); stopped.
+/// Completes a mesh. Facets: the boundary, outwards, and material interfaces, out of the lower material. Vertices get
+/// the lowest reference of their facets (interior: 0). Corners are vertices with facets of at least D references;
+/// ridges (3D) are edges between facets of different references. Errors: usage (an element without positive volume:
+/// incompatible sizes); stopped.
 template <int D>
 [[nodiscard]] Outcome<LinearMesh<D>> bounded_mesh(Buffer<Vec<D>> points, Buffer<SimplexVertices<D>> elements,
                                                   Buffer<Reference> materials, const FacetReference<D>& facet_reference,
                                                   const MayHaveFacets& may_have_facets = {},
                                                   const Execution& execution = {});
 
-/// Same, with material 1 for all elements.
+/// Same with material 1.
 template <int D>
 [[nodiscard]] Outcome<LinearMesh<D>> bounded_mesh(Buffer<Vec<D>> points, Buffer<SimplexVertices<D>> elements,
                                                   const FacetReference<D>& facet_reference,
@@ -156,7 +152,7 @@ template <int D>
                 Entity{simplex_name<D>, element + 1}, "use sizes that fit together");
 }
 
-/// D! times the volume of the simplex (2D: the area).
+/// D! times the volume (2D: area).
 [[nodiscard]] inline double determinant(const Column<Vec<2>>& p, const SimplexVertices<2>& s) {
     return det(p[s[1]] - p[s[0]], p[s[2]] - p[s[0]]);
 }
@@ -164,27 +160,26 @@ template <int D>
     return det(p[s[1]] - p[s[0]], p[s[2]] - p[s[0]], p[s[3]] - p[s[0]]);
 }
 
-/// Returns the Delaunay triangulation of the points, positively oriented and in a fixed order.
+/// Delaunay triangulation of the convex hull, positively oriented, in a fixed order.
 ///
 /// Predicates are exact in 128 bits, on a grid of 2^23 steps across the bounding box. Elements flatter than a grid step
-/// may be inverted at the original points. Errors: usage (fewer than D + 1 points, all coplanar, two equal on the
+/// may be inverted for the original points. Errors: usage (fewer than D + 1 points, all coplanar, two equal on the
 /// grid).
 template <int D>
 [[nodiscard]] Outcome<Buffer<SimplexVertices<D>>> delaunay(std::span<const Vec<D>> points, const Noise& noise);
 
-/// Returns n points of the unit sphere on a spiral with the golden angle (2D: at equal angles), randomly rotated.
+/// Unit vectors on a spiral with the golden angle (2D: at equal angles), randomly rotated.
 template <int D>
 [[nodiscard]] Buffer<Vec<D>> spread_points(std::size_t n, const Noise& noise);
 
-/// Triangulated unit sphere with facets counter-clockwise seen from outside (2D: edges clockwise).
+/// Facets are counter-clockwise seen from outside.
 template <int D>
 struct UnitSphere {
     Buffer<Vec<D>> points;
     Buffer<SimplexVertices<D - 1>> facets;
 };
 
-/// Divides each edge of an icosahedron into n parts and projects the points onto the unit sphere: 10 n² + 2 vertices.
-/// In 2D the circle has 5 n edges.
+/// Icosahedron with edges divided into n parts, projected onto the sphere: 10 n² + 2 vertices. 2D: 5 n edges.
 template <int D>
 [[nodiscard]] UnitSphere<D> icosphere(int n);
 

@@ -14,7 +14,7 @@ namespace camber {
 
 namespace {
 
-/// Collects the elements of a mesh, then adds its boundary facets with references.
+/// Collects elements, then adds boundary facets with references.
 template <int D>
 class MeshParts {
   public:
@@ -28,7 +28,7 @@ class MeshParts {
     }
     [[nodiscard]] const Buffer<Vec<D>>& points() const { return points_; }
 
-    /// Completes the mesh. reference(p) is the reference of a facet whose vertices have the mean p.
+    /// reference(p): reference of a facet with vertex mean p.
     template <class Of>
     [[nodiscard]] Mesh<D> finish(Of&& reference) && {
         Mesh<D> mesh;
@@ -50,7 +50,7 @@ class MeshParts {
         Buffer<ShapeVertices<shape>> rows;
     };
 
-    /// Adds the sides of elements without a neighbour as facets, oriented outwards.
+    /// Adds element sides without a neighbour as facets, oriented outwards.
     template <class Of>
     void add_facets(Mesh<D>& mesh, Of&& reference) {
         std::map<std::vector<VertexId>, std::vector<VertexId>> open;  // sides without a neighbour so far, by sorted
@@ -96,7 +96,7 @@ class MeshParts {
     ByShape<D, Rows> elements_;
 };
 
-/// Side reference as in `BoxOptions`, for the box from the origin to `high`.
+/// Side reference as in `BoxOptions`; the box begins at the origin.
 template <int D>
 Reference side_of(const Vec<D>& p, const Vec<D>& high) {
     for (int i = 0; i < D; ++i) {
@@ -116,7 +116,7 @@ Outcome<Done> check_cells(const std::array<int, N>& cells) {
     return Done{};
 }
 
-/// Adds lattice vertices; x varies fastest.
+/// Vertices with x varying fastest.
 template <int D>
 std::vector<VertexId> add_lattice(MeshParts<D>& parts, const std::array<int, D>& cells, const Vec<D>& high) {
     std::vector<VertexId> vertices;
@@ -133,7 +133,7 @@ std::vector<VertexId> add_lattice(MeshParts<D>& parts, const std::array<int, D>&
     return vertices;
 }
 
-/// Vertices of cell (i, j) or (i, j, k), in the order of the element shape.
+/// Vertices of a cell, in the order of the element shape.
 std::array<VertexId, 4> square(const std::vector<VertexId>& v, const std::array<int, 2>& cells, std::size_t i,
                                std::size_t j) {
     const std::size_t columns = cells[0] + std::size_t{1};
@@ -149,15 +149,15 @@ std::array<VertexId, 8> cube(const std::vector<VertexId>& v, const std::array<in
     return {at(0, 0, 0), at(1, 0, 0), at(1, 1, 0), at(0, 1, 0), at(0, 0, 1), at(1, 0, 1), at(1, 1, 1), at(0, 1, 1)};
 }
 
-/// Cuts a quadrilateral at its lowest vertex, so that the elements on both sides agree.
+/// Cuts at the lowest vertex, so that both sides agree.
 std::array<std::array<VertexId, 3>, 2> halves(const std::array<VertexId, 4>& q) {
     const bool first = std::min(q[0], q[2]) < std::min(q[1], q[3]);
     if (first) return {{{q[0], q[1], q[2]}, {q[0], q[2], q[3]}}};
     return {{{q[0], q[1], q[3]}, {q[1], q[2], q[3]}}};
 }
 
-/// Splits a cube around its centre into tetrahedra over its sides. With `has_pyramid`, a pyramid covers the lower side,
-/// below which lies a hexahedron.
+/// Splits a cube around its centre into tetrahedra over its sides, with a pyramid over the lower side below which is a
+/// hexahedron.
 void add_split_cube(MeshParts<3>& parts, const std::array<VertexId, 8>& corners, bool has_pyramid) {
     Vec<3> mean;
     for (const VertexId v : corners) mean += 0.125 * parts.points()[v.index()];

@@ -8,27 +8,26 @@ import :box;
 
 export namespace camber {
 
-/// Generates the unit square in quadrilaterals; every third one is cut into two triangles. Facet references: see
-/// `BoxOptions`. Errors of this and the next three functions: usage (no cells, over 1e8 vertices).
+/// Unit square in quadrilaterals; every third one is cut into two triangles. Facet references: see `BoxOptions`.
+/// Errors, also of the next three: usage (no cells, over 1e8 vertices).
 [[nodiscard]] Outcome<Mesh<2>> generate_plate(const std::array<int, 2>& cells);
 
-/// Same, as a standalone surface mesh at z = 0 with facet reference 1.
+/// Same as a standalone surface mesh at z = 0; facet reference 1.
 [[nodiscard]] Outcome<Mesh<3>> generate_plate_in_space(const std::array<int, 2>& cells);
 
-/// Generates the unit cube in hexahedra. Facet references: see `BoxOptions`.
+/// Unit cube in hexahedra. Facet references: see `BoxOptions`.
 [[nodiscard]] Outcome<Mesh<3>> generate_hexahedra(const std::array<int, 3>& cells);
 
-/// Generates the unit cube: hexahedra in the lower half, above them a layer of pyramids and tetrahedra, then tetrahedra
-/// only. The pyramids stand on hexahedra. Facet references: see `BoxOptions`. Errors also: usage (fewer than three
-/// cells along z).
+/// Unit cube: hexahedra in the lower half, then a layer of tetrahedra with pyramids on the hexahedra, then tetrahedra.
+/// Facet references: see `BoxOptions`. Errors also: usage (fewer than three cells along z).
 [[nodiscard]] Outcome<Mesh<3>> generate_pyramids(const std::array<int, 3>& cells);
 
-/// Generates a shell with layers of prisms on the inner sphere (`inner_layer`, heights along rays) and tetrahedra above
-/// them. All materials are 1, and the layers have no interface facets. Errors: those of `generate`, usage (no layers).
+/// Shell with prism layers on the inner sphere (`inner_layer`, heights along rays) and tetrahedra above. All references
+/// are 1; there are no interface facets. Errors: those of `generate`, usage (no layers).
 [[nodiscard]] Outcome<Mesh<3>> generate_prisms(const ShellOptions<3>& options, const Execution& execution = {});
 
-/// Warps a mesh smoothly: each coordinate is moved by `share` times the mesh size times products of sines and cosines
-/// of the other coordinates. Elements of the meshes above stay valid for shares up to 0.05.
+/// Warps a mesh smoothly: each coordinate moves by `share` times the mesh size times products of sines and cosines of
+/// the others. Elements of the meshes above stay valid up to `share` 0.05.
 template <int D>
 [[nodiscard]] Mesh<D> bend(Mesh<D> mesh, double share);
 

@@ -21,12 +21,12 @@ namespace camber {
 template <int D>
 [[nodiscard]] Outcome<Done> check_box(const BoxOptions<D>& options);
 
-/// Simplices of a lattice. They are extruded axis by axis, from segments to triangles to tetrahedra. Errors: stopped.
+/// Lattice simplices, extruded from dimension to dimension. Errors: stopped.
 template <int D>
 [[nodiscard]] Outcome<Buffer<SimplexVertices<D>>> lattice_simplices(std::span<const int, D> cells, const Noise& noise,
                                                                     const Execution& execution);
 
-/// Positions of the lattice planes on an axis, from 0 to 1; exact quotients for grading 1.
+/// Positions of lattice planes from 0 to 1; exact quotients for grading 1.
 [[nodiscard]] inline std::vector<double> lattice_planes(int cells, double grading) {
     std::vector<double> at(static_cast<std::size_t>(cells) + 1);
     if (grading == 1 || cells == 1) {
@@ -39,10 +39,10 @@ template <int D>
     return at;
 }
 
-/// Minimum ratio of an element's volume after warping to that before.
+/// Minimum volume ratio of an element after warping.
 inline constexpr double least_bent = 0.05;
 
-/// Positions of a box's lattice vertices: regular, warped, and with jitter.
+/// Regular, warped and jittered positions of a box's vertices.
 template <int D>
 class BoxPlaces {
   public:
@@ -60,7 +60,7 @@ class BoxPlaces {
         for (int i = 0; i < D; ++i) p[i] = std::lerp(options_.low[i], options_.high[i], axes_[i][place[i]]);
         return p;
     }
-    /// Adds the warp to position p of vertex v, if v is an inner vertex.
+    /// Adds the warp to p, if v is an inner vertex.
     [[nodiscard]] Vec<D> bent(std::size_t v, const Vec<D>& p) const {
         if (lattice_.on_boundary(v)) return p;
         const auto place = lattice_.place(v);
@@ -68,7 +68,7 @@ class BoxPlaces {
         for (int i = 0; i < D; ++i) move *= sin(2 * std::numbers::pi * axes_[i][place[i]]);
         return p + move * (options_.high - options_.low);
     }
-    /// Adds random jitter to position p of vertex v. Vertices of a side move within this side.
+    /// Adds jitter to p; vertices on a side stay on it.
     [[nodiscard]] Vec<D> jittered(std::size_t v, Vec<D> p) const {
         const auto place = lattice_.place(v);
         const Vec<D> shift = options_.jitter * noise_.template vector<D>(v);
@@ -80,7 +80,7 @@ class BoxPlaces {
     }
 
   private:
-    /// Length of the shorter cell next to inner plane k of the axis.
+    /// Length of the shorter cell next to an inner plane.
     [[nodiscard]] double cell_length(int axis, int k) const {
         const std::vector<double>& planes = axes_[axis];
         const double length = options_.high[axis] - options_.low[axis];
@@ -91,13 +91,13 @@ class BoxPlaces {
     BoxOptions<D> options_;
     Noise noise_;
     Lattice<D> lattice_;
-    std::array<std::vector<double>, D> axes_;  ///< positions of the planes on each axis, in the unit box
+    std::array<std::vector<double>, D> axes_;  ///< planes on each axis of the unit box
 };
 
 template <int D>
 [[nodiscard]] Outcome<Done> check_shell(const ShellOptions<D>& options);
 
-/// Radii of the layers' outer sides from the core to the wall; the core's radius is not included.
+/// Layer radii from the core (not included) to the wall.
 [[nodiscard]] inline std::vector<double> layer_radii(std::vector<double> from_wall, double wall) {
     if (from_wall.empty()) return from_wall;
     from_wall.pop_back();
@@ -118,7 +118,7 @@ template <int D>
     return layer_radii(std::move(radii), o.outer_radius);
 }
 
-/// Radii of the levels of prism rows, in a geometric series.
+/// Radii of the levels, in a geometric series.
 [[nodiscard]] inline std::vector<double> row_radii(const ShellSizes& sizes, std::size_t rows) {
     const double step = pow(sizes.outer_radius / sizes.inner_radius, 1.0 / static_cast<double>(rows));
     std::vector<double> radii{sizes.inner_radius};
@@ -127,7 +127,7 @@ template <int D>
     return radii;
 }
 
-/// Vertices of prism rows. Spheres follow each other outwards; the vertices of each are in the order of `directions`.
+/// Vertices of prism rows: sphere by sphere outwards, each in the order of `directions`.
 template <int D>
 struct PrismPlaces {
     ShellSizes sizes{};
@@ -150,7 +150,7 @@ struct PrismPlaces {
         const Vec<D> away = regular(v) + shift * noise.template vector<D>(v);
         return side(v) == ShellSide::between ? away : radius * normalised(away);
     }
-    /// Final position for the position p with jitter: boundary vertices are projected onto their sphere.
+    /// Projects a moved boundary vertex onto its sphere.
     [[nodiscard]] Vec<D> settled(std::size_t v, const Vec<D>& p) const {
         switch (side(v)) {
             case ShellSide::inner: return sizes.inner_radius * normalised(p);
@@ -160,15 +160,14 @@ struct PrismPlaces {
     }
 };
 
-/// A row of prisms between two levels. A level is a copy of the base vertices.
+/// A row of prisms between two levels (copies of the base vertices).
 struct PrismRow {
-    std::size_t bottom = 0, top = 0;  ///< numbers of the two levels
-    Noise noise;                      ///< random numbers for the cuts
+    std::size_t bottom = 0, top = 0;  ///< levels
+    Noise noise;                      ///< for the cuts
     std::size_t drawn_for = 0;        ///< base vertex v has random number `drawn_for` + v
     Reference material = 1;
 };
 
-/// The levels [first, last).
 struct Levels {
     std::size_t first = 0, last = 0;
 };
@@ -179,7 +178,7 @@ struct PrismBase {
     std::size_t count = 0;
 };
 
-/// Computes the elements of a row; vertex numbers are those in the whole mesh, minus `less`. Errors: stopped, memory.
+/// Elements of a row; vertex numbers are those of the whole mesh minus `less`. Errors: stopped, memory.
 template <int D>
 [[nodiscard]] Outcome<Done> cut_row(const PrismBase<D>& base, const PrismRow& row, std::size_t less,
                                     std::span<SimplexVertices<D>> elements, const Execution& execution) {
@@ -191,22 +190,21 @@ template <int D>
         [&](VertexId v) { return VertexId(top + v.index()); }, elements, execution);
 }
 
-/// Vertex positions of consecutive levels.
 template <int D>
 struct MovedLevels {
     std::size_t first = 0;
     Buffer<Vec<D>> points;
 };
 
-/// The base, and its rows; rows[k] lies between levels k and k + 1.
+/// rows[k] lies between levels k and k + 1.
 template <int D>
 struct PrismLevels {
     const PrismBase<D>& base;
     std::span<const PrismRow> rows;
 };
 
-/// Returns the vertex positions of the requested levels after `move_points`, which also runs on the levels around them
-/// that affect the result. made(levels) returns the positions before the move, moved(v, point) the target of a vertex.
+/// Vertex positions of the levels `wanted` after `move_points`, which needs some levels around them. made(levels):
+/// positions before the move; moved(v, point): target of a vertex.
 template <int D, class Made, class MovedTo>
 [[nodiscard]] Outcome<MovedLevels<D>> moved_levels(const PrismLevels<D>& all, Levels wanted, double least,
                                                    const Made& made, const MovedTo& moved, const Execution& execution) {
@@ -243,9 +241,8 @@ template <int D, class Made, class MovedTo>
     return levels;
 }
 
-/// Base class of shapes that consist of prism rows. Vertex v of level l has number l count + v. Rows are in the order
-/// of their elements. Row k owns the vertices of level k if k is below `between`, else those of level k + 1; the last
-/// row below `between` owns both levels.
+/// Vertex v of level l has number l count + v. Rows are in the order of their elements. Row k owns level k if k <
+/// `between`, else level k + 1; row `between` − 1 owns both.
 template <int D>
 class PrismRows : public ShapeRows<D> {
   public:
@@ -261,11 +258,10 @@ class PrismRows : public ShapeRows<D> {
     [[nodiscard]] std::span<const PrismRow> all_rows() const { return rows_; }
 
   private:
-    /// Positions of the vertices in ascending `levels`, level by level.
+    /// Points of ascending levels, level by level.
     [[nodiscard]] virtual Outcome<Buffer<Vec<D>>> points(std::span<const std::size_t> levels,
                                                          const Execution& execution) const = 0;
-    /// Reference of an element face in the row, if it is a facet that the row owns. Called only for faces whose
-    /// vertices all may have facets.
+    /// Reference of an element face, none unless the row owns it as a facet. All vertices of the face may have facets.
     [[nodiscard]] virtual std::optional<Reference> facet_reference(const PrismRow& row,
                                                                    const SimplexVertices<D - 1>& face) const = 0;
     [[nodiscard]] virtual bool may_have_facets(VertexId v) const = 0;

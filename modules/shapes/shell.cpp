@@ -51,8 +51,8 @@ std::vector<VertexId> own_numbers(Buffer<SimplexVertices<D - 1>>& facets) {
     return used;
 }
 
-/// Adds rows of prisms from the core's `facets` to spheres with these radii, which are ordered from the core to the
-/// wall. The vertices of the last sphere get `side`.
+/// Adds rows of prisms from the core's `facets` to spheres with these radii, ordered from the core to the wall. The
+/// last vertices get `side`.
 template <int D>
 Outcome<Done> add_layers(ShellCore<D>& core, Buffer<SimplexVertices<D - 1>> facets, std::span<const double> radii,
                          ShellSide side, const Noise& noise, const Execution& execution) {
@@ -84,7 +84,7 @@ Outcome<Done> add_layers(ShellCore<D>& core, Buffer<SimplexVertices<D - 1>> face
     return Done{};
 }
 
-/// Adds the layers of both spheres. Returns the materials of all elements.
+/// Returns the materials of all elements.
 template <int D>
 Outcome<Buffer<Reference>> add_layers(ShellCore<D>& core, const ShellOptions<D>& o, const Noise& noise,
                                       const Execution& execution) {
@@ -146,7 +146,7 @@ Outcome<LinearMesh<D>> generate(const ShellOptions<D>& options, const Execution&
 
 namespace {
 
-/// Number of points on a sphere with triangles (2D: edges) of this size.
+/// Number of points on a sphere (2D: circle) for this edge length.
 template <int D>
 std::size_t points_on_sphere(double radius, double size) {
     const double cover = D == 2 ? 2 * std::numbers::pi * radius / size
@@ -154,7 +154,7 @@ std::size_t points_on_sphere(double radius, double size) {
     return std::max<std::size_t>(D == 2 ? 6 : 12, static_cast<std::size_t>(std::lround(cover)));
 }
 
-/// Radii of the spheres of points. The steps between them are heights of regular simplices of the local size.
+/// Radii in steps of the local simplex height.
 template <int D>
 std::vector<double> level_radii(const ShellSizes& sizes) {
     const double height = D == 2 ? std::numbers::sqrt3 / 2 : std::numbers::sqrt2 / std::numbers::sqrt3;
@@ -186,7 +186,7 @@ void add_points(ShellCore<D>& core, double radius, std::size_t count, ShellSide 
     }
 }
 
-/// Projects boundary vertices onto their sphere. Other vertices stay at least half an edge away from both spheres.
+/// Projects boundary vertices; limits others to half an edge from both spheres.
 template <int D>
 Vec<D> kept(const Vec<D>& p, ShellSide side, const ShellSizes& sizes) {
     if (side == ShellSide::inner) return sizes.inner_radius * normalised(p);
@@ -198,7 +198,7 @@ Vec<D> kept(const Vec<D>& p, ShellSide side, const ShellSizes& sizes) {
     return std::clamp(r, std::min(low, high), std::max(low, high)) / r * p;
 }
 
-/// Delaunay mesh of the shell: an additional vertex at the centre is removed with its elements.
+/// Delaunay mesh without the elements at an additional vertex in the centre.
 template <int D>
 Outcome<Buffer<SimplexVertices<D>>> carved(const ShellCore<D>& core, const Noise& noise) {
     Buffer<Vec<D>> points = core.points;
@@ -210,7 +210,7 @@ Outcome<Buffer<SimplexVertices<D>>> carved(const ShellCore<D>& core, const Noise
     return elements;
 }
 
-/// Moves points by one step of repulsive springs with 1.15 times the target length.
+/// One step of repulsive springs of 1.15 times the target length.
 template <int D>
 Outcome<Done> spread(ShellCore<D>& core, const ShellSizes& sizes, const Execution& execution) {
     std::vector<std::array<VertexId, 2>> edges;
@@ -238,7 +238,7 @@ double quality_of(const Buffer<Vec<D>>& p, const SimplexVertices<D>& s) {
         return quality(p[s[0].index()], p[s[1].index()], p[s[2].index()], p[s[3].index()]);
 }
 
-/// Moves all vertices of elements with a quality below `enough` at random. Returns the minimum quality before the move.
+/// Moves vertices of elements below quality `enough` at random. Returns the previous minimum quality.
 template <int D>
 Outcome<double> shake(ShellCore<D>& core, const ShellSizes& sizes, double enough, const Noise& noise,
                       const Execution& execution) {
@@ -267,8 +267,7 @@ Outcome<Done> triangulate(ShellCore<D>& core, const Noise& noise) {
     return Done{};
 }
 
-/// Spreads points, then moves the vertices of flat elements until the minimum quality is 0.15 or the number of
-/// iterations is reached. The best state is the result.
+/// Spreads points, then shakes until no element is flat or the iteration limit is reached. The best mesh is the result.
 template <int D>
 Outcome<Done> improve(ShellCore<D>& core, const ShellSizes& sizes, const Noise& noise, const Execution& execution) {
     constexpr int spreads = 8, shakes = 30;
@@ -296,7 +295,7 @@ Outcome<Done> improve(ShellCore<D>& core, const ShellSizes& sizes, const Noise& 
     return Done{};
 }
 
-/// Finds the inner and outer facets, each oriented away from the centre.
+/// Inner and outer facets, oriented away from the centre.
 template <int D>
 Outcome<Done> find_walls(ShellCore<D>& core, const Execution& execution) {
     LinearMesh<D> mesh;

@@ -21,7 +21,7 @@ double volume(const std::array<Vec<3>, 4>& p) { return det(p[1] - p[0], p[2] - p
 
 template <int D>
 struct PointsOfLevels {
-    std::vector<std::size_t> levels;  ///< ascending level numbers
+    std::vector<std::size_t> levels;  ///< ascending
     std::size_t count = 0;            ///< vertices in each level
     Buffer<Vec<D>> points;
 
@@ -31,8 +31,7 @@ struct PointsOfLevels {
     }
 };
 
-/// Checks the volumes of a row's elements; `first`: number of its first element. Errors: usage (an element without
-/// positive volume); stopped.
+/// `first`: number of the row's first element. Errors: usage (an element without positive volume); stopped.
 template <int D>
 Outcome<Done> check_volumes(const PointsOfLevels<D>& points, const PrismRow& row,
                             std::span<const SimplexVertices<D>> elements, std::size_t first,
@@ -132,14 +131,14 @@ Outcome<ShapeRun<D>> PrismRows<D>::run(std::size_t first, std::size_t last, cons
 
 namespace {
 
-/// A level of facets: a boundary of the shell or a material interface.
+/// A level with facets: shell boundary or material interface.
 struct Wall {
     std::size_t level = 0;
     std::size_t row = 0;  ///< row that owns the facets
     Reference reference = 0;
 };
 
-/// Levels are ordered as follows: the core, the inner layers from the core to the wall, the outer layers likewise.
+/// Order of levels: core, inner layers from core to wall, outer layers from core to wall.
 struct ShellRowsPlan {
     std::vector<PrismRow> rows;
     std::vector<Wall> walls;
@@ -181,8 +180,8 @@ class ShellPlanner {
         }
         add_walls(layer, core_, core_ - 1, first, last, options_.outer_reference);
     }
-    /// Adds the interface between core and layer, if their materials differ, and the wall at the layer's end. `of_core`
-    /// and `of_layer` are the rows at the interface.
+    /// Adds the layer's end, and the interface between core and layer if their materials differ. `of_core`, `of_layer`:
+    /// rows at the interface.
     void add_walls(const BoundaryLayer& layer, std::size_t level, std::size_t of_core, std::size_t of_layer,
                    std::size_t wall, Reference reference) {
         constexpr Reference core = 1;
@@ -215,7 +214,7 @@ class ShellRows final : public PrismRows<D> {
     [[nodiscard]] std::size_t count() const { return this->base().count; }
     [[nodiscard]] std::size_t core_levels() const { return places_.radii.size(); }
 
-    /// Positions of core vertices relative to the shell's centre.
+    /// Core points relative to the centre.
     [[nodiscard]] Outcome<Buffer<Vec<D>>> core_points(Levels levels, const Execution& execution) const {
         const auto regular = [&](Levels around) -> Outcome<MovedLevels<D>> {
             const std::size_t first = around.first * count();
@@ -235,7 +234,7 @@ class ShellRows final : public PrismRows<D> {
         if (!done) return fail(done.error());
         return std::move(points);
     }
-    /// Scales the core's boundary points to the radius of a layer level.
+    /// Scales core boundary points to the level's radius.
     [[nodiscard]] Outcome<Done> place_layer(std::size_t level, std::span<const Vec<D>> wall, std::span<Vec<D>> to,
                                             const Execution& execution) const {
         const std::size_t k = level - core_levels();

@@ -1,4 +1,4 @@
-// Metrics of fixed sizes: by references and by chord error.
+// Metrics of fixed sizes: sizes by reference and sizes by chord error.
 module;
 #include <algorithm>
 #include <array>
@@ -38,7 +38,7 @@ std::size_t each_vertex_of(const auto& simplices, Reference reference, const aut
 template <int D>
 std::size_t each_vertex_of(const LinearMesh<D>& mesh, ReferencesOf of, Reference reference, const auto& visit) {
     if (of == ReferencesOf::elements) return each_vertex_of(mesh.elements, reference, visit);
-    // The facets of a plane mesh are the boundary's edges.
+    // In 2D the edges of the boundary are stored as facets.
     if (of == ReferencesOf::facets || (D == 2 && of == ReferencesOf::edges))
         return each_vertex_of(mesh.facets, reference, visit);
     if (of == ReferencesOf::edges) return each_vertex_of(mesh.edges, reference, visit);
@@ -124,7 +124,7 @@ Outcome<Column<LogMetric<D>>> fixed_metric(const LinearMesh<D>& mesh, std::span<
 
 namespace {
 
-/// Tangents and principal curvatures of one smooth side at a vertex.
+/// Normal, tangents and principal curvatures of one smooth side at a vertex.
 template <int D>
 struct Curved {
     Vec<D> normal;
@@ -142,7 +142,7 @@ Curved<3> principal(const Vec<3>& n, const std::array<Vec<3>, 2>& tangents, cons
     return out;
 }
 
-/// Mean normal of a side's straight facets; zero if they cancel.
+/// Mean unit normal of a side's straight facets; zero if they cancel.
 template <int D>
 Vec<D> side_normal(const LinearMesh<D>& mesh, Side side) {
     Vec<D> sum;
@@ -150,7 +150,7 @@ Vec<D> side_normal(const LinearMesh<D>& mesh, Side side) {
     return normalised(sum);
 }
 
-/// Least-squares system of a quadratic, dynamically sized so that Eigen's decomposition is compiled once.
+/// Matrix of a least-squares fit, with a dynamic size so that Eigen's decomposition is compiled only once.
 constexpr int most_unknowns = 5;
 using Equations = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, Eigen::Dynamic, most_unknowns>;
 using Unknowns = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, most_unknowns, 1>;
@@ -164,7 +164,7 @@ bool solve(const Equations& a, const Eigen::VectorXd& b, Unknowns& x) {
     return true;
 }
 
-/// Least-squares quadratic through the vertex, over two rings of its patch.
+/// Least-squares quadratic through a vertex, fitted to two rings of vertices of its patch.
 template <int D>
 class Fit {
     static constexpr int slopes = D - 1, unknowns = slopes + sym_size<D - 1>;
@@ -178,7 +178,7 @@ class Fit {
         const auto tangents = tangents_of(n);
         collect(v, side);
         std::array<double, sym_size<D - 1>> shape{};
-        // With fewer points than unknowns the surface counts as flat.
+        // If there are fewer points than unknowns, the surface counts as flat.
         if (ring_.size() >= static_cast<std::size_t>(unknowns)) shape = fitted(mesh_.points[v], n, tangents);
         return principal(n, tangents, shape);
     }
@@ -191,7 +191,7 @@ class Fit {
                     if (w != v && std::find(ring_.begin(), ring_.end(), w) == ring_.end()) ring_.push_back(w);
     }
     void collect(VertexId v, Side side) {
-        constexpr std::size_t enough = 40;  // bounds the rings of fans with many facets
+        constexpr std::size_t enough = 40;  // limits the rings around vertices with very many facets
         ring_.clear();
         const std::uint32_t patch = patches_[side[0]];
         add_ring(side, v, patch);
@@ -200,7 +200,7 @@ class Fit {
     }
     [[nodiscard]] std::array<double, sym_size<D - 1>> fitted(const Vec<D>& origin, const Vec<D>& n,
                                                              const std::array<Vec<D>, D - 1>& tangents) const {
-        // In units of the rings' radius.
+        // Lengths are in units of the rings' radius.
         double radius = 0;
         for (const VertexId w : ring_) radius = std::max(radius, distance(mesh_.points[w], origin));
         std::array<double, sym_size<D - 1>> shape{};
@@ -222,7 +222,8 @@ class Fit {
         }
         Unknowns x;
         if (!solve(a, b, x)) return shape;
-        // For h = a·x + ½ xᵀSx the curvature is S/(1 + |a|²)^{3/2} to first order in the small slope.
+        // The surface h = a·x + ½ xᵀSx has the curvature S/(1 + |a|²)^{3/2}, which is S up to second order in the small
+        // slope a.
         for (std::size_t k = 0; k < shape.size(); ++k) shape[k] = x(slopes + static_cast<Eigen::Index>(k)) / radius;
         return shape;
     }
@@ -253,7 +254,7 @@ FacetJet<D> jet_at(const QuadraticMesh<D>& mesh, FacetId f, VertexId v) {
     return jet;
 }
 
-/// Area-weighted mean of the facets' second fundamental forms at a vertex, on the tangents of their mean normal.
+/// Area-weighted mean of the facets' second fundamental forms at a vertex, in the tangents of the facets' mean normal.
 template <int D>
 Curved<D> curved_of_facets(const QuadraticMesh<D>& mesh, VertexId v, Side side) {
     Vec<D> sum;
@@ -266,7 +267,7 @@ Curved<D> curved_of_facets(const QuadraticMesh<D>& mesh, VertexId v, Side side) 
         const FacetJet<D> jet = jet_at(mesh, f, v);
         const double area = norm(area_normal(jet.first));
         if (!(area > 0)) continue;
-        // S = G⁻ᵀ (n·F_ab) G⁻¹ with G the facet's columns on the tangents.
+        // S = G⁻ᵀ (n·F_ab) G⁻¹; the columns of G are the facet's first derivatives in terms of the tangents.
         Eigen::Matrix<double, D - 1, D - 1> g, form;
         for (int a = 0; a < D - 1; ++a)
             for (int b = 0; b < D - 1; ++b) {
@@ -285,7 +286,7 @@ Curved<D> curved_of_facets(const QuadraticMesh<D>& mesh, VertexId v, Side side) 
     return principal(n, tangents, shape);
 }
 
-/// Longest admissible chord; infinite without curvature.
+/// Longest admissible chord; infinite if the curvature is 0.
 double chord_of(double curvature, const ChordOptions& options) {
     constexpr double none = std::numeric_limits<double>::infinity();
     const double by_error = options.chord_error > 0 ? std::sqrt(8 * options.chord_error / curvature) : none;
@@ -308,7 +309,8 @@ LogMetric<D> metric_of(const Curved<D>& curved, const ChordOptions& options, dou
     return log_metric_of_sizes(sizes, axes);
 }
 
-/// `make_curved()` is called once per chunk of vertices and returns the curvature function of vertex and side.
+/// Computes metrics of all vertices with sides. `make_curved()` is called once per chunk of vertices; it returns a
+/// function that computes the curvatures of a vertex and side.
 template <int D>
 Outcome<MetricsAtVertices<D>> metrics_of_sides(const Incidence<FacetId>& balls, const Column<std::uint32_t>& patches,
                                                const ChordOptions& options, double largest, const Execution& execution,

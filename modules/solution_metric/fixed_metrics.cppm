@@ -13,11 +13,11 @@ import camber.metric;
 
 export namespace camber {
 
-/// Metrics at some vertices; several at one are intersected.
+/// Metrics at some vertices. Several metrics at the same vertex are intersected.
 template <int D>
 struct MetricsAtVertices {
     Column<VertexId> vertices;
-    Column<LogMetric<D>> log_metrics;  ///< one each
+    Column<LogMetric<D>> log_metrics;  ///< one per entry of `vertices`
 };
 
 enum class ReferencesOf : std::uint8_t { facets, edges, vertices, elements };
@@ -48,19 +48,19 @@ struct ReferenceSize {
     friend bool operator==(const ReferenceSize&, const ReferenceSize&) = default;
 };
 
-/// Isotropic metrics of these sizes, the smallest at each vertex. Errors (usage): a size that is not a positive length;
-/// a reference without simplices.
+/// Isotropic metrics with the specified sizes; at each vertex the smallest size applies. Errors (usage): a size that is
+/// not a positive length; a reference without simplices.
 template <int D>
 [[nodiscard]] Outcome<MetricsAtVertices<D>> sizes_by_reference(const LinearMesh<D>& mesh,
                                                                std::span<const ReferenceSize> sizes);
 
-/// Patch of a facet that is ignored.
+/// Patch number of facets that are ignored.
 inline constexpr std::uint32_t no_patch = 0xffffffffU;
 
 struct ChordOptions {
-    double chord_error = 0;    ///< δ: distance of a chord's middle from the surface; 0: unlimited
-    double angle = 0;          ///< α: turn of the surface along a chord (degrees); 0: unlimited
-    double normal_ratio = 10;  ///< normal size over the smallest tangential size
+    double chord_error = 0;    ///< δ: largest distance of a chord's middle from the surface; 0: unlimited
+    double angle = 0;          ///< α: largest turn of the surface along a chord (degrees); 0: unlimited
+    double normal_ratio = 10;  ///< size along the normal over the smallest tangential size
 
     [[nodiscard]] static constexpr auto options() {
         using S = ChordOptions;
@@ -80,16 +80,17 @@ struct ChordOptions {
     friend bool operator==(const ChordOptions&, const ChordOptions&) = default;
 };
 
-/// Metrics that resolve curvature, at the vertices of facets. A chord of length h deviates from a circle of curvature κ
-/// by h²κ/8, so for principal curvatures κ_i
+/// Metrics at the vertices of facets that resolve the curvature of the boundary. A chord of length h deviates from a
+/// circle of curvature κ by h²κ/8. So the sizes along the principal directions, with curvatures κ_i, are
 ///
-///     h_i = min(sqrt(8 δ/|κ_i|), α/|κ_i|), along the normal `normal_ratio` times their minimum,
+///     h_i = min(sqrt(8 δ/|κ_i|), α/|κ_i|).
 ///
-/// and at most `largest`. Curvatures are one-sided: `patches` holds each facet's smooth patch (`Features::patches` of
-/// camber.surface; `no_patch` is ignored), and a vertex intersects its patches' metrics. Quadratic meshes use
-/// area-weighted means over the facets at the vertex. Straight meshes use the quadratic through two rings of patch
-/// vertices, by least squares with weights 1/r²; flat with too few. Errors (usage): limits of options; not one patch
-/// per facet; stopped.
+/// The size along the normal is `normal_ratio` times the smallest h_i. No size exceeds `largest`. `patches` numbers the
+/// smooth patch of each facet (`Features::patches` of camber.surface; `no_patch` is ignored). Each patch at a vertex
+/// gives a metric from its own curvatures; the metrics are intersected. On quadratic meshes curvatures are
+/// area-weighted means over the facets at the vertex. On straight meshes they are those of the quadratic fitted to two
+/// rings of patch vertices, by least squares with weights 1/r²; zero if there are too few vertices. Errors (usage):
+/// options out of range; not one patch per facet; stopped.
 template <int D>
 [[nodiscard]] Outcome<MetricsAtVertices<D>> chord_metrics(const LinearMesh<D>& mesh,
                                                           const Column<std::uint32_t>& patches,
@@ -102,7 +103,7 @@ template <int D>
                                                           const Execution& execution);
 
 struct GapOptions {
-    double elements = 0;  ///< across a gap; may be fractional
+    double elements = 0;  ///< number of elements across a gap; may be fractional
 
     [[nodiscard]] static constexpr auto options() {
         return std::tuple(
@@ -113,20 +114,21 @@ struct GapOptions {
 
 /// Metrics for thin parts of the domain, at the vertices of facets. A ray enters the domain along the mean normal of
 /// one patch's facets (`patches` as in `chord_metrics`), on both sides if both have elements. Facets of `no_patch` send
-/// no ray but can be hit. The first facet hit, at distance t, bounds a gap if its normal is within 45 degrees of the
-/// ray; otherwise walls form a corner. The size is t/`elements` along the normal, `largest` along the wall, intersected
-/// over the sides. Vertices with t/`elements` ≥ `largest` have no metric.
+/// no ray but can be hit. The first facet hit, at distance t, is across a gap if its normal is within 45 degrees of the
+/// ray; otherwise the two walls form a corner. The size is t/`elements` along the normal and `largest` along the wall.
+/// Metrics of several rays at a vertex are intersected. Vertices with t/`elements` ≥ `largest` have no metric.
 ///
-/// Facets at the vertex, or within 1 degree of the ray, are not hit. Towards a sharp edge, which has no metric, sizes
-/// fall to 0 (see `min_size`). Facets count as straight and should bound the whole domain: rays that leave elsewhere
-/// hit nothing. Errors (usage): limits of options; `largest` is not a length; not one patch per facet; memory; stopped.
+/// Facets at the vertex, or within 1 degree of the ray, are never hit. Sharp edges have no metric, and sizes fall to 0
+/// towards them (see `min_size`). Facets count as straight and should bound the whole domain: a ray that leaves
+/// elsewhere hits nothing. Errors (usage): options out of range; `largest` is not a length; not one patch per facet;
+/// memory; stopped.
 template <int D>
 [[nodiscard]] Outcome<MetricsAtVertices<D>> gap_metrics(const LinearMesh<D>& mesh, const Column<std::uint32_t>& patches,
                                                         const GapOptions& options, double largest,
                                                         const Execution& execution);
 
-/// Intersects size `largest` with all given metrics. Errors (usage): columns of another mesh; vertices or sizes out of
-/// range; stopped.
+/// Intersects all given metrics with the isotropic size `largest`. Errors (usage): columns of another mesh; vertices or
+/// sizes out of range; stopped.
 template <int D>
 [[nodiscard]] Outcome<Column<LogMetric<D>>> fixed_metric(const LinearMesh<D>& mesh,
                                                          std::span<const MetricsAtVertices<D>> at_some,
@@ -137,16 +139,16 @@ template <int D>
 
 namespace camber {
 
-/// Facets of one patch around a vertex: a smooth side.
+/// Facets of one patch around a vertex.
 using Side = std::span<const FacetId>;
 
-/// Normal times the facet's length (2D) or twice its area (3D), from its edges at a corner.
+/// Normal of a facet times its length (2D) or twice its area (3D), from the edges at a corner.
 [[nodiscard]] inline Vec<2> area_normal(const std::array<Vec<2>, 1>& columns) {
     return {{columns[0][1], -columns[0][0]}};
 }
 [[nodiscard]] inline Vec<3> area_normal(const std::array<Vec<3>, 2>& columns) { return cross(columns[0], columns[1]); }
 
-/// Unit vectors, orthonormal with n.
+/// Unit vectors that form an orthonormal basis with n.
 [[nodiscard]] inline std::array<Vec<2>, 1> tangents_of(const Vec<2>& n) { return {Vec<2>{{-n[1], n[0]}}}; }
 [[nodiscard]] inline std::array<Vec<3>, 2> tangents_of(const Vec<3>& n) {
     int least = 0;
@@ -171,7 +173,7 @@ template <int D>
     return dot(n, side) < 0 ? -n : n;
 }
 
-/// Calls `visit(side)` for each side in `ball`, by ascending patch; `facets` is its buffer.
+/// Calls `visit(side)` for each side in `ball`, in ascending order of patches; `facets` is a buffer.
 template <class Visit>
 void each_side(std::span<const FacetId> ball, const Column<std::uint32_t>& patches, std::vector<FacetId>& facets,
                Visit&& visit) {

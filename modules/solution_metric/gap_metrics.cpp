@@ -18,13 +18,15 @@ namespace camber {
 
 namespace {
 
-/// Relative extension of a facet for hits, since rays along a rim pass through edges. Rounding is far smaller.
+/// Facets are extended by this fraction for hits, since rays along a boundary edge would pass between facets. Rounding
+/// is far smaller.
 constexpr double margin = 1e-4;
 
 template <int D>
 struct Walls {
-    Buffer<Vec<D>> normals;                                     ///< unit; 0 for facets without area
-    Buffer<std::array<std::optional<Reference>, 2>> materials;  ///< against the normal, along the normal
+    Buffer<Vec<D>> normals;                                     ///< unit normals; 0 for facets without area
+    Buffer<std::array<std::optional<Reference>, 2>> materials;  ///< references of the elements on both sides: against
+                                                                ///< the normal, along the normal
     BoxTree<D> tree;
 };
 
@@ -74,8 +76,8 @@ Outcome<Walls<D>> make_walls(const LinearMesh<D>& mesh, const Incidence<FacetId>
     return walls;
 }
 
-/// Barycentric coordinates of the crossing of a segment (in the plane) or a triangle with the line along x through the
-/// origin, from corner coordinates across it.
+/// Barycentric coordinates of the point where the line along x through the origin crosses a segment (2D) or triangle.
+/// `across` are the corners' coordinates normal to the line.
 std::array<double, 2> shares(const std::array<Vec<1>, 2>& across) {
     const double all = across[1][0] - across[0][0];
     return {across[1][0] / all, -across[0][0] / all};
@@ -98,7 +100,8 @@ class Gaps {
   public:
     Gaps(const LinearMesh<D>& mesh, const Walls<D>& walls) : mesh_(mesh), walls_(walls) {}
 
-    /// Rays of one patch's facets at a vertex: one per adjacent material, two if both sides have the same.
+    /// Finds the rays of one patch's facets at a vertex: one for each adjacent material, two if both sides have the
+    /// same material.
     void find_rays(Side side, std::vector<Ray<D>>& rays) const {
         rays.clear();
         for (const FacetId f : side) {
@@ -119,7 +122,7 @@ class Gaps {
         for (Ray<D>& ray : rays) ray.normal = normalised(ray.normal);
     }
 
-    /// Distance to the facet across a gap, if below `within`.
+    /// Returns the distance to the facet across a gap, if it is less than `within`.
     [[nodiscard]] std::optional<double> thickness(VertexId from, const Ray<D>& ray, Side side, double within) const {
         constexpr double facing = 0.7;  // cos 45°
         if (!(norm_squared(ray.normal) > 0)) return std::nullopt;
@@ -139,12 +142,13 @@ class Gaps {
   private:
     static constexpr double never = std::numeric_limits<double>::infinity();
 
-    /// True if the facet's near side has the ray's material. A ray outside the domain meets others, or none.
+    /// True if the side of the facet that faces the ray's start has the ray's material. Rays outside the domain meet
+    /// facets with another material, or none, on that side.
     [[nodiscard]] bool is_seen_from_within(std::size_t f, const Ray<D>& ray) const {
         return walls_.materials[f][dot(walls_.normals[f], ray.normal) > 0 ? 0 : 1] == ray.material;
     }
-    /// Distance below which points coincide: the other side of a crack is not hit where a ray begins, and follows its
-    /// own side where it ends.
+    /// Points closer than this distance coincide. At a crack a ray does not hit the other side where it begins; where
+    /// it ends, the side facing the ray is hit before the other side.
     [[nodiscard]] double place_size(Side side) const {
         double longest = 0;
         for (const FacetId f : side) {
@@ -153,7 +157,7 @@ class Gaps {
         }
         return 1e-6 * longest;
     }
-    /// Distance to a facet; infinity without a hit.
+    /// Distance along the ray to a facet; infinity if the ray misses it.
     [[nodiscard]] double passes(FacetId f, VertexId from, const Vec<D>& direction,
                                 const std::array<Vec<D>, D - 1>& tangents) const {
         constexpr double along = 0.0175;  // 1°

@@ -17,16 +17,17 @@ namespace camber {
 
 namespace {
 
-constexpr double tiny = 1e-290;  // minimum |T|, so that logs are finite
+constexpr double tiny = 1e-290;  // smallest |T|, so that logs are finite
 
-/// Lower bounds of Q in coordinates y, v = G y, |T| ≤ 1 in those of v: ⅔ log|T(y)| and log(floor |v|²).
+/// Lower bounds of yᵀQy in coordinates y, where v = G y: |T(y)|^{2/3} and floor |v|². `log_bound` is the log of the
+/// larger one.
 template <int D>
 struct Bounded {
     CubicForm<D> given;
-    double floor = 0;  // of Q
+    double floor = 0;  // lower bound of the eigenvalues of Q
     Mat<D> to_space = Mat<D>::identity();
-    CubicForm<D> here;    // T[G·, G·, G·]
-    Sym<D> floor_here{};  // floor GᵀG
+    CubicForm<D> here;    // T in coordinates y: T[G·, G·, G·]
+    Sym<D> floor_here{};  // floor GᵀG, the floor in coordinates y
 
     Bounded(const CubicForm<D>& t) : given(t), here(t) {}
     void set_frame(const Mat<D>& g) {
@@ -70,8 +71,8 @@ std::array<Vec<D>, D - 1> across(const Vec<D>& y) {
     }
 }
 
-/// Newton step on the sphere to a maximum of |T(y)|: gradient 3 T[y,y,·], Hessian 6 T[y,·,·] − 3 T(y) across y. Follows
-/// the gradient if the Hessian has the wrong sign.
+/// Newton step on the unit sphere towards a maximum of |T(y)|, with gradient 3 T[y,y,·] and Hessian 6 T[y,·,·] − 3 T(y)
+/// in the tangent plane at y. If the Hessian has the wrong sign, the step follows the gradient.
 template <int D>
 Vec<D> step_to_largest(const CubicForm<D>& t, const Vec<D>& y) {
     const Sym<D> along = contracted(t, y);
@@ -115,8 +116,9 @@ class Search {
         bounded_.set_frame(bounded_.to_space);
     }
 
-    /// Diagonal bound in the frame of T:T: minimises Σ l_i under (l_i + l_j + l_k)/2 ≥ log|T_ijk|. A cost of 0.1 on the
-    /// largest l selects one of several solutions: for n³ + 3 n t² sizes along n and t can be traded.
+    /// Diagonal bound in the eigenvectors of T:T: minimises Σ l_i subject to (l_i + l_j + l_k)/2 ≥ log|T_ijk|. A cost
+    /// of 0.1 on the largest l selects one of several solutions: for n³ + 3 n t² a smaller size along n allows a larger
+    /// one along t.
     void bound_by_entries() {
         constexpr int rounds = 5;
         EntryProgramme programme = entry_programme();
@@ -156,7 +158,8 @@ class Search {
         for (int i = 0; i < unknowns; ++i) programme_.basis[i] = i;
         log_bounds(directions_, bounded_, programme_.least);
         Mat<D> best = bounded_.to_space;
-        double least = log_det_of(cut());  // of the diagonal bound, the fallback if the search does not converge
+        double least = log_det_of(cut());  // log det of the diagonal bound, which is used if the search does not
+                                           // improve it
         cuts_ = 0;
         for (int p = 0; p < cut_packs; ++p) programme_.least[Directions<D>::packs + p] = packed(Programme::no_row);
         for (int round = 0; round < most_rounds; ++round) {
@@ -174,7 +177,7 @@ class Search {
                 least = now;
                 best = bounded_.to_space;
             }
-            // In nearly flat valleys the search would not end.
+            // If the minimum is nearly flat, the search would not end. So it stops when a few steps gain too little.
             constexpr int often = 4;
             constexpr double worth_it = 0.04;
             if (round % often == often - 1) {
@@ -189,7 +192,7 @@ class Search {
         bounded_.set_frame(best);
     }
 
-    /// Scales Q to satisfy the bound in all directions.
+    /// Scales Q so that the bound holds in all directions.
     void hold_everywhere() {
         log_bounds(directions_, bounded_, programme_.least);
         double most = largest_of_table();
@@ -197,7 +200,7 @@ class Search {
         grow_by(most);
     }
 
-    /// Q = G⁻ᵀ G⁻¹ from the singular values of G.
+    /// Log-eigenvalues and axes of Q = G⁻ᵀ G⁻¹, from the singular values of G.
     [[nodiscard]] EigenSystem<D> logs() const {
         EigenSystem<D> out = left_singular(bounded_.to_space);
         for (double& x : out.values.c) x = -2 * log(x);
@@ -205,7 +208,7 @@ class Search {
     }
 
   private:
-    /// Unknowns: l_1 … l_n and their maximum.
+    /// Linear program with the unknowns l_1 … l_n and their maximum.
     using EntryProgramme = SmallProgramme<D + 1, (cubic_size<D> + D + 1 + pack_size - 1) / pack_size>;
     [[nodiscard]] static EntryProgramme entry_programme() {
         constexpr double share = 0.1, lowest = -1e4;
@@ -241,7 +244,7 @@ class Search {
         }
         return twice;
     }
-    /// Sets the floor for Q scaled by e^most from the maximum anisotropy.
+    /// Sets the floor from the maximum anisotropy, for Q scaled by e^most.
     void set_floor(double most) {
         const Vec<D> roots = left_singular(bounded_.to_space).values;
         const double shortest = *std::min_element(roots.c.begin(), roots.c.end());
@@ -259,7 +262,8 @@ class Search {
         for (int i = 0; i < table; ++i) most = std::max(most, programme_.least_of(i));
         return most;
     }
-    /// Calls `visit(y)` at the maxima of |T| near locally maximal directions with bounds of at least `least`.
+    /// Calls `visit(y)` at maxima of |T| near those directions of the table that have locally maximal bounds of at
+    /// least `least`, and at the axes of the floor.
     void each_near_largest(double least, int steps, const auto& visit) {
         constexpr double around = 0.955;  // cosine of 1.5 times the spacing of directions
         std::array<int, table> tried{};
@@ -277,12 +281,12 @@ class Search {
             for (int s = 0; s < steps; ++s) y = step_to_largest(bounded_.here, y);
             visit(y);
         }
-        // Its maxima are its axes.
+        // The maxima of the floor are its axes.
         const EigenSystem<D> floor = eigen_system(bounded_.floor_here);
         for (int i = 0; i < D; ++i)
             if (log(std::max(floor.values[i], tiny)) >= least) visit(floor.vectors.column[i]);
     }
-    /// Adds the maxima of |T| to the cuts, replacing the oldest; returns the largest bound.
+    /// Adds constraints ("cuts") at the maxima of |T|, replacing the oldest ones; returns the largest bound.
     double cut() {
         double most = largest_of_table();
         for (int c = 0; c < std::min(cuts_, most_cuts); ++c) set_cut(c);
@@ -302,7 +306,7 @@ class Search {
         programme_.set_row(table + c, quadratic_row(cut_at_[c]));
         programme_.set_least(table + c, bounded_.log_bound(cut_at_[c]));
     }
-    /// Q ← Q^{1/2} e^L Q^{1/2}, G ← G e^{−L/2}; returns |L|.
+    /// Solves the linear program for L and updates Q ← Q^{1/2} e^L Q^{1/2}, G ← G e^{−L/2}. Returns |L|.
     double step() {
         Sym<D> l;
         l.c = programme_.solve();
@@ -329,9 +333,9 @@ class Search {
     Bounded<D> bounded_;
     double max_anisotropy_;
     Programme programme_;
-    std::array<Vec<D>, most_cuts> cut_at_{};  ///< in coordinates y
+    std::array<Vec<D>, most_cuts> cut_at_{};  ///< directions of the cuts in coordinates y
     int cuts_ = 0;
-    double trace_ = 0;  ///< of the last L
+    double trace_ = 0;  ///< trace of the last L
 };
 
 }  // namespace
@@ -413,7 +417,7 @@ ElementMap<D> element_map(const QuadraticMesh<D>& mesh, std::size_t e) {
     return map;
 }
 
-/// Ĥ.
+/// Hessian Ĥ on the reference element.
 template <int D>
 Sym<D> in_reference(const ElementMap<D>& map, const Vec<D>& gradient, const Sym<D>& hessian) {
     Sym<D> out = congruence(transposed(map.jacobian), hessian);
@@ -422,7 +426,7 @@ Sym<D> in_reference(const ElementMap<D>& map, const Vec<D>& gradient, const Sym<
     return out;
 }
 
-/// T̂.
+/// Third derivatives T̂ on the reference element.
 template <int D>
 CubicForm<D> in_reference(const ElementMap<D>& map, const Sym<D>& hessian, const CubicForm<D>& third) {
     CubicForm<D> out = pulled_back(third, map.jacobian);
@@ -435,7 +439,7 @@ CubicForm<D> in_reference(const ElementMap<D>& map, const Sym<D>& hessian, const
     return out;
 }
 
-/// Q = J⁻ᵀ Q̂ J⁻¹ from the singular values of J Q̂^{−1/2}.
+/// Transforms Q̂ to Q = J⁻ᵀ Q̂ J⁻¹, from the singular values of J Q̂^{−1/2}.
 template <int D>
 LocalModel<D> in_space(const LocalModel<D>& model, const Mat<D>& jacobian, const ModelOptions& options) {
     if (model.kind == ModelKind::zero || det(jacobian) == 0) return zero_model<D>();

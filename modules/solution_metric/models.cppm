@@ -16,7 +16,7 @@ import camber.metric;
 
 namespace camber {
 
-/// Coefficients of L's entries in yᵀLy.
+/// Coefficients of the entries of L in yᵀLy.
 template <int D>
 [[nodiscard]] constexpr std::array<double, sym_size<D>> quadratic_row(const Vec<D>& y) {
     std::array<double, sym_size<D>> row{};
@@ -25,7 +25,7 @@ template <int D>
     return row;
 }
 
-/// Coefficients of T's entries in T[y, y, y].
+/// Coefficients of the entries of T in T[y, y, y].
 template <int D>
 [[nodiscard]] constexpr std::array<double, cubic_size<D>> cubic_row(const Vec<D>& y) {
     std::array<double, cubic_size<D>> row{};
@@ -35,8 +35,9 @@ template <int D>
     return row;
 }
 
-/// Evenly spread directions, without −y. The first n(n+1)/2 form the initial basis: their yyᵀ are independent and sum
-/// to a multiple of the identity (2D: three at 60 degrees; 3D: icosahedron axes).
+/// Evenly spread unit directions; y and −y count as one direction. The first n(n+1)/2 form the initial basis: their yyᵀ
+/// are independent and sum to a multiple of the identity (2D: three directions at 60 degrees; 3D: axes of an
+/// icosahedron).
 template <int D>
 struct Directions {
     static constexpr int packs = D == 2 ? 6 : 16;
@@ -74,7 +75,7 @@ struct Directions {
                     y[i] = 1 / length;
                     y[(i + 1) % 3] = (sign == 0 ? golden : -golden) / length;
                 }
-            // Fibonacci spiral on half a sphere.
+            // Fibonacci spiral on a hemisphere.
             constexpr int spiral = count - 6;
             for (int i = 0; i < spiral; ++i) {
                 const double z = 1 - (i + 0.5) / spiral, r = std::sqrt(1 - z * z);
@@ -86,13 +87,13 @@ struct Directions {
     }
 };
 
-/// Linear program min cᵀx with a_i·x ≥ b_i for P packs of rows and U ≤ 6 unknowns, by the simplex method on its dual,
-/// max Σ b_i μ_i with Σ μ_i a_i = c, μ ≥ 0. Only b changes between programs, so the last basis stays feasible and few
-/// pivots are needed. Unused rows: b = no_row.
+/// Linear program min cᵀx subject to a_i·x ≥ b_i, with P packs of rows a_i and U ≤ 6 unknowns. The simplex method
+/// solves the dual, max Σ b_i μ_i with Σ μ_i a_i = c, μ ≥ 0. Only b changes between programs, so the last basis remains
+/// feasible and few pivots are needed. Unused rows have b = no_row.
 template <int U, int P>
 class SmallProgramme {
   public:
-    using Basis = std::array<int, U>;  ///< rows with μ > 0 allowed
+    using Basis = std::array<int, U>;  ///< rows whose μ may be positive
     using Unknowns = std::array<double, U>;
     static constexpr double no_row = -1e30;
 
@@ -128,7 +129,7 @@ class SmallProgramme {
         for (int k = 0; k < U; ++k) out[k] = rows[at(i).first][k][at(i).second];
         return out;
     }
-    /// Solves a_i·x = b_i on the basis.
+    /// Solves a_i·x = b_i for the rows of the basis.
     [[nodiscard]] Unknowns unknowns() const {
         Unknowns x{};
         for (int j = 0; j < U; ++j)
@@ -139,7 +140,7 @@ class SmallProgramme {
         int row = 0;
         double amount = 0;
     };
-    /// Most violated row, and its violation.
+    /// Returns the most violated row and its violation.
     [[nodiscard]] Missing most_missing(const Unknowns& x) const {
         Pack most = packed(-std::numeric_limits<double>::max());
         Mask where{};
@@ -157,7 +158,7 @@ class SmallProgramme {
             if (most[lane] > most[best]) best = lane;
         return {static_cast<int>(where[best]) * pack_size + best, most[best]};
     }
-    /// Exchanges a row with the basis row whose μ vanishes first; false if none does.
+    /// Exchanges the row `entering` with the basis row whose μ vanishes first. Returns false if no μ vanishes.
     [[nodiscard]] bool enter(int entering) {
         const Unknowns a = row(entering);
         Unknowns along{}, weight{};
@@ -198,8 +199,9 @@ class SmallProgramme {
 export namespace camber {
 
 enum class CubicBound : std::uint8_t {
-    optimal,   ///< to 1 % of the minimum determinant
-    diagonal,  ///< by entries in the frame of T:T; 4 times faster, determinant mostly 1 to 1.5 times the minimum
+    optimal,   ///< determinant within 1 % of the minimum
+    diagonal,  ///< bound of the entries of T in the eigenvectors of T:T; 4 times faster, determinant mostly 1 to 1.5
+               ///< times the minimum
 };
 [[nodiscard]] constexpr auto words(CubicBound) {
     return words_of(Word{CubicBound::optimal, "optimal"}, Word{CubicBound::diagonal, "diagonal"});
@@ -207,9 +209,9 @@ enum class CubicBound : std::uint8_t {
 
 struct ModelOptions {
     CubicBound bound = CubicBound::optimal;
-    /// Anisotropy limit of a model: where derivatives vanish or are rounding errors, Q is raised to its largest
-    /// eigenvalue over the square of this. Rounding of third derivatives gives an anisotropy of 2e5 with meaningless
-    /// axes.
+    /// Anisotropy limit of a model. If derivatives vanish or are rounding errors in some directions, Q is raised there
+    /// to its largest eigenvalue over the square of this limit. Rounding of third derivatives alone gives an anisotropy
+    /// of 2e5 with meaningless axes.
     double max_anisotropy = 1e5;
 
     [[nodiscard]] static constexpr auto options() {
@@ -228,12 +230,12 @@ struct ModelOptions {
 
 enum class ModelKind : std::uint8_t {
     regular,
-    floored,  ///< raised along some directions
-    zero,     ///< all derivatives are 0: resolved by any size
+    floored,  ///< eigenvalues raised to the anisotropy limit
+    zero,     ///< all derivatives are 0, so any size is sufficient
 };
 
-/// Q of a local error model, (|d^{k+1}u(v)|)^{2/(k+1)} ≤ vᵀQv: Q = R diag(e^{λ_i}) Rᵀ, λ_i its log-eigenvalues, in any
-/// unit of u. Zero model: λ_i = −∞, R = I.
+/// Local error model Q with (|d^{k+1}u(v)|)^{2/(k+1)} ≤ vᵀQv: Q = R diag(e^{λ_i}) Rᵀ, stored as log-eigenvalues λ_i and
+/// axes R, in any unit of u. A zero model has λ_i = −∞, R = I.
 template <int D>
 struct LocalModel {
     EigenSystem<D> logs;
@@ -250,7 +252,7 @@ template <int D>
 template <int D>
 [[nodiscard]] inline LocalModel<D> floored(LocalModel<D> model, double max_anisotropy) {
     auto& values = model.logs.values.c;
-    constexpr double near = 0.1;  // already bounded from below
+    constexpr double near = 0.1;  // not counted as floored: the model was bounded from below before
     const double least = *std::max_element(values.begin(), values.end()) - 2 * log(max_anisotropy);
     for (double& x : values)
         if (!(x >= least + near)) {
@@ -260,7 +262,7 @@ template <int D>
     return model;
 }
 
-/// k = 1: Q = |H|, by the absolute eigenvalues of the Hessian.
+/// Model of degree k = 1: Q = |H|, the Hessian with absolute eigenvalues.
 template <int D>
 [[nodiscard]] inline LocalModel<D> hessian_model(Sym<D> hessian, const ModelOptions& options) {
     double scale = 0;
@@ -272,25 +274,25 @@ template <int D>
     return floored(model, options.max_anisotropy);
 }
 
-/// k = 2: the Q of minimum determinant with |T[v,v,v]|^{2/3} ≤ vᵀQv for all v; its unit ball is the largest ellipsoid
-/// in {|T| ≤ 1}. Log-simplex method (Coulaud and Loseille, "Very high order anisotropic metric-based mesh adaptation in
-/// 3D", Procedia Engineering 163, 2016): in coordinates y = Q^{1/2} v of the current Q,
+/// Models of degree k = 2: the Q of minimum determinant with |T[v,v,v]|^{2/3} ≤ vᵀQv for all v. Its unit ball is the
+/// largest ellipsoid in {|T| ≤ 1}. Log-simplex method (Coulaud and Loseille, "Very high order anisotropic metric-based
+/// mesh adaptation in 3D", Procedia Engineering 163, 2016). In coordinates y = Q^{1/2} v of the current Q it repeats
 ///
-///     min tr L, yᵀLy ≥ ⅔ log|T(y)| for directions y, |y| = 1; Q ← Q^{1/2} e^L Q^{1/2},
+///     min tr L subject to yᵀLy ≥ ⅔ log|T(y)| for directions |y| = 1; Q ← Q^{1/2} e^L Q^{1/2}
 ///
-/// until L vanishes. Since e^{yᵀLy} ≤ yᵀe^Ly (Jensen), bounds of L hold for e^L. Directions are even in the current
-/// frame, so any anisotropy is resolved. Near the end, maxima of |T| on the sphere (Newton's method) join them and
-/// scale Q, so that the bound holds for all v.
+/// until L vanishes. Since e^{yᵀLy} ≤ yᵀe^Ly (Jensen), bounds of L also hold for e^L. Directions are evenly spread in
+/// the current coordinates, so any anisotropy is resolved. Near the end, maxima of |T| on the sphere (found by Newton's
+/// method) become constraints too. They also scale Q, so that the bound holds for all v.
 ///
-/// The start is diagonal in the frame of T:T, (T:T)_ij = Σ_ab T_iab T_jab: minimum Σ l_i with (l_i + l_j + l_k)/2 ≥
-/// log|T_ijk|, iterated. `CubicBound::diagonal` ends there.
+/// The start is diagonal in the eigenvectors of T:T, (T:T)_ij = Σ_ab T_iab T_jab. It minimises Σ l_i subject to (l_i +
+/// l_j + l_k)/2 ≥ log|T_ijk|, repeated in the new coordinates. `CubicBound::diagonal` returns this start.
 ///
-/// Reuse one object for many models, since it holds tables. T may have any scale.
+/// Use one object for many models, since it holds tables. T may have any scale.
 template <int D>
 class CubicModels {
   public:
     explicit CubicModels(const ModelOptions& options);
-    /// Requires finite T.
+    /// Returns the model of T, which must be finite.
     [[nodiscard]] LocalModel<D> operator()(const CubicForm<D>& t) const;
 
   private:
@@ -301,11 +303,11 @@ class CubicModels {
 template <int D>
 struct LocalModels {
     Column<LocalModel<D>> rows;
-    std::size_t zero = 0, floored = 0;  ///< numbers of such rows
+    std::size_t zero = 0, floored = 0;  ///< number of zero and of floored models
 };
 
-/// Models of degree k = 1 and 2 from rows of derivatives. Errors: a row that is not finite (input, entity "derivatives,
-/// row N"); limits of options (usage); memory; stopped.
+/// Models of degree k = 1 and 2, one per row of derivatives. Errors: a row that is not finite (input, entity
+/// "derivatives, row N"); options out of range (usage); memory; stopped.
 template <int D>
 [[nodiscard]] Outcome<LocalModels<D>> hessian_models(const Column<Sym<D>>& hessians, const ModelOptions& options,
                                                      const Execution& execution);
@@ -313,8 +315,9 @@ template <int D>
 [[nodiscard]] Outcome<LocalModels<D>> cubic_models(const Column<CubicForm<D>>& thirds, const ModelOptions& options,
                                                    const Execution& execution);
 
-/// Element means of vertex rows (vectors, Hessians, third derivatives): linear interpolation at centroids. `row_of(e,
-/// i)`: row of element e at its local vertex i. Errors: memory; stopped.
+/// Returns for each element the mean of the rows (vectors, Hessians, third derivatives) at its vertices, the linear
+/// interpolation at the centroid. `row_of(e, i)` is the row of element e at its local vertex i. Errors: memory;
+/// stopped.
 template <class Row, int D, class RowOf>
 [[nodiscard]] Outcome<Column<Row>> element_means(const LinearMesh<D>& mesh, const Column<Row>& rows, RowOf&& row_of,
                                                  const Execution& execution) {
@@ -328,7 +331,7 @@ template <class Row, int D, class RowOf>
     return Column<Row>(std::move(*means));
 }
 
-/// One row per vertex. Errors: other numbers of rows (usage); those above.
+/// The same with one row per vertex. Errors: another number of rows (usage); memory; stopped.
 template <class Row, int D>
 [[nodiscard]] Outcome<Column<Row>> element_means(const LinearMesh<D>& mesh, const Column<Row>& at_vertices,
                                                  const Execution& execution) {
@@ -338,15 +341,15 @@ template <class Row, int D>
     return element_means(mesh, at_vertices, row_of, execution);
 }
 
-/// Models of curved elements from element derivatives at centroids (`element_means`). An element interpolates u∘F on
-/// the reference element, F with Jacobian J at the centroid and constant second derivatives F_ab:
+/// Models of curved elements from their derivatives at centroids (`element_means`). An element interpolates u∘F on the
+/// reference element, where the map F has the Jacobian J at the centroid and constant second derivatives F_ab:
 ///
 ///     k = 1: Ĥ_ab = H[J_a, J_b] + ∇u·F_ab
 ///     k = 2: T̂_abc = T[J_a, J_b, J_c] + H[F_ab, J_c] + H[F_bc, J_a] + H[F_ca, J_b]
 ///
-/// Q = J⁻ᵀ Q̂ J⁻¹ includes the effect of element curvature on the error; on straight elements it is the model of H or
-/// T. Elements flat at the centroid have the zero model. Errors: those above, by element; not one row per element
-/// (usage).
+/// The model Q = J⁻ᵀ Q̂ J⁻¹ includes the effect of element curvature on the error. On straight elements it equals the
+/// model of H or T. Elements with det J = 0 at the centroid have the zero model. Errors: those of `cubic_models` with
+/// elements as rows; not one row per element (usage).
 template <int D>
 [[nodiscard]] Outcome<LocalModels<D>> curved_hessian_models(const QuadraticMesh<D>& mesh,
                                                             const Column<Vec<D>>& gradients,

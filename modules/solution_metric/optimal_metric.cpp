@@ -85,13 +85,14 @@ Outcome<double> log_of_sum(std::size_t n, const Execution& execution, const auto
     return sum->value();
 }
 
-/// −s of the unbounded metric: log C = log Σ exp(½ Σλ P/(P + n)) w − n s/2.
+/// First guess of −s, from the metric without size bounds: log C = log Σ exp(½ Σλ P/(P + n)) w − n s/2.
 template <int D>
 Outcome<double> first_guess(const Column<LocalModel<D>>& models, double power, double log_target,
                             const Execution& execution, const auto& weight) {
     const double share = std::isinf(power) ? 0.5 : 0.5 * power / (power + D);
     const auto sum = log_of_sum<D>(models.size(), execution, [&](LogSum& s, std::size_t i) {
-        // Without derivatives along an axis the size bound applies; this keeps the log finite.
+        // Eigenvalues are limited to e^−28 of the largest, so that the log is finite if derivatives vanish along an
+        // axis. There the size bound applies.
         constexpr double deepest = 28;
         const auto& values = models[i].logs.values.c;
         const double top = *std::max_element(values.begin(), values.end());
@@ -103,7 +104,7 @@ Outcome<double> first_guess(const Column<LocalModel<D>>& models, double power, d
     return 2.0 / D * (log_target - *sum);
 }
 
-/// Scale for the complexity of elements with one metric each.
+/// Scale s at which elements with one metric each have the target complexity.
 template <int D>
 Outcome<double> scale_of_elements(const LinearMesh<D>& mesh, const Column<LocalModel<D>>& models, double power,
                                   double log_target, double largest, const Execution& execution) {
@@ -142,7 +143,7 @@ class BallMean {
             all += w;
         }
         plain_ *= 1 / all;
-        // The mean of turned logs loses anisotropy; without a loss no axes are turned.
+        // A mean of logs with different axes loses anisotropy. If the loss is small, no axes are turned.
         constexpr double lost = 0.01;
         if (unlikeness<D>(eigen_system(plain_).values) >= (1 - lost) * unlike / all) return;
         Sym<D> carried;
@@ -158,7 +159,7 @@ class BallMean {
     Sym<D> plain_;
 };
 
-/// Intersects the mean models of each material around a vertex: at interfaces the finer one applies.
+/// Intersects the mean models of all materials around a vertex, so that at interfaces the finer one applies.
 template <int D>
 LocalModel<D> model_at_vertex(const LinearMesh<D>& mesh, std::span<const ElementId> ball,
                               const Column<LocalModel<D>>& raised) {
@@ -237,7 +238,7 @@ Outcome<Column<LocalModel<D>>> models_at_vertices(const LinearMesh<D>& mesh, con
 
 namespace {
 
-/// All but the scale of the fields.
+/// Computes the composed metric for each common scale of the fields.
 template <int D>
 class Composition {
   public:
@@ -263,7 +264,7 @@ class Composition {
         auto found = searched(0, options_.gradation ? 1e-2 : options_.tolerance, Graded::no);
         if (found && options_.gradation) found = searched(found->at, options_.tolerance, Graded::yes);
         if (!found) return fail(found.error());
-        // The last evaluation is not always the best.
+        // If the best evaluation is not the last one, it is repeated.
         if (last_ != found->at) {
             const auto again = evaluated(found->at, options_.gradation ? Graded::yes : Graded::no);
             if (!again) return fail(again.error());

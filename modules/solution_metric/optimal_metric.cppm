@@ -21,8 +21,9 @@ struct ScaleFound {
     bool reached = false;
 };
 
-/// Solves evaluate(t) = target for an increasing function, with about `slope` between bounds, by the secant method from
-/// `from`, within the bracket by bisection. Errors: those of `evaluate`, an Outcome<double>.
+/// Solves evaluate(t) = target for an increasing function, by the secant method from `from`, within the bracket by
+/// bisection. `slope` is about the function's slope if no size is at a bound. Errors: those of `evaluate`, which
+/// returns an Outcome<double>.
 [[nodiscard]] Outcome<ScaleFound> search_scale(double from, double target, double slope, double tolerance,
                                                int most_evaluations, const auto& evaluate) {
     constexpr double infinity = std::numeric_limits<double>::infinity();
@@ -43,7 +44,7 @@ struct ScaleFound {
             return best;
         }
         (miss < 0 ? low : high) = at;
-        // A slope near zero, where all is at bounds, would lead far off.
+        // If all sizes are at bounds, the slope is almost zero and the step would be far too long.
         double steepness = i == 1 ? slope : (*value - value_before) / (at - before);
         if (!(steepness > 0.05 * slope)) steepness = std::max(0.25 * slope, 1e-6);
         before = at;
@@ -58,15 +59,15 @@ struct ScaleFound {
 
 export namespace camber {
 
-/// Error to measure: its values, L^p, or its gradient, W^{1,p}.
+/// Error that the norm measures: of the values (L^p) or of the gradient (W^{1,p}).
 enum class ErrorOf : std::uint8_t { values, gradients };
 [[nodiscard]] constexpr auto words(ErrorOf) {
     return words_of(Word{ErrorOf::values, "values"}, Word{ErrorOf::gradients, "gradients"});
 }
 
 struct NormOptions {
-    int degree = 2;  ///< k of the elements: 1 for Hessian models, 2 for third derivatives
-    double p = 2;    ///< 0: maximum error, p = ∞
+    int degree = 2;  ///< degree k of the elements: 1 with Hessian models, 2 with third derivatives
+    double p = 2;    ///< exponent of the norm; 0: maximum error, p = ∞
     ErrorOf error_of = ErrorOf::values;
 
     [[nodiscard]] static constexpr auto options() {
@@ -79,19 +80,20 @@ struct NormOptions {
     friend bool operator==(const NormOptions&, const NormOptions&) = default;
 };
 
-/// P = p(k + 1), for gradients pk: the p-th power of the error scales with the P-th power of the size.
+/// Power P = p(k + 1), for gradients pk: the p-th power of the error scales with the P-th power of the size.
 [[nodiscard]] inline double power_of(const NormOptions& o) {
     if (o.p == 0) return std::numeric_limits<double>::infinity();
     return o.p * (o.error_of == ErrorOf::values ? o.degree + 1 : o.degree);
 }
 
-/// Optimal metric at a point, M = Q'/ε, with sizes up to `largest`:
+/// Optimal metric M = Q'/ε at a point, with sizes up to `largest`:
 ///
 ///     Q' = max(Q, ε/largest²) along the axes of Q, ε = e^s det(Q')^{1/(P+n)}.
 ///
-/// Unbounded, M = e^{−s} det(Q)^{−1/(P+n)} Q minimises ‖·‖_p for its complexity (Loseille and Alauzet, "Continuous mesh
-/// framework I", SIAM J. Numer. Anal. 49, 2011). Bounded, ε^{P/2} ∝ sqrt det M still holds: functions of one variable
-/// have one-dimensional optimal sizes, constant regions the largest size. s is global; P = ∞: ε = e^s.
+/// Without the bound, M = e^{−s} det(Q)^{−1/(P+n)} Q minimises ‖·‖_p for its complexity (Loseille and Alauzet,
+/// "Continuous mesh framework I", SIAM J. Numer. Anal. 49, 2011). With the bound, ε^{P/2} ∝ sqrt det M still holds:
+/// functions of one variable get one-dimensional optimal sizes, constant regions the largest size. s is the same at all
+/// points; P = ∞ means ε = e^s.
 template <int D>
 struct OptimalSizes {
     Vec<D> metric_logs;  ///< log-eigenvalues of M
@@ -105,7 +107,7 @@ template <int D>
     std::sort(order.begin(), order.end(), [&](int a, int b) { return model_logs[a] > model_logs[b]; });
     const double least = -2 * log(largest);
     OptimalSizes<D> out;
-    // m largest eigenvalues free, the others at the bound: Σ log q' = Σ_{i≤m} λ_i + (n − m)(log ε + least).
+    // The m largest eigenvalues are free, the others at the bound: Σ log q' = Σ_{i≤m} λ_i + (n − m)(log ε + least).
     for (int m = D; m >= 0; --m) {
         double free = 0;
         for (int i = 0; i < m; ++i) free += model_logs[order[i]];
@@ -119,7 +121,7 @@ template <int D>
 template <int D>
 struct OptimalMetric {
     Column<LogMetric<D>> log_metrics;  ///< one per vertex
-    double complexity = 0;             ///< reached
+    double complexity = 0;             ///< reached complexity
     double scale = 0;                  ///< s of `optimal_sizes`
     int evaluations = 0;
 };
@@ -127,21 +129,21 @@ struct OptimalMetric {
 struct MetricTarget {
     NormOptions norm;
     double complexity = 0;
-    /// Largest size, in model units. The domain's diameter matters only without derivatives.
+    /// Largest size, in model units. The domain's diameter has an effect only if derivatives vanish.
     double largest = 0;
 };
 
-/// Optimal metric of vertex models, with complexity within 1e-6 of the target. Errors: all models are zero ("the field
-/// is constant"); a complexity not above that of the largest size; columns of another mesh; limits of options (usage);
-/// stopped.
+/// Computes the optimal metric of vertex models, with complexity within 1e-6 of the target. Errors: all models are zero
+/// ("the field is constant"); a complexity not above that of the largest size; columns of another mesh; options out of
+/// range (usage); stopped.
 template <int D>
 [[nodiscard]] Outcome<OptimalMetric<D>> optimal_metric(const LinearMesh<D>& mesh, const Column<LocalModel<D>>& models,
                                                        const MetricTarget& target, const Execution& execution);
 
-/// Vertex models from element models: volume-weighted log-Euclidean ball means. Models are turned to the mean's axes
-/// (`turn_between`), so layers with turning axes keep their anisotropy. The log of a zero model is −∞, so elements are
-/// first raised to the largest size allowed by the target's optimal metric. Vertices without elements have the zero
-/// model. Errors: those of `optimal_metric`.
+/// Computes vertex models as volume-weighted log-Euclidean means of the element models in vertex balls. Models are
+/// first turned to the axes of the mean (`turn_between`), so that layers with turning axes keep their anisotropy. The
+/// log of a zero model is −∞. So element models are first raised to the model that gives the largest size in the
+/// optimal metric for the target. Vertices without elements have the zero model. Errors: those of `optimal_metric`.
 template <int D>
 [[nodiscard]] Outcome<Column<LocalModel<D>>> models_at_vertices(const LinearMesh<D>& mesh,
                                                                 const Incidence<ElementId>& balls,
@@ -157,8 +159,8 @@ template <int D>
 }
 
 enum class AmountOf : std::uint8_t {
-    complexity,  ///< ∫ sqrt det M
-    vertices,    ///< of a unit mesh
+    complexity,  ///< complexity ∫ sqrt det M
+    vertices,    ///< vertices of a unit mesh
     elements,
 };
 [[nodiscard]] constexpr auto words(AmountOf) {
@@ -166,14 +168,14 @@ enum class AmountOf : std::uint8_t {
                     Word{AmountOf::elements, "elements"});
 }
 
-/// Measured elements of a mesh adapted to complexity 1: 2.4 to 2.8 triangles, 12 to 15 tetrahedra
-/// (bench/results/solution-metrics.md). Regular unit simplices would give 4/√3 and 6√2, but regular tetrahedra do not
+/// Number of elements per complexity, measured on adapted meshes: 2.4 to 2.8 triangles, 12 to 15 tetrahedra
+/// (bench/results/solution-metrics.md). Regular unit simplices would give 4/√3 and 6√2. But regular tetrahedra do not
 /// fill space, and edges have unit length only on average.
 template <int D>
 [[nodiscard]] constexpr double elements_per_complexity() {
     return D == 2 ? 2.6 : 12.5;
 }
-/// Elements per vertex of a large mesh: 2 triangles (Euler), 5.7 tetrahedra (measured).
+/// Number of elements per vertex of a large mesh: 2 triangles (Euler), 5.7 tetrahedra (measured).
 template <int D>
 [[nodiscard]] constexpr double elements_per_vertex() {
     return D == 2 ? 2 : 5.7;
@@ -188,7 +190,7 @@ template <int D>
 struct SolutionField {
     Column<LocalModel<D>> models;
     NormOptions norm = {};
-    double share = 1;  ///< of the complexity, before intersection; 0 to 1
+    double share = 1;  ///< share of the complexity before the intersection; 0 to 1
 };
 
 struct SolutionMetricOptions {
@@ -196,9 +198,9 @@ struct SolutionMetricOptions {
     AmountOf of = AmountOf::complexity;
     double min_size = 0;
     double max_size = 0;        ///< 0: the domain's diameter
-    double max_anisotropy = 0;  ///< 0: none
+    double max_anisotropy = 0;  ///< largest ratio of sizes; 0: unlimited
     std::optional<GradationOptions> gradation = {};
-    double tolerance = 1e-3;  ///< of the complexity, relative
+    double tolerance = 1e-3;  ///< relative tolerance of the complexity
     int max_evaluations = 12;
 
     [[nodiscard]] static constexpr auto options() {
@@ -221,27 +223,28 @@ struct SolutionMetricOptions {
 template <int D>
 struct SolutionMetric {
     Column<LogMetric<D>> log_metrics;  ///< one per vertex
-    double asked = 0, reached = 0;     ///< complexities
-    double of_fixed = 0;               ///< complexity without fields: fixed metrics, largest size, gradation
-    /// The fixed part alone reaches the complexity: `log_metrics` is that part.
+    double asked = 0, reached = 0;     ///< target and reached complexity
+    double of_fixed = 0;               ///< complexity of fixed metrics, largest size and gradation without any field
+    /// True if the metric without fields reaches the target complexity; it is then `log_metrics`.
     bool is_fixed_alone = false;
-    bool is_reached = false;        ///< within the tolerance
-    bool is_graded = true;          ///< false: a gradation stopped early
-    int evaluations = 0;            ///< complexities computed, including gradations
-    int gradations = 0;             ///< number done
-    double at_min = 0, at_max = 0;  ///< fractions of vertices at the smallest and largest size
+    bool is_reached = false;        ///< complexity within the tolerance
+    bool is_graded = true;          ///< false if a gradation stopped early
+    int evaluations = 0;            ///< number of computed complexities, including those of gradations
+    int gradations = 0;             ///< number of gradations
+    double at_min = 0, at_max = 0;  ///< fractions of vertices at the smallest and at the largest size
 };
 
 /// Composes a metric of complexity N for one or more fields:
 ///
 ///  1. each field's `optimal_metric` with its share of N,
 ///  2. their intersection,
-///  3. intersection with `fixed` (one per vertex, `fixed_metric`; empty: none), and the bounds,
+///  3. intersection with `fixed` (one metric per vertex, from `fixed_metric`; may be empty) and the bounds,
 ///  4. gradation.
 ///
-/// The secant method on logarithms scales the fields (all scales s by the same −t) until step 4 gives N. It starts
-/// where the ungraded metric has N, so few gradations are needed. Errors: those of `optimal_metric` and
-/// `apply_gradation`; models and metrics of another mesh; limits of options; no field (usage); stopped.
+/// The secant method on logarithms changes the scales s of all fields by the same −t until the metric after step 4 has
+/// complexity N. It starts from the t at which the metric after step 3 has complexity N, so few gradations are needed.
+/// Errors: those of `optimal_metric` and `apply_gradation`; models and metrics of another mesh; options out of range;
+/// no field (usage); stopped.
 template <int D>
 [[nodiscard]] Outcome<SolutionMetric<D>> make_solution_metric(const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
                                                               std::span<const SolutionField<D>> fields,

@@ -98,8 +98,8 @@ AdaptationGoal<D> goal_along(const QuadraticMesh<D>& mesh, const Geometry<D>& ge
     Buffer<LogMetric<D>> logs(mesh.linear.points.size());
     for (std::size_t v = 0; v < logs.size(); ++v) logs[v] = bending.metric_at(mesh.linear.points[v], sizes);
     auto nodal = must(framed_logs(mesh.edges, Column<LogMetric<D>>(std::move(logs)), one_thread));
-    AdaptationGoal<D> goal{must(make_nodal_back_mesh(mesh, must(balls(mesh.linear, one_thread)), std::move(nodal), one_thread)),
-                           geometry};
+    AdaptationGoal<D> goal{
+        must(make_nodal_back_mesh(mesh, must(balls(mesh.linear, one_thread)), std::move(nodal), one_thread)), geometry};
     goal.accuracy.change = ChangeAlong::of_ends;
     return goal;
 }

@@ -58,7 +58,9 @@ LinearMesh<3> cylinder() {
 
 AdaptationGoal<3> goal_of_size(const LinearMesh<3>& mesh, const Vec<3>& sizes) {
     Buffer<LogMetric<3>> logs(mesh.points.size(), log_metric_of_sizes<3>(sizes));
-    return {must(make_back_mesh(mesh, must(balls(mesh, one_thread)), Column<LogMetric<3>>(std::move(logs)), one_thread)), {}};
+    return {
+        must(make_back_mesh(mesh, must(balls(mesh, one_thread)), Column<LogMetric<3>>(std::move(logs)), one_thread)),
+        {}};
 }
 
 /// The number of vertices of the given place that have moved.
@@ -89,7 +91,8 @@ TEST_CASE("without a geometry boundary vertices move only in planes and along st
 TEST_CASE("remeshing keeps boundary vertices exactly in coordinate planes") {
     const LinearMesh<3> mesh = box(0);
     const AdaptationGoal<3> goal = goal_of_size(mesh, {{0.4, 0.7, 0.5}});
-    const auto after = must(bring_to_metric(start_adaptation(mesh, goal), goal, ToMetricOptions{}, one_thread)).state.mesh;
+    const auto after =
+        must(bring_to_metric(start_adaptation(mesh, goal), goal, ToMetricOptions{}, one_thread)).state.mesh;
     std::size_t in_planes = 0;
     for (std::size_t v = 0; v < after.points.size(); ++v) {
         if (after.is_free(VertexId(v)) || after.states[v].place == VertexPlace::inside) continue;

@@ -68,7 +68,8 @@ void check_constant_metric(std::uint64_t seed) {
     for (double& h : sizes.c) h = dice.uniform(0.3, 1);
     Buffer<LogMetric<D>> logs(mesh.points.size(), log_metric_of_sizes<D>(sizes, dice.rotation<D>()));
     const AdaptationGoal<D> goal{
-        must(make_back_mesh(mesh, must(balls(mesh, one_thread)), Column<LogMetric<D>>(std::move(logs)), one_thread)), {}};
+        must(make_back_mesh(mesh, must(balls(mesh, one_thread)), Column<LogMetric<D>>(std::move(logs)), one_thread)),
+        {}};
     const Adaptation<D> straight = start_adaptation(mesh, goal);
     const Adaptation<D> curved = must(begin_adaptation(must(elevate(mesh, one_thread)), {}, goal, one_thread));
     const VertexId v(dice.below(mesh.points.size())), p(dice.below(mesh.points.size()));

@@ -302,8 +302,8 @@ TEST_CASE("edges bent by a candidate are the same as those bent by the operator"
         const Vec<3>& p = domain.mesh.points[v];
         logs[v] = log_metric_of_sizes<3>((0.4 + 0.1 * p[1]) * domain.cell * Vec<3>{{0.2 + 0.05 * p[0], 1, 0.5}});
     }
-    goal.field = must(
-        make_back_mesh(domain.mesh, must(balls(domain.mesh, one_thread)), Column<LogMetric<3>>(std::move(logs)), one_thread));
+    goal.field = must(make_back_mesh(domain.mesh, must(balls(domain.mesh, one_thread)),
+                                     Column<LogMetric<3>>(std::move(logs)), one_thread));
     const Adaptation<3> r = curved_state(must(elevate(domain.mesh, one_thread)), goal, domain.ridge_angle_degrees);
     OperationWorkspace<3> workspace;
     JudgedPatch<3> first_patch, second_patch;
@@ -369,8 +369,8 @@ TEST_CASE("facets on both sides of a straight ridge are not rejected as crossing
     axes.column = {Vec<3>{{0.6, 0.8, 0}}, Vec<3>{{-0.8, 0.6, 0}}, Vec<3>{{0, 0, 1}}};
     Buffer<LogMetric<3>> logs(domain.mesh.points.size(),
                               log_metric_of_sizes<3>(domain.cell * Vec<3>{{0.02, 2, 2}}, axes));
-    goal.field = must(
-        make_back_mesh(domain.mesh, must(balls(domain.mesh, one_thread)), Column<LogMetric<3>>(std::move(logs)), one_thread));
+    goal.field = must(make_back_mesh(domain.mesh, must(balls(domain.mesh, one_thread)),
+                                     Column<LogMetric<3>>(std::move(logs)), one_thread));
     auto r = curved_state(must(elevate(domain.mesh, one_thread)), goal, domain.ridge_angle_degrees);
     Dice dice(5);
     bow<3>(r, Vec<3>{{1, 1, 1}}, dice);  // in the planes of the walls

@@ -1,4 +1,4 @@
-// Property tests of the operator of degree 2 by random operations. The program `curved_laws` runs more of them.
+// Property tests of the operator of degree 2 by random operations. The program `curved_invariants` runs more of them.
 #include <cstddef>
 #include <cstdint>
 #include <string>

@@ -149,7 +149,8 @@ CompactMesh<D> remeshed(const LinearMesh<D>& mesh, const std::optional<AnalyticG
         CHECK(norm_squared(found - p) <= (1 + 1e-9) * nearest + 1e-24);
     }
     AdaptationGoal<D> goal{
-        must(make_back_mesh(mesh, must(balls(mesh, one_thread)), Column<LogMetric<D>>(std::move(logs)), one_thread)), geometry};
+        must(make_back_mesh(mesh, must(balls(mesh, one_thread)), Column<LogMetric<D>>(std::move(logs)), one_thread)),
+        geometry};
     goal.curves = curves;
     const BreaksOfMesh breaks{features.edge_kinds.view(), corners};
     Adaptation<D> r;
@@ -157,8 +158,8 @@ CompactMesh<D> remeshed(const LinearMesh<D>& mesh, const std::optional<AnalyticG
         r = must(begin_adaptation(mesh, edges, breaks, goal, one_thread));
     } else {
         QuadraticMesh<D> curved = must(elevate(mesh, one_thread));
-        curved.mid_nodes = must(
-            nodes_on_curves(curved, must(boundary_nodes(curved, features, geometry, one_thread)), curves, geometry, one_thread));
+        curved.mid_nodes = must(nodes_on_curves(curved, must(boundary_nodes(curved, features, geometry, one_thread)),
+                                                curves, geometry, one_thread));
         goal.curves = must(find_embedded_curves(mesh, edges, features, geometry, curved.mid_nodes.view(), one_thread));
         r = must(begin_adaptation(curved, breaks, goal, one_thread));
     }

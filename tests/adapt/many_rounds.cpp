@@ -1,5 +1,5 @@
 // Twenty rounds of all passes, to coarser and finer metrics in turn, preserve materials, surfaces, ridges, corners,
-// rims and required entities. build/bin/laws_of_passes runs larger meshes and prints a table.
+// rims and required entities. build/bin/pass_invariants runs larger meshes and prints a table.
 #include <string>
 #include <utility>
 

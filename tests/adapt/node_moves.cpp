@@ -145,7 +145,8 @@ Adaptation<2> straight_state() {
     const LinearMesh<2> mesh = domain_with_required<2>(1);
     Buffer<LogMetric<2>> logs(mesh.points.size());
     const AdaptationGoal<2> goal{
-        must(make_back_mesh(mesh, must(balls(mesh, one_thread)), Column<LogMetric<2>>(std::move(logs)), one_thread)), {}};
+        must(make_back_mesh(mesh, must(balls(mesh, one_thread)), Column<LogMetric<2>>(std::move(logs)), one_thread)),
+        {}};
     return must(begin_adaptation(mesh, must(unique_edges(mesh, one_thread)), {}, goal, one_thread));
 }
 
@@ -178,8 +179,9 @@ TEST_CASE("smoothing by distortion is invariant under stretching of the mesh wit
             logs[v] = log_metric_of_sizes<2>({{1 + 0.2 * mesh.points[v][0], share * (1 + 0.2 * mesh.points[v][0])}});
         }
         there.points = std::move(points);
-        const AdaptationGoal<2> goal{
-            must(make_back_mesh(there, must(balls(there, one_thread)), Column<LogMetric<2>>(std::move(logs)), one_thread)), {}};
+        const AdaptationGoal<2> goal{must(make_back_mesh(there, must(balls(there, one_thread)),
+                                                         Column<LogMetric<2>>(std::move(logs)), one_thread)),
+                                     {}};
         Adaptation<2> r = must(begin_adaptation(must(elevate(there, one_thread)), {}, goal, one_thread));
         Dice same(7);
         bow(r, Vec<2>{{1, share}}, same);

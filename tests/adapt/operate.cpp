@@ -126,7 +126,8 @@ TEST_CASE("distance_from_geometry tells whether a patch is within the distance b
     const LinearMesh<3> mesh = must(generate(options));
     AdaptationGoal<3> goal{
         must(make_back_mesh(mesh, must(balls(mesh, one_thread)),
-                            Column<LogMetric<3>>(Buffer<LogMetric<3>>(mesh.points.size(), LogMetric<3>{})), one_thread)),
+                            Column<LogMetric<3>>(Buffer<LogMetric<3>>(mesh.points.size(), LogMetric<3>{})),
+                            one_thread)),
         Geometry<3>(AnalyticGeometry<3>{{{1, Sphere<3>{{}, 2}}, {2, Sphere<3>{{}, 1}}}})};
     const Adaptation<3> r = start_adaptation(mesh, goal);
     OperationWorkspace<3> workspace;

@@ -114,7 +114,8 @@ TEST_CASE("remeshing a box to a constant size makes over 90 % of its edges unit"
     const auto mesh = with_references<3>(lattice_mesh(options), options.cells, false);
     AdaptationGoal<3> goal;
     Buffer<LogMetric<3>> logs(mesh.points.size(), log_metric_of_sizes<3>({{0.4, 0.4, 0.4}}));
-    goal.field = must(make_back_mesh(mesh, must(balls(mesh, one_thread)), Column<LogMetric<3>>(std::move(logs)), one_thread));
+    goal.field =
+        must(make_back_mesh(mesh, must(balls(mesh, one_thread)), Column<LogMetric<3>>(std::move(logs)), one_thread));
     const auto [r, statistics] = must(bring_to_metric<3>(start_adaptation(mesh, goal), goal, {}, one_thread));
     CHECK(statistics.before.unit_share() == 0);
     CHECK(statistics.rounds > 1);
@@ -141,7 +142,8 @@ void check_spheres(double size, double min_share, double min_quality) {
     const AdaptationGoal<D> goal{
         must(make_back_mesh(mesh, must(balls(mesh, one_thread)), Column<LogMetric<D>>(std::move(logs)), one_thread)),
         Geometry<D>(spheres)};
-    const auto [r, statistics] = must(bring_to_metric<D>(start_adaptation(mesh, goal), goal, {.rounds = 3}, one_thread));
+    const auto [r, statistics] =
+        must(bring_to_metric<D>(start_adaptation(mesh, goal), goal, {.rounds = 3}, one_thread));
     CHECK(check_consistency(r.mesh, one_thread).has_value());
     std::size_t off = 0;  // points that were moved only part of the way
     for (std::size_t v = 0; v < r.mesh.points.size(); ++v) {
@@ -206,7 +208,8 @@ TEST_CASE("a pass that exceeds the maximum number of elements returns a memory e
     const LinearMesh<2> mesh = random_domain<2>(1);
     Dice dice(1);
     AdaptationGoal<2> goal = goal_over(mesh, 0.05, dice);
-    const std::size_t elements = must(split<2>(start_adaptation(mesh, goal), goal, {}, one_thread)).state.mesh.element_count();
+    const std::size_t elements =
+        must(split<2>(start_adaptation(mesh, goal), goal, {}, one_thread)).state.mesh.element_count();
     goal.max_elements = elements;
     CHECK(split<2>(start_adaptation(mesh, goal), goal, {}, one_thread).has_value());
     goal.max_elements = elements / 2;
@@ -229,7 +232,9 @@ LinearMesh<2> one_triangle(const std::array<Vec<2>, 3>& corners) {
 /// A Euclidean metric: metric lengths are lengths in space.
 AdaptationGoal<2> unit_sizes_over(const LinearMesh<2>& mesh) {
     Buffer<LogMetric<2>> logs(mesh.points.size(), log_metric_of_sizes<2>({{1, 1}}));
-    return {must(make_back_mesh(mesh, must(balls(mesh, one_thread)), Column<LogMetric<2>>(std::move(logs)), one_thread)), {}};
+    return {
+        must(make_back_mesh(mesh, must(balls(mesh, one_thread)), Column<LogMetric<2>>(std::move(logs)), one_thread)),
+        {}};
 }
 
 }  // namespace

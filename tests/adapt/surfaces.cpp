@@ -136,13 +136,16 @@ std::ptrdiff_t euler(const LinearMesh<3>& mesh) {
 /// A constant metric of size 1, without a geometry.
 AdaptationGoal<3> unit_goal(const LinearMesh<3>& mesh) {
     Buffer<LogMetric<3>> logs(mesh.points.size(), log_metric_of_sizes<3>({{1, 1, 1}}));
-    return {must(make_back_mesh(mesh, must(balls(mesh, one_thread)), Column<LogMetric<3>>(std::move(logs)), one_thread)), {}};
+    return {
+        must(make_back_mesh(mesh, must(balls(mesh, one_thread)), Column<LogMetric<3>>(std::move(logs)), one_thread)),
+        {}};
 }
 
 }  // namespace
 
 TEST_CASE("passes keep the area of each reference and the non-manifold edges of flat surfaces") {
-    property("passes preserve areas, interfaces and baffles of random flat surfaces", check_flat_surfaces, {.count = 20});
+    property("passes preserve areas, interfaces and baffles of random flat surfaces", check_flat_surfaces,
+             {.count = 20});
 }
 
 TEST_CASE("a standalone sphere stays closed and on its geometry when refined or coarsened") {

@@ -1,5 +1,5 @@
-// Random operations in 2D and 3D preserve the mesh and its domain. build/bin/laws runs ten thousand of each kind and
-// prints a table of outcomes.
+// Random operations in 2D and 3D preserve the mesh and its domain. build/bin/invariants runs ten thousand of each kind
+// and prints a table of outcomes.
 #include <cstddef>
 #include <cstdint>
 #include <string>
@@ -30,8 +30,10 @@ void check_runs(const char* name, int count, const RunOptions& options, Run&& ru
 }  // namespace
 
 TEST_CASE("random operations leave a sound mesh of the same domain") {
-    check_runs<2>("random operations preserve all invariants, 2D", 200, {.steps = 300, .max_elements = 200}, run_operations<2>);
-    check_runs<3>("random operations preserve all invariants, 3D", 150, {.steps = 400, .max_elements = 600}, run_operations<3>);
+    check_runs<2>("random operations preserve all invariants, 2D", 200, {.steps = 300, .max_elements = 200},
+                  run_operations<2>);
+    check_runs<3>("random operations preserve all invariants, 3D", 150, {.steps = 400, .max_elements = 600},
+                  run_operations<3>);
 }
 
 TEST_CASE("random operations checked by topology alone leave a sound mesh") {

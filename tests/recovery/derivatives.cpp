@@ -304,8 +304,8 @@ TEST_CASE("a vertex without elements has no rows") {
     auto points = take(std::move(mesh.points));
     points.push_back({{9, 9, 9}});
     mesh.points = std::move(points);
-    const auto out = must(
-        recover_derivatives<3>(mesh, std::array{Column<double>(Buffer<double>(mesh.points.size(), 1.0))}, {}, one_thread));
+    const auto out = must(recover_derivatives<3>(
+        mesh, std::array{Column<double>(Buffer<double>(mesh.points.size(), 1.0))}, {}, one_thread));
     CHECK(out.rows.size() == 8U);
     CHECK(out.rows.materials[VertexId(std::size_t{8})].empty());
 }

@@ -118,7 +118,8 @@ TEST_CASE("normal_gradients rejects weights whose number differs from that of th
     const auto mesh = box<2>(3);
     const auto field = values_of<2>(mesh, 1, [](const Vec<2>& x) { return x[0]; });
     const auto around = must(balls(mesh.linear, one_thread));
-    const auto found = normal_gradients<2>(mesh, around, recovered<2>(mesh, {field}), std::vector<double>{1, 1}, one_thread);
+    const auto found =
+        normal_gradients<2>(mesh, around, recovered<2>(mesh, {field}), std::vector<double>{1, 1}, one_thread);
     REQUIRE(!found);
     CHECK(found.error().kind == ErrorKind::usage);
 }

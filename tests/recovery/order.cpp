@@ -142,7 +142,9 @@ void add_figures(int n, double jitter, Figures& figures) {
     const auto mesh = unit_mesh<D>(n, jitter, 0);
     for (const auto& [name, value, is_detectable] : fields<D>(1.0 / n, dice)) {
         const auto u = values_of<D>(mesh, 2, value);
-        const auto check = [&](const Column<double>& values) { return must(check_node_order(mesh, values, one_thread)); };
+        const auto check = [&](const Column<double>& values) {
+            return must(check_node_order(mesh, values, one_thread));
+        };
         const NodeOrderCheck in_order = check(u);
         Buffer<double> any(u.begin(), u.end()), mid(u.begin(), u.end());
         permute(any, 0, dice);

@@ -84,19 +84,20 @@ Sizes curved_measures(const DynamicMesh<D>& mesh) {
 }
 inline std::string curved_size_violation(const Sizes& now, const Sizes& then) {
     constexpr double tolerance = 1e-9;
-    if (now.size() != then.size()) return "a reference came or went";
+    if (now.size() != then.size()) return "a reference appeared or disappeared";
     for (const auto& [key, value] : then)
         if (const auto at = now.find(key); at == now.end() || !(std::abs(at->second - value) <= tolerance * value))
             return "the curved size of dimension " + std::to_string(key.first) + ", reference " +
-                   std::to_string(key.second) + ", is another, by " +
-                   std::to_string(at == now.end() ? 1 : at->second / value - 1) + " of it";
+                   std::to_string(key.second) + ", changed by a share of " +
+                   std::to_string(at == now.end() ? 1 : at->second / value - 1);
     return "";
 }
 
 /// Elements are certified valid; the first `exactly` of them also by exact arithmetic that shares no code with the
 /// library.
 template <int D>
-std::string validity_violation(const DynamicMesh<D>& mesh, const std::vector<ElementId>& elements, std::size_t exactly) {
+std::string validity_violation(const DynamicMesh<D>& mesh, const std::vector<ElementId>& elements,
+                               std::size_t exactly) {
     for (std::size_t i = 0; i < elements.size(); ++i) {
         if (mesh.is_free(elements[i])) continue;
         const NodalSimplex<D> element{nodes_of(mesh, elements[i])};
@@ -112,8 +113,7 @@ inline constexpr int bend_around = 4;
 /// Elements outside the cavity keep their nodes. Edges in it that do not touch the point do too, except for at most
 /// `bend_around` inner edges.
 template <int D>
-std::string node_violation(const DynamicMesh<D>& before, const DynamicMesh<D>& after,
-                              const TopologyChanges& changes) {
+std::string node_violation(const DynamicMesh<D>& before, const DynamicMesh<D>& after, const TopologyChanges& changes) {
     const VertexId point = changes.points[0];
     std::vector<std::uint8_t> removed(before.elements.size(), 0);
     for (const ElementId e : changes.elements.removed) removed[e.index()] = 1;
@@ -122,19 +122,19 @@ std::string node_violation(const DynamicMesh<D>& before, const DynamicMesh<D>& a
     const auto same = [&](EdgeId e) { return before.edges[e] == after.edges[e] && before.nodes[e] == after.nodes[e]; };
     for (std::size_t e = 0; e < before.elements.size(); ++e)
         if (removed[e] == 0 && !before.is_free(ElementId(e)) && !std::ranges::all_of(before.edges_of[e], same))
-            return "an element outside of the cavity has another curve";
+            return "an edge of an element outside the cavity has another curve";
     int following = 0;
     for (std::size_t e = 0; e < before.edges.size(); ++e) {
         if (made[e] != 0 || after.is_free(EdgeId(e)) || after.edges[e][0] == point || after.edges[e][1] == point ||
             same(EdgeId(e)))
             continue;
-        if (++following > bend_around) return "too many edges that are not at the point have another curve";
+        if (++following > bend_around) return "too many edges without the point have another curve";
         for (std::size_t i = 0; i < before.elements.size(); ++i) {
             const auto& edges = before.edges_of[ElementId(i)];
             const auto at = std::ranges::find(edges, EdgeId(e));
             if (before.is_free(ElementId(i)) || at == edges.end()) continue;
             if (is_node_fixed(before, ElementId(i), static_cast<int>(at - edges.begin())))
-                return "an edge of the boundary that is not at the point has another curve";
+                return "a boundary edge without the point has another curve";
         }
     }
     return "";
@@ -142,7 +142,8 @@ std::string node_violation(const DynamicMesh<D>& before, const DynamicMesh<D>& a
 
 /// The new elements fill the cavity: the volume of each material is unchanged.
 template <int D>
-std::string filling_violation(const DynamicMesh<D>& before, const DynamicMesh<D>& after, const TopologyChanges& changes) {
+std::string filling_violation(const DynamicMesh<D>& before, const DynamicMesh<D>& after,
+                              const TopologyChanges& changes) {
     Sizes removed, created;
     for (const ElementId e : changes.elements.removed)
         removed[{D, before.elements.references[e]}] += curved_volume<D>(nodes_of(before, e));
@@ -154,7 +155,7 @@ std::string filling_violation(const DynamicMesh<D>& before, const DynamicMesh<D>
 /// The two edges of a split are the halves of the curve, up to rounding.
 template <int D>
 std::string split_violation(const DynamicMesh<D>& after, const TopologyChanges& changes, const MeantSplit<D>& split,
-                          const Vec<D>& stretch) {
+                            const Vec<D>& stretch) {
     const VertexId point = changes.points[0];
     const double length = norm(unstretched(split.curve.p02 - split.curve.p20, stretch));
     for (const ElementId e : changes.elements.created) {
@@ -174,7 +175,7 @@ std::string split_violation(const DynamicMesh<D>& after, const TopologyChanges& 
 /// Reinserting a vertex at its place does not change the boundary.
 template <int D>
 std::string boundary_curve_violation(const DynamicMesh<D>& before, const DynamicMesh<D>& after,
-                                  const TopologyChanges& changes, const Vec<D>& stretch) {
+                                     const TopologyChanges& changes, const Vec<D>& stretch) {
     for (const ElementId e : changes.elements.created) {
         if (after.is_free(e)) continue;
         for (int k = 0; k < edges_per_simplex<D>; ++k) {
@@ -189,7 +190,7 @@ std::string boundary_curve_violation(const DynamicMesh<D>& before, const Dynamic
             const auto& [a, b] = after.edges[edge];
             const double off = norm(unstretched(after.nodes[edge].point - before.nodes[edge].point, stretch));
             if (!(off <= 1e-9 * norm(unstretched(after.points[b] - after.points[a], stretch))))
-                return "a vertex that was put in again has other curves on the boundary";
+                return "reinsertion of a vertex changed boundary curves";
         }
     }
     return "";

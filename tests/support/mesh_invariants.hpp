@@ -1,5 +1,5 @@
 // Invariants of a mesh under operations. Each function returns a sentence that describes the violation, or an empty
-// string. Tests and the program `laws` use them.
+// string. Tests and the program `invariants` use them.
 #pragma once
 
 #include <algorithm>
@@ -91,9 +91,11 @@ Invariants<D> invariants_of(const DynamicMesh<D>& mesh) {
             invariants.vertices.emplace_back(VertexId(v), mesh.points[v]);
     }
     for (std::size_t l = 0; l < mesh.lines.size(); ++l)
-        if (mesh.line_marks[l].has(Mark::required)) invariants.lines.emplace_back(mesh.lines[l], mesh.edges[mesh.lines[l]]);
+        if (mesh.line_marks[l].has(Mark::required))
+            invariants.lines.emplace_back(mesh.lines[l], mesh.edges[mesh.lines[l]]);
     for (std::size_t f = 0; f < mesh.facets.size(); ++f)
-        if (mesh.facets.marks[f].has(Mark::required)) invariants.facets.emplace_back(FacetId(f), mesh.facets.vertices[f]);
+        if (mesh.facets.marks[f].has(Mark::required))
+            invariants.facets.emplace_back(FacetId(f), mesh.facets.vertices[f]);
     for (std::size_t e = 0; e < mesh.elements.size(); ++e)
         if (mesh.elements.marks[e].has(Mark::required))
             invariants.elements.emplace_back(ElementId(e), mesh.elements.vertices[e]);
@@ -107,19 +109,19 @@ std::string consistency_violation(const DynamicMesh<D>& mesh) {
 }
 template <int D>
 std::string euler_violation(const DynamicMesh<D>& mesh, const Invariants<D>& invariants) {
-    return euler(mesh) == invariants.characteristic ? "" : "Euler's characteristic is another";
+    return euler(mesh) == invariants.characteristic ? "" : "the Euler characteristic changed";
 }
 
 /// The Euler characteristics of surfaces, materials and lines are unchanged.
 template <int D>
 std::string characteristics_violation(const DynamicMesh<D>& mesh, const Invariants<D>& invariants) {
     const Characteristics now = characteristics(mesh);
-    if (now.size() != invariants.by_reference.size()) return "a reference came or went";
+    if (now.size() != invariants.by_reference.size()) return "a reference appeared or disappeared";
     for (const auto& [key, value] : invariants.by_reference)
         if (const auto at = now.find(key); at == now.end() || at->second != value)
-            return "what has dimension " + std::to_string(key.first) + " and reference " + std::to_string(key.second) +
-                   " is of another shape: its Euler characteristic is " +
-                   std::to_string(at == now.end() ? 0 : at->second) + " and was " + std::to_string(value);
+            return "the Euler characteristic of dimension " + std::to_string(key.first) + ", reference " +
+                   std::to_string(key.second) + ", changed from " + std::to_string(value) + " to " +
+                   std::to_string(at == now.end() ? 0 : at->second);
     return "";
 }
 
@@ -127,13 +129,13 @@ std::string characteristics_violation(const DynamicMesh<D>& mesh, const Invarian
 template <int D>
 std::string required_violation(const DynamicMesh<D>& mesh, const Invariants<D>& invariants) {
     for (const auto& [v, place] : invariants.vertices)
-        if (mesh.is_free(v) || mesh.points[v] != place) return "a corner, or a required vertex, moved or went";
+        if (mesh.is_free(v) || mesh.points[v] != place) return "a corner or required vertex moved or was removed";
     for (const auto& [edge, vertices] : invariants.lines)
-        if (mesh.edges[edge] != vertices || !mesh.line_at(edge).valid()) return "a required line went";
+        if (mesh.edges[edge] != vertices || !mesh.line_at(edge).valid()) return "a required line was removed";
     for (const auto& [f, vertices] : invariants.facets)
-        if (mesh.facets.vertices[f] != vertices) return "a required facet went";
+        if (mesh.facets.vertices[f] != vertices) return "a required facet was removed";
     for (const auto& [e, vertices] : invariants.elements)
-        if (mesh.elements.vertices[e] != vertices) return "a required element went";
+        if (mesh.elements.vertices[e] != vertices) return "a required element was removed";
     return "";
 }
 
@@ -171,12 +173,13 @@ std::string orientation_violation(const DynamicMesh<D>& mesh) {
 template <int D>
 std::string size_violation(const DynamicMesh<D>& mesh, const Invariants<D>& invariants, double tolerance = 1e-8) {
     const Sizes now = measures(mesh);
-    if (now.size() != invariants.sizes.size()) return "a reference came or went";
+    if (now.size() != invariants.sizes.size()) return "a reference appeared or disappeared";
     for (const auto& [key, value] : invariants.sizes) {
         const auto at = now.find(key);
         if (at == now.end() || !(std::abs(at->second - value) < tolerance))
             return "the size of dimension " + std::to_string(key.first) + ", reference " + std::to_string(key.second) +
-                   ", is " + std::to_string(at == now.end() ? 0 : at->second) + " and was " + std::to_string(value);
+                   ", changed from " + std::to_string(value) + " to " +
+                   std::to_string(at == now.end() ? 0 : at->second);
     }
     return "";
 }
@@ -185,19 +188,21 @@ std::string size_violation(const DynamicMesh<D>& mesh, const Invariants<D>& inva
 template <int D>
 std::string rebuild_violation(const DynamicMesh<D>& mesh) {
     const auto [compact, edges, nodes, maps] = must(compacted(mesh, one_thread));
-    const DynamicMesh<D> anew = must(make_dynamic(compact, edges, {}, one_thread));
-    if (anew.edge_count() != mesh.edge_count() || by_places(anew) != by_places(mesh))
-        return "made anew it has other simplices";
+    const DynamicMesh<D> rebuilt = must(make_dynamic(compact, edges, {}, one_thread));
+    if (rebuilt.edge_count() != mesh.edge_count() || by_places(rebuilt) != by_places(mesh))
+        return "the rebuilt mesh has other simplices";
     for (std::size_t v = 0; v < mesh.points.size(); ++v)
         if (const VertexId now = maps.vertices[VertexId(v)]; now.valid())
-            if (anew.states[now].place != mesh.states[v].place) return "made anew a vertex lies elsewhere";
+            if (rebuilt.states[now].place != mesh.states[v].place)
+                return "a vertex of the rebuilt mesh is on another geometric entity";
     for (std::size_t e = 0; e < mesh.edges.size(); ++e)
         if (const EdgeId now = maps.edges[EdgeId(e)]; now.valid()) {
             const auto& [a, b] = mesh.edges[e];
             const std::array ends{maps.vertices[a], maps.vertices[b]};
-            if (anew.edges[now] != std::array{std::min(ends[0], ends[1]), std::max(ends[0], ends[1])})
-                return "an edge is mapped to another";
-            if (anew.line_at(now).valid() != mesh.line_at(EdgeId(e)).valid()) return "made anew a line is none";
+            if (rebuilt.edges[now] != std::array{std::min(ends[0], ends[1]), std::max(ends[0], ends[1])})
+                return "an edge is mapped to another edge";
+            if (rebuilt.line_at(now).valid() != mesh.line_at(EdgeId(e)).valid())
+                return "the rebuilt mesh has other lines";
         }
     return "";
 }
@@ -205,7 +210,7 @@ std::string rebuild_violation(const DynamicMesh<D>& mesh) {
 /// The reported changes agree with the mesh before and after.
 template <int D>
 std::string changes_violation(const DynamicMesh<D>& before, const DynamicMesh<D>& after,
-                                 const TopologyChanges& changes) {
+                              const TopologyChanges& changes) {
     const auto fits = [](const auto& ids, std::size_t now, std::size_t then) {
         return now + ids.removed.size() == then + ids.created.size();
     };
@@ -214,13 +219,13 @@ std::string changes_violation(const DynamicMesh<D>& before, const DynamicMesh<D>
         !fits(changes.lines, after.line_count(), before.line_count()) ||
         !fits(changes.facets, after.facet_count(), before.facet_count()) ||
         !fits(changes.elements, after.element_count(), before.element_count()))
-        return "changes are told that are not those of the counts";
+        return "the reported changes disagree with the entity counts";
     std::vector<std::uint8_t> touched(after.elements.size(), 0);
     for (const ElementId e : changes.elements.removed) touched[e.index()] = 1;
     for (const ElementId e : changes.elements.created) touched[e.index()] = 1;
     for (std::size_t e = 0; e < before.elements.size(); ++e)
         if (touched[e] == 0 && before.elements.vertices[e] != after.elements.vertices[e])
-            return "an element changed that is not told of";
+            return "an element changed that is not reported";
     return "";
 }
 
@@ -235,8 +240,8 @@ std::string topology_violation(const DynamicMesh<D>& mesh, const Invariants<D>& 
 template <int D>
 std::string invariant_violation(const DynamicMesh<D>& mesh, const Invariants<D>& invariants) {
     for (const std::string& broken :
-         {topology_violation(mesh, invariants), characteristics_violation(mesh, invariants), orientation_violation(mesh),
-          size_violation(mesh, invariants), rebuild_violation(mesh)})
+         {topology_violation(mesh, invariants), characteristics_violation(mesh, invariants),
+          orientation_violation(mesh), size_violation(mesh, invariants), rebuild_violation(mesh)})
         if (!broken.empty()) return broken;
     return "";
 }

@@ -1,5 +1,5 @@
 #pragma once
-// Types behind the handles of camber.h.
+// Types of the opaque handles in camber.h.
 #include <cstdint>
 #include <functional>
 #include <initializer_list>
@@ -13,7 +13,7 @@ import camber.io;
 
 struct camber_mesh {
     camber::DecodedMesh value;
-    /// Input number (from 1) of each point, 0: none; empty: 1, 2, 3 …
+    /// Number of each point in the input (from 1), 0 for a new point; empty if the numbers are 1, 2, 3 …
     camber::Column<std::uint32_t> given_as = {};
 };
 
@@ -25,12 +25,12 @@ struct camber_result {
 
 namespace camber::c {
 
-/// Status of an error, which camber_error then returns.
+/// Stores the error's text for camber_error. Returns its status.
 int status_of(const Error& error);
 
 int guarded_status(const std::function<int()>& f);
 
-/// A host without progress and stop.
+/// A host that neither reports progress nor stops the work.
 inline app::Host nobody() {
     return {.stop = {}, .told = [](const std::string&, double) {}};
 }
@@ -41,14 +41,15 @@ struct Pointer {
     const void* value;
 };
 
-/// Status of the first NULL argument, with an error; CAMBER_OK if there is none.
+/// Returns CAMBER_OK if no argument is NULL. Otherwise stores an error about the first NULL argument and returns its
+/// status.
 int missing(const char* function, std::initializer_list<Pointer> arguments);
 
-/// Error of kind usage: "camber_make: points: is -1 (…)".
+/// Returns an error of kind usage, for example "camber_make: points: is -1 (…)".
 Error wrong_argument(const std::string& function, const std::string& argument, std::string what,
                      std::string remedy = {});
 
-/// Errors unless first is 0 (C) or 1 (Fortran, Julia).
+/// Returns CAMBER_OK if `first` is 0 (C) or 1 (Fortran, Julia). Otherwise stores an error and returns its status.
 int wrong_first(const char* function, int first);
 
 }  // namespace camber::c

@@ -1,4 +1,4 @@
-// Conversion of meshes from and to arrays.
+// Converts meshes from and to arrays.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -30,7 +30,7 @@ namespace {
 using app::curved_names;
 using app::straight_names;
 
-/// Nodes count from `first`; smaller numbers are invalid.
+/// Converts node numbers, which count from `first`. Smaller numbers become invalid ids.
 template <int Nodes>
 CellArray<Nodes> cell_array(const camber_cells& cells, int first) {
     Buffer<std::array<VertexId, Nodes>> nodes(static_cast<std::size_t>(cells.count));
@@ -45,7 +45,7 @@ CellArray<Nodes> cell_array(const camber_cells& cells, int first) {
     return out;
 }
 
-/// Errors: unreadable cells, or a repeated type.
+/// Checks cells[t]. Errors: usage (NULL pointers, a negative count, a type that occurs before).
 Outcome<Done> check_cells(const camber_cells* cells, int t) {
     const camber_cells& these = cells[t];
     const std::string place = "cells[" + std::to_string(t) + "].";
@@ -61,7 +61,7 @@ Outcome<Done> check_cells(const camber_cells* cells, int t) {
     return Done{};
 }
 
-/// Stores cells of dimension K; false for others.
+/// Stores cells of dimension K; returns false if they have another type.
 template <int K>
 bool put(const camber_cells& cells, int first, CellArrays<K>& into) {
     if (straight_names[K - 1] == std::string_view(cells.type))
@@ -100,7 +100,8 @@ auto on(const camber_mesh& mesh, F&& f) {
     return std::visit(std::forward<F>(f), mesh.value.mesh);
 }
 
-/// Calls f(simplices, edges or null) for a cell type; false if the mesh's degree and dimension have no such cells.
+/// Calls f(simplices, edges) for the simplices of a cell type; `edges` is null for degree 1. Returns false if the mesh
+/// has no cells of this degree and dimension.
 template <class F>
 bool on_type(const camber_mesh& mesh, std::string_view type, F&& f) {
     bool found = false;
@@ -130,7 +131,7 @@ void copy_cells(const Cells<shape>& simplices, const auto* edges, std::size_t ve
             put_row(row);
 }
 
-/// Errors: impossible numbers.
+/// Errors: usage (another dimension than 2 or 3, negative numbers, too many points).
 Outcome<Done> check_counts(int dimension, std::int64_t points, int types) {
     const auto wrong = [](const char* argument, std::int64_t value, const char* remedy) {
         return fail(wrong_argument("camber_make", argument, "is " + std::to_string(value), remedy));
@@ -141,7 +142,7 @@ Outcome<Done> check_counts(int dimension, std::int64_t points, int types) {
     return Done{};
 }
 
-/// Errors: a field that the mesh cannot hold, or a value that is not finite.
+/// Errors: input (a field that the mesh cannot hold, a value that is not finite).
 Outcome<Done> check_field(const camber_mesh& mesh, int components, std::int64_t rows, const double* values) {
     const auto wrong = [](const char* argument, const std::string& what, const std::string& remedy) {
         Error error = wrong_argument("camber_with_field", argument, what, remedy);

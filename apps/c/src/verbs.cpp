@@ -1,4 +1,4 @@
-// Error texts, one for each thread, and the verbs on handles.
+// Error texts of each thread, and the verbs for meshes in memory.
 #include <algorithm>
 #include <cstddef>
 #include <exception>
@@ -60,7 +60,7 @@ int guarded_status(const std::function<int()>& f) {
         return f();
     } catch (const std::bad_alloc& failure) {
         return status_of(out_of_memory(failure));
-    } catch (const std::length_error&) {  // exceeds any memory
+    } catch (const std::length_error&) {  // a length that no memory can hold
         return status_of(out_of_memory(std::bad_alloc()));
     } catch (const std::exception& error) {
         return status_of(Error{ErrorKind::internal, error.what(), {}, {}, {}});
@@ -94,13 +94,13 @@ using namespace camber;
 
 namespace {
 
-/// CAD models are read in this process: a library cannot start its host program again.
+/// Prepares to read CAD models in this process: a library cannot start its host program a second time.
 void prepare() {
     static std::once_flag once;
     std::call_once(once, [] { app::start_itself_by({}); });
 }
 
-/// Progress and stop by the caller.
+/// Host that calls the caller's progress function, whose return value may stop the work.
 app::Host host_of(const camber_options* options, std::stop_source stop) {
     app::Host host{.stop = stop.get_token(), .told = [](const std::string&, double) {}};
     if (options == nullptr || options->progress == nullptr) return host;
@@ -111,7 +111,7 @@ app::Host host_of(const camber_options* options, std::stop_source stop) {
     return host;
 }
 
-/// An interface function with its mesh and options, which may be NULL.
+/// The called interface function, with its mesh and options, both of which may be NULL.
 struct Call {
     const char* function;
     const camber_mesh* mesh;
@@ -138,7 +138,7 @@ Outcome<std::optional<Solution>> metric_of(const Call& call) {
 
 constexpr const char *mesh_name = "memory:mesh", *metric_name = "memory:metric.sol";
 
-/// Status of an error, with argument names for places in memory.
+/// Stores an error and returns its status. Internal names of meshes and metrics are replaced by names of arguments.
 int status_in(const char* function, Error error) {
     constexpr std::string_view metric = "memory:metric", mesh = mesh_name;
     if (error.where.starts_with(metric)) error.where = std::string(function) + ": options.metric";
@@ -146,13 +146,13 @@ int status_in(const char* function, Error error) {
     return c::status_of(error);
 }
 
-/// True for the option with or without its value.
+/// True if the word is the option, with or without `=value`.
 bool is_option(std::string_view word, std::string_view option) {
     return word.starts_with(option) && (word.size() == option.size() || word[option.size()] == '=');
 }
 
-/// Words of camber_run, the verb first. Errors: usage (a NULL word, a verb without a mesh in memory, an option for
-/// which the function has an argument or a result).
+/// Checks the words of camber_run; the first one is the verb. Errors: usage (a NULL word, a verb that does not work on
+/// a mesh in memory, an option that an argument or result of the function replaces).
 Outcome<std::vector<std::string>> words_of(int count, const char* const* word, bool has_metric) {
     const auto wrong = [](int w, const std::string& what, const std::string& remedy) {
         return fail(c::wrong_argument("camber_run", "word[" + std::to_string(w) + "]", what, remedy));
@@ -182,7 +182,7 @@ Outcome<std::vector<std::string>> words_of(int count, const char* const* word, b
     return words;
 }
 
-/// Errors: usage (also: a command, since there is no shell; an invalid pipeline).
+/// Pipeline of the words. Errors: usage (an invalid pipeline, or a solver command, which only the program can run).
 Outcome<config::Pipeline> pipeline_of(const app::Call& call) {
     auto pipeline = call.work.pipeline();
     if (!pipeline || !pipeline->adapt.is_asked()) return pipeline;

@@ -25,7 +25,7 @@ namespace {
 
 using Doubles = py::array_t<double, py::array::c_style | py::array::forcecast>;
 
-/// Lower triangles of matrices, row by row: the order of `Sym`.
+/// Lower triangles of n × n matrices, row by row, as in `Sym`.
 Column<double> packed(const Doubles& matrices, std::size_t n) {
     const auto rows = static_cast<std::size_t>(matrices.shape(0));
     Buffer<double> out;
@@ -47,7 +47,8 @@ py::array unpacked(const Column<double>& values, std::size_t n) {
     return read_only(std::move(out));
 }
 
-/// First matrix whose halves differ by more than `rounding` of its largest entry.
+/// Number of the first matrix that is not symmetric: two entries differ by more than `rounding` times its largest
+/// entry.
 std::optional<std::size_t> first_asymmetric(const Doubles& matrices, std::size_t n, double rounding) {
     const double* m = matrices.data();
     for (py::ssize_t r = 0; r < matrices.shape(0); ++r, m += n * n) {
@@ -62,7 +63,7 @@ std::optional<std::size_t> first_asymmetric(const Doubles& matrices, std::size_t
     return std::nullopt;
 }
 
-/// Converts to doubles, row by row. Raises for other kinds.
+/// Converts an array to doubles, row by row. Raises if it has no real numbers.
 Doubles doubles_of(const py::handle& value, const std::string& name) {
     const auto array = py::array::ensure(value);
     const char kind = array ? array.dtype().kind() : 'O';
@@ -79,7 +80,7 @@ Doubles doubles_of(const py::handle& value, const std::string& name) {
     raise({ErrorKind::input, "has the shape (" + shape + ")", name, {}, wanted});
 }
 
-/// Kind by shape.
+/// Field kind that matches the array's shape; none for other shapes.
 std::optional<FieldKind> kind_of(const Doubles& array, std::size_t n) {
     const auto wide = [&](py::ssize_t d) { return static_cast<std::size_t>(array.shape(d)); };
     if (array.ndim() == 1 || (array.ndim() == 2 && wide(1) == 1)) return FieldKind::scalar;
@@ -89,7 +90,7 @@ std::optional<FieldKind> kind_of(const Doubles& array, std::size_t n) {
     return std::nullopt;
 }
 
-/// True if neither the array nor any base is writeable.
+/// True if neither the array nor any array whose memory it uses is writeable.
 bool is_immutable(const py::array& array) {
     py::object at = array;
     while (py::isinstance<py::array>(at)) {

@@ -36,7 +36,7 @@ auto on(const MeshHandle& mesh, F&& f) {
     return std::visit(std::forward<F>(f), mesh.value.mesh);
 }
 
-/// {cell type: f(simplices, edges)}, elements first.
+/// Returns a dictionary {cell type: f(simplices, edges)}; elements come first.
 template <class F>
 py::dict by_cell_type(const MeshHandle& mesh, F&& f) {
     py::dict out;
@@ -85,7 +85,7 @@ py::object mid_nodes(const MeshHandle& mesh) {
     });
 }
 
-/// Vertices, then edge nodes.
+/// Positions of vertices, then of edge nodes.
 py::array points(const MeshHandle& mesh) {
     return on(mesh, [&]<int D>(const Mesh<D>& m) -> py::array {
         if (m.degree == 1) return view_of<double>(m.points, D);
@@ -150,7 +150,7 @@ MeshArrays<D> arrays_in(const Array<double>& points, const py::dict& cells, cons
     return arrays;
 }
 
-/// Precondition: checked shapes. `flat`: triangles in one plane become a 2D mesh.
+/// Precondition: the shapes of the arrays are checked. `flat`: triangles in one plane become a 2D mesh.
 MeshHandle from_arrays(const Array<double>& points, const py::dict& cells, const py::dict& references,
                        const std::vector<std::tuple<int, Reference, std::string>>& names, bool flat) {
     const auto made = [&]() -> Outcome<DecodedMesh> {
@@ -167,7 +167,7 @@ MeshHandle from_arrays(const Array<double>& points, const py::dict& cells, const
     return handle_of(value_of(made));
 }
 
-/// Input row of each node; -1: none.
+/// Row of each node in the input; -1 for a new node.
 py::array given_rows(const MeshHandle& mesh) {
     py::array_t<std::int64_t> rows(static_cast<py::ssize_t>(mesh.nodes()));
     std::int64_t* const to = rows.mutable_data();
@@ -185,7 +185,7 @@ MeshHandle with_fields(const MeshHandle& mesh, const py::dict& fields) {
 
 // ---------------------------------------------------------------- pickling
 
-/// Binary GMF file, and the data that it cannot hold.
+/// State for pickling: a binary GMF file, and the data that GMF cannot hold.
 py::tuple state_of(const MeshHandle& mesh) {
     const MeshFormat* const format = format_with_name(mesh_formats(), "gmf-binary");
     const auto chunks = value_of(format->encode(mesh.value.mesh, {}, {}, {}));

@@ -1,4 +1,4 @@
-// camber._camber: the module, its exceptions, and work on threads. Users import the package.
+// Python module camber._camber: exceptions, and work on threads. Users import the package camber.
 #include "python.hpp"
 
 #include <pybind11/pybind11.h>
@@ -63,7 +63,7 @@ void Watched::visit_python() {
         try {
             if (PyErr_CheckSignals() != 0) throw py::error_already_set();
             if (told && !progress_.is_none()) {
-                // A callback without return continues; False of any library's type stops.
+                // If the callback returns None, the work continues; False stops it, also a NumPy False.
                 const py::object answer = progress_(told->first, told->second);
                 const int goes_on = answer.is_none() ? 1 : PyObject_IsTrue(answer.ptr());
                 if (goes_on < 0) throw py::error_already_set();
@@ -93,7 +93,7 @@ bool Watched::call(std::function<void()> f) {
 
 namespace {
 
-/// Process that reads CAD models: a second Python.
+/// Main function of the process that reads CAD models: a second Python interpreter.
 int read_cad(const std::vector<std::string>& words) {
     std::vector<const char*> arguments;
     arguments.reserve(words.size());

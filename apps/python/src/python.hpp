@@ -1,5 +1,5 @@
 #pragma once
-// camber._camber: exceptions, work on threads, numpy arrays, meshes.
+// Declarations of camber._camber: exceptions, work on threads, numpy arrays, meshes.
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
 
@@ -47,11 +47,11 @@ T value_of(Outcome<T> outcome) {
 /// the progress, and runs Python callbacks.
 class Watched {
   public:
-    /// `progress`: None, or called with stage and share; False stops the work.
+    /// `progress`: None or a function of stage and share (0 to 1); if it returns False, the work stops.
     explicit Watched(py::object progress) : progress_(std::move(progress)) {}
 
     /// Runs f(host) on another thread. Raises exceptions of Python callbacks (KeyboardInterrupt, `progress`), else the
-    /// error.
+    /// error of f.
     template <class F>
     auto run(F&& f) {
         using Result = std::invoke_result_t<F, app::Host>;
@@ -70,7 +70,8 @@ class Watched {
         return value_of(std::move(*made));
     }
 
-    /// Called by the work: runs f on the calling thread with the lock. False if it raised and the work must end.
+    /// The work calls this to run f on the calling thread, with the interpreter's lock. Returns false if f raised; then
+    /// the work must end.
     bool call(std::function<void()> f);
 
   private:
@@ -82,7 +83,7 @@ class Watched {
     std::mutex mutex_;
     std::condition_variable changed_;
     bool done_ = false;
-    std::function<void()> asked_;  ///< pending callback
+    std::function<void()> asked_;  ///< callback that waits for the calling thread
     std::optional<std::pair<std::string, double>> told_;
     std::stop_source stop_;
     std::exception_ptr raised_;
@@ -90,7 +91,7 @@ class Watched {
 
 // ---------------------------------------------------------------- arrays
 
-/// Read-only view of rows of `width` numbers (0: one-dimensional); keeps the column alive.
+/// Read-only view of a column as rows of `width` numbers (0: one-dimensional); it keeps the column alive.
 template <class Number, class T>
 py::array view_of(const Column<T>& column, std::size_t width) {
     const auto rows = static_cast<py::ssize_t>(column.size());
@@ -105,7 +106,8 @@ py::array view_of(const Column<T>& column, std::size_t width) {
 /// Makes the array permanently read-only.
 py::array read_only(py::array array);
 
-/// Keeps an immutable array alive until any thread releases it; null: must be copied.
+/// Returns an owner that keeps an immutable array alive; any thread may release it. Null if the array may change and
+/// must be copied.
 std::shared_ptr<const void> owner_of(const py::array& array);
 
 /// Shares the memory of an immutable array, else copies.
@@ -117,12 +119,12 @@ Column<T> column_of(const py::array_t<Number, py::array::c_style | py::array::fo
     return owner ? Column<T>(items, std::move(owner)) : Column<T>(Buffer<T>(items.begin(), items.end()));
 }
 
-/// {name: node values by row}: (n,), vectors (n, D), tensors (n, D, D).
+/// Returns {name: values at nodes}, with the shape (n,) for scalars, (n, D) for vectors, (n, D, D) for tensors.
 py::dict arrays_of(const std::vector<run::NamedField>& fields, int dimension);
-/// The inverse. Rows are `vertices` or `nodes` of the mesh. Raises for other shapes.
+/// Inverse of `arrays_of`. The number of rows must be `vertices` or `nodes`. Raises for other shapes.
 std::vector<run::NamedField> fields_of(const py::dict& fields, int dimension, std::size_t vertices, std::size_t nodes);
 
-/// Sizes (n,) or tensors (n, D, D). Raises as above.
+/// Metric from sizes (n,) or tensors (n, D, D). Raises for other shapes.
 Solution metric_of(const py::array& rows, int dimension, const std::string& name);
 py::array array_of(const Solution& metric);
 
@@ -130,17 +132,17 @@ py::array array_of(const Solution& metric);
 
 struct MeshHandle {
     DecodedMesh value;
-    /// Input number (from 1) of each node, 0: none; empty: 1, 2, 3 …
+    /// Number of each node in the input (from 1), 0 for a new node; empty if the numbers are 1, 2, 3 …
     Column<std::uint32_t> given_as = {};
 
     [[nodiscard]] int dimension() const;
     [[nodiscard]] int degree() const;
     [[nodiscard]] std::size_t vertices() const;
-    /// Vertices and, for degree 2, edge nodes.
+    /// Number of vertices and, for degree 2, edge nodes.
     [[nodiscard]] std::size_t nodes() const;
 };
 
-/// Moves `node_numbers` to `given_as`: messages then number nodes like the mesh.
+/// Moves `node_numbers` to `given_as`, so that messages use the node numbers of the mesh.
 [[nodiscard]] MeshHandle handle_of(DecodedMesh mesh);
 
 void bind_mesh(py::module_& module);

@@ -1,4 +1,4 @@
-// The verbs; arguments are words of the command line.
+// Verbs of the Python module. Arguments are the words of the command line.
 #include "python.hpp"
 
 #include <pybind11/numpy.h>
@@ -28,7 +28,7 @@ namespace {
 
 using Words = std::vector<std::string>;
 
-/// A row for each vertex or for each node.
+/// Converts fields of a mesh with a row for each vertex or for each node.
 std::vector<run::NamedField> solution_on(const MeshHandle& mesh, const py::dict& fields) {
     bool is_at_vertices = true;
     for (const auto& [name, values] : fields) {
@@ -40,7 +40,7 @@ std::vector<run::NamedField> solution_on(const MeshHandle& mesh, const py::dict&
     return fields_of(fields, mesh.dimension(), mesh.vertices(), nodes);
 }
 
-/// Values by name, such as {"memory:mesh": Mesh}; all metrics and solutions belong to one mesh.
+/// Values by their name in a config, such as {"memory:mesh": Mesh}. All metrics and solutions belong to one mesh.
 struct InMemory {
     py::dict meshes, metrics, solutions;
 };
@@ -74,7 +74,7 @@ py::dict dict_of(app::MadeInMemory made) {
 Outcome<config::Pipeline> pipeline_of(const app::Call& call) {
     auto pipeline = call.work.pipeline();
     if (!pipeline || !pipeline->adapt.is_asked()) return pipeline;
-    // Arguments are validated like a config.
+    // Arguments are validated like a config file.
     return config::with_values(*pipeline, {}, "arguments");
 }
 
@@ -90,7 +90,7 @@ py::dict run_words(const Words& words, const InMemory& values, const MeshHandle&
     return run_pipeline(std::move(pipeline), given_of(values, &mesh), progress);
 }
 
-/// `solver`: None, or called with a mesh, the transferred solution, and the cycle.
+/// `solver`: None or a function of a mesh, the solution transferred to it, and the cycle number.
 py::dict adapt_pipeline(config::Pipeline pipeline, int degree, app::Given given, const py::object& solver,
                         const py::object& progress) {
     if (solver.is_none() && !pipeline.adapt.solve.empty())

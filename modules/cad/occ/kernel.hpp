@@ -13,32 +13,32 @@ namespace camber::occ {
 
 using Point = std::array<double, 3>;
 
-/// Point at (u, v) with derivatives.
+/// Point of a surface at (u, v) with derivatives.
 struct SurfaceJet {
     Point point, u, v, uu, uv, vv;
 };
-/// Point at t with derivatives.
+/// Point of a curve at t with derivatives.
 struct CurveJet {
     Point point, first, second;
 };
 
-/// A surface with closed-form distances, in the file's unit: z along its axis or normal, x at u = 0.
+/// A surface with closed-form distances, in millimetres. z is along its axis or normal, x points to u = 0.
 struct ClosedForm {
     enum class Kind { none, plane, cylinder, sphere, torus };
     Kind kind = Kind::none;
     Point origin{}, x{}, y{}, z{};
-    double major = 0, minor = 0;  ///< radii; cylinder, sphere: the first
-    double scale = 1;             ///< from the file's unit to the kernel's
+    double major = 0, minor = 0;  ///< radii; cylinder and sphere use only `major`
+    double scale = 1;             ///< from millimetres to the kernel's unit
 };
 
 struct FaceFacts {
     bool is_plane = false;
     bool has_closed_form = false;      ///< nearest_parameters is available
-    ClosedForm form = {};              ///< for the same surfaces
-    bool is_reversed = false;          ///< outward normal is −u × v
+    ClosedForm form = {};              ///< set if `has_closed_form`
+    bool is_reversed = false;          ///< the outward normal is −u × v
     std::array<double, 2> low, high;   ///< parameter bounds
-    std::array<double, 2> period{};    ///< 0: none
-    std::array<std::size_t, 2> cells;  ///< enough cells each way that searches from their middles find all minima
+    std::array<double, 2> period{};    ///< 0: not periodic
+    std::array<std::size_t, 2> cells;  ///< per direction; searches from the middles of so many cells find all minima
     std::vector<std::size_t> edges;    ///< distinct edges with curves
 };
 
@@ -46,20 +46,20 @@ struct EdgeFacts {
     bool is_line = false;
     double first = 0, last = 0, period = 0;
     std::size_t cells = 1;
-    std::vector<std::size_t> vertices;  ///< its ends; one if closed
-    std::vector<std::size_t> faces;     ///< distinct, adjacent
-    double turn = half_turn;            ///< largest angle between its faces' outward normals (radians)
+    std::vector<std::size_t> vertices;  ///< end vertices; one if the edge is closed
+    std::vector<std::size_t> faces;     ///< distinct adjacent faces
+    double turn = half_turn;            ///< largest angle between the outward normals of its two faces (radians)
 
-    static constexpr double half_turn = 3.141592653589793;  ///< also without exactly two faces
+    static constexpr double half_turn = 3.141592653589793;  ///< `turn` without exactly two faces
 };
 
 struct Losses {
-    std::size_t faces = 0;        ///< that no face could be made of
-    std::size_t entities = 0;     ///< whose transfer failed
+    std::size_t faces = 0;        ///< faces that could not be converted
+    std::size_t entities = 0;     ///< entities whose transfer failed
     std::size_t open_shells = 0;  ///< open shells in solids
 };
 
-/// Immutable, thread-safe model.
+/// An immutable, thread-safe CAD model.
 class Kernel {
   public:
     Kernel() = default;
@@ -70,39 +70,39 @@ class Kernel {
     std::vector<FaceFacts> faces;
     std::vector<EdgeFacts> edges;
     std::vector<Point> vertices;
-    std::string file_unit;   ///< name in the file; empty: none
-    double millimetres = 1;  ///< per unit of coordinates
+    std::string file_unit;   ///< unit's name in the file; empty: none
+    double millimetres = 1;  ///< length of the coordinate unit
     double file_millimetres = 1;
     Losses losses;
 
-    /// Bytes for `Restore` in another process, bitwise exact.
+    /// Model as bytes for `Restore` in another process, bitwise exact.
     [[nodiscard]] virtual std::string packed() const = 0;
     [[nodiscard]] virtual SurfaceJet on_surface(std::size_t face, double u, double v) const = 0;
     [[nodiscard]] virtual CurveJet on_curve(std::size_t edge, double t) const = 0;
-    /// Closest point on the whole surface.
+    /// Parameters of the closest point on the untrimmed surface.
     [[nodiscard]] virtual std::array<double, 2> nearest_parameters(std::size_t face, const Point& p) const = 0;
-    /// True if the point at (u, v) is on the face; empty: only OpenCASCADE can decide.
+    /// True if the point at (u, v) is on the face; empty if only OpenCASCADE can decide.
     [[nodiscard]] virtual std::optional<bool> has_at_once(std::size_t face, double u, double v) const = 0;
     [[nodiscard]] virtual bool has(std::size_t face, double u, double v) const = 0;
 };
 
-/// Selected by extension.
+/// File format, selected by the extension.
 enum class Format { step, iges, brep };
 
 struct Opened {
     std::unique_ptr<Kernel> kernel;
-    std::string fault, remedy;  ///< reason of a failure
+    std::string fault, remedy;  ///< reason of a failure, and its remedy
     bool is_out_of_memory = false;
 };
 
-/// `millimetres`: unit of coordinates; 0: the file's.
+/// Opens a file. `millimetres`: length of the coordinate unit; 0: the file's unit.
 using Open = void(const char* path, Format format, double millimetres, Opened& opened);
-/// From the bytes of `packed`.
+/// Restores a model from the bytes of `packed`.
 using Restore = void(const std::string& bytes, double millimetres, Opened& opened);
 
 }  // namespace camber::occ
 
-/// The functions of the library.
+/// Functions that the library exports.
 extern "C" __attribute__((visibility("default"))) void camber_occ_open(const char* path, camber::occ::Format format,
                                                                        double millimetres, camber::occ::Opened& opened);
 extern "C" __attribute__((visibility("default"))) void camber_occ_restore(const std::string& bytes, double millimetres,

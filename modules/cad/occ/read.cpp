@@ -48,7 +48,7 @@ namespace camber::occ {
 
 namespace {
 
-/// `name`: as in files; 0: unknown.
+/// Length of a unit by its name in files; 0: unknown name.
 double millimetres_of(std::string name) {
     std::transform(name.begin(), name.end(), name.begin(), [](unsigned char c) { return std::tolower(c); });
     constexpr std::array<std::pair<std::string_view, double>, 20> units{
@@ -96,7 +96,7 @@ Read in_unit(TopoDS_Shape shape, std::string unit) {
     return out;
 }
 
-/// Faces and entities of a file that were not converted.
+/// Numbers of faces and entities of a file that were not converted.
 Losses losses_of(const Handle(XSControl_WorkSession) & session) {
     Losses losses;
     const auto model = session->Model();
@@ -131,10 +131,10 @@ Read read_step(const char* path) {
     return out;
 }
 
-/// Joins coincident edges; faces of IGES files are unconnected.
+/// Joins coincident edges of faces; IGES files contain unconnected faces.
 TopoDS_Shape sewn(const TopoDS_Shape& shape) {
     constexpr double within = 1e-5;                                 // relative to the size
-    if (!TopExp_Explorer(shape, TopAbs_FACE).More()) return shape;  // only curves
+    if (!TopExp_Explorer(shape, TopAbs_FACE).More()) return shape;  // the file contains only curves
     Bnd_Box box;
     BRepBndLib::Add(shape, box);
     BRepBuilderAPI_Sewing sewing(within * std::sqrt(box.SquareExtent()));
@@ -171,7 +171,7 @@ Read read(const char* path, Format format) {
     return out;
 }
 
-// Format: a line of file data, then OpenCASCADE's binary BREP (exact numbers).
+// Format of packed models: one line of data about the file, then OpenCASCADE's binary BREP (exact numbers).
 namespace {
 
 constexpr const char* magic = "camber-cad-1";

@@ -9,7 +9,7 @@
 #if defined(__has_feature)
 #if __has_feature(address_sanitizer)
 #include <sanitizer/lsan_interface.h>
-/// OpenCASCADE's readers and writers keep global data until exit: no leak.
+/// OpenCASCADE's readers and writers keep global data until exit, which the leak checker must ignore.
 #define CAMBER_OCC_KEEPS __lsan::ScopedDisabler keeps
 #endif
 #endif
@@ -19,21 +19,21 @@
 
 namespace camber::occ {
 
-/// Shape in millimetres.
+/// Contents of a CAD file; the shape is in millimetres.
 struct Read {
     TopoDS_Shape shape;
-    std::string unit;        ///< name in the file; empty: none
-    double millimetres = 1;  ///< per unit
+    std::string unit;        ///< unit's name in the file; empty: none
+    double millimetres = 1;  ///< length of the file's unit
     Losses losses;
-    std::string fault;  ///< reason of a failure
+    std::string fault;  ///< reason if reading failed
 };
 [[nodiscard]] Read read(const char* path, Format format);
 
-/// Shape as bytes and back, bitwise exact.
+/// Converts a shape to bytes and back, bitwise exact.
 [[nodiscard]] std::string packed(const Read& read);
 [[nodiscard]] Read unpacked(const std::string& bytes);
 
-/// Unit: `millimetres`; 0: the file's.
+/// `millimetres`: length of the kernel's coordinate unit; 0: the file's unit.
 [[nodiscard]] std::unique_ptr<Kernel> kernel_of(Read read, double millimetres);
 
 }  // namespace camber::occ

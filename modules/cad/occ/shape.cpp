@@ -46,25 +46,26 @@ namespace camber::occ {
 
 namespace {
 
-/// Parameter grid of a trimmed face. Cells that no edge crosses are entirely inside or outside; OpenCASCADE decides
-/// once a group of neighbours. Points in other cells need OpenCASCADE.
+/// Parameter grid of a trimmed face. Cells that no edge crosses are entirely inside or outside the face; OpenCASCADE
+/// decides once for each connected group of them. Points in other cells need OpenCASCADE.
 class DomainGrid {
   public:
-    /// `fineness`: factor of the number of cells each way.
+    /// `fineness`: factor of the number of cells per direction.
     DomainGrid(const TopoDS_Face& face, const FaceFacts& facts, BRepTopAdaptor_FClass2d& domain, std::size_t fineness);
 
-    /// Empty in cells that an edge may cross.
+    /// True if (u, v) is inside the face; empty in cells that an edge may cross.
     [[nodiscard]] std::optional<bool> has(double u, double v) const;
 
   private:
     [[nodiscard]] std::size_t cell_of(double x, std::size_t k) const;
     [[nodiscard]] double middle_of(std::size_t cell, std::size_t k) const;
-    /// Cells at the box of two successive edge points, widened by its size; empty if an edge has no parameter curve.
+    /// Cells that edges may cross: in the boxes of two successive edge points, widened by the box's size. Empty if an
+    /// edge has no parameter curve.
     [[nodiscard]] std::vector<bool> crossed_by_edges(const TopoDS_Face& face, std::size_t pieces) const;
     void mark(const gp_Pnt2d& from, const gp_Pnt2d& to, std::vector<bool>& crossed) const;
-    /// Connected cells, marked as grouped.
+    /// Returns the cells connected to `cell`, and marks them as grouped.
     [[nodiscard]] std::vector<std::size_t> group_of(std::size_t cell, std::vector<bool>& is_grouped) const;
-    /// Tests some cells; if they disagree (open loops), the group stays undecided.
+    /// Tests some cells of a group by OpenCASCADE; if they disagree (open loops), the group stays undecided.
     void decide(const std::vector<std::size_t>& group, BRepTopAdaptor_FClass2d& domain);
 
     std::array<double, 2> low_, high_;
@@ -76,7 +77,7 @@ class Domain {
   public:
     Domain(const TopoDS_Face& face, const FaceFacts& facts);
 
-    /// Empty: only OpenCASCADE can decide, 100 times slower.
+    /// True if (u, v) is inside the face; empty if only OpenCASCADE can decide, which is 100 times slower.
     [[nodiscard]] std::optional<bool> has_at_once(double u, double v) const;
     /// Uses OpenCASCADE. Throws Standard_Failure.
     [[nodiscard]] bool has(double u, double v) const;
@@ -84,16 +85,16 @@ class Domain {
   private:
     TopoDS_Face face_;
     FaceFacts facts_;
-    mutable std::mutex alone_;  ///< OpenCASCADE gave wrong results with several threads
+    mutable std::mutex alone_;  ///< needed because OpenCASCADE gave wrong results with several threads
     mutable BRepTopAdaptor_FClass2d classifier_;
     DomainGrid coarse_;
     mutable std::once_flag refined_;
     mutable std::optional<DomainGrid> fine_;  ///< created for the first point in an undecided coarse cell
 };
 
-constexpr std::size_t most_cells = 1024;  // each way
+constexpr std::size_t most_cells = 1024;  // per direction
 
-/// Cells each way: more for faces with many edges, possibly holes.
+/// Cells per direction: more for faces with many edges, possibly holes.
 std::size_t side_for(const TopoDS_Face& face) {
     constexpr double least = 64, most = 256, edges_of_few = 4;
     std::size_t edges = 0;
@@ -152,7 +153,7 @@ std::vector<bool> DomainGrid::crossed_by_edges(const TopoDS_Face& face, std::siz
 }
 
 void DomainGrid::mark(const gp_Pnt2d& from, const gp_Pnt2d& to, std::vector<bool>& crossed) const {
-    constexpr double beside = 1e-6;  // relative to the face, for edges along cell borders
+    constexpr double beside = 1e-6;  // margin relative to the face, for edges along cell borders
     std::array<std::size_t, 2> begin{}, end{};
     for (std::size_t k = 0; k < 2; ++k) {
         const auto [a, b] = std::minmax(k == 0 ? from.X() : from.Y(), k == 0 ? to.X() : to.Y());
@@ -293,7 +294,7 @@ ClosedForm closed_form(const GeomAdaptor_Surface& kind, double scale) {
     }
 }
 
-/// A spline turns about once in a span of each degree.
+/// Cells per direction. A spline can bend once per degree in each span.
 std::array<std::size_t, 2> cells_of(const GeomAdaptor_Surface& kind) {
     constexpr int least = 8, most = 64, swept = 32;
     if (kind.GetType() == GeomAbs_BSplineSurface) {
@@ -318,7 +319,7 @@ std::size_t cells_of(const GeomAdaptor_Curve& kind) {
     }
 }
 
-/// NaN for failures of OpenCASCADE, for example derivatives at an apex.
+/// Returns f(), or `none` if OpenCASCADE fails, for example for derivatives at an apex.
 template <class T, class F>
 T told_or(const T& none, F&& f) {
     try {
@@ -338,14 +339,15 @@ class Shape final : public Kernel {
         file_unit = read_.unit;
         losses = read_.losses;
         const TopoDS_Shape& shape = read_.shape;
-        // The order of TopExp: first visits of a walk through the shape.
+        // Numbers faces, edges and vertices as TopExp does: in the order of their first visit in a walk through the
+        // shape.
         TopTools_IndexedMapOfShape all_faces, all_edges, all_vertices;
         TopExp::MapShapes(shape, TopAbs_FACE, all_faces);
         TopExp::MapShapes(shape, TopAbs_EDGE, all_edges);
         TopExp::MapShapes(shape, TopAbs_VERTEX, all_vertices);
         for (int i = 1; i <= all_vertices.Extent(); ++i)
             vertices.push_back(scaled(BRep_Tool::Pnt(TopoDS::Vertex(all_vertices(i))).XYZ(), scale_));
-        std::vector<std::ptrdiff_t> numbers;  // unset for edges without a curve
+        std::vector<std::ptrdiff_t> numbers;  // −1 for edges without a curve
         for (int i = 1; i <= all_edges.Extent(); ++i) {
             const bool is_curve = add_edge(TopoDS::Edge(all_edges(i)), all_vertices);
             numbers.push_back(is_curve ? static_cast<std::ptrdiff_t>(edges.size()) - 1 : -1);
@@ -406,7 +408,7 @@ class Shape final : public Kernel {
     }
 
   private:
-    /// Shifts by whole periods towards the middle of the bounds.
+    /// True if `uv`, shifted by whole periods, is within the face's parameter bounds.
     [[nodiscard]] static bool is_within(const FaceFacts& facts, const std::array<double, 2>& uv) {
         constexpr double beyond = 1e-12;
         for (std::size_t k = 0; k < 2; ++k) {
@@ -466,7 +468,7 @@ class Shape final : public Kernel {
         surfaces_.push_back(std::move(surface));
     }
 
-    /// Outward unit normal at a share of the edge's length, if any.
+    /// Outward unit normal of a face at a share of the edge's parameter range, if it exists.
     [[nodiscard]] std::optional<gp_Dir> outward_normal(const TopoDS_Edge& edge, const TopoDS_Face& face,
                                                        std::size_t number, double share) const {
         double first = 0, last = 0;

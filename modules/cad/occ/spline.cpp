@@ -33,7 +33,7 @@ Weighted pole_of(const gp_Pnt& pole, double weight, double scale) {
     return {pole.X() * scale, pole.Y() * scale, pole.Z() * scale, weight};
 }
 
-/// Weighted pole relative to another. Near coincident poles, as on spheres, sums of such terms keep all digits.
+/// Weighted pole relative to `origin`. Near coincident poles, as on spheres, sums of such terms keep all digits.
 Weighted relative(const Weighted& pole, const Weighted& origin) {
     const double w = pole[3];
     return {w * (pole[0] - origin[0]), w * (pole[1] - origin[1]), w * (pole[2] - origin[2]), w};
@@ -44,7 +44,7 @@ std::size_t largest_of(const SplineBasis::Values& at, std::size_t degree) {
     return static_cast<std::size_t>(std::max_element(begin, begin + static_cast<std::ptrdiff_t>(degree) + 1) - begin);
 }
 
-/// Coefficients of derivatives of degree-`to` functions from functions of degree `to` - 1, in the span at knot i.
+/// Derivatives of the functions of degree `to` from functions of degree `to` - 1, in the span at knot i.
 void differentiate(const std::vector<double>& knots, std::size_t i, std::size_t to, const Row& from, Row& out) {
     const auto factor = static_cast<double>(to);
     double before = 0;

@@ -14,21 +14,21 @@ namespace camber::occ {
 
 class SplineBasis {
   public:
-    /// OpenCASCADE's maximum.
+    /// Maximum degree in OpenCASCADE.
     static constexpr std::size_t max_degree = 25;
 
-    /// Nonzero functions at a parameter.
+    /// Basis functions that are nonzero at a parameter.
     struct Values {
-        std::size_t first;                                            ///< index of the first
+        std::size_t first;                                            ///< index of the first of these functions
         std::array<std::array<double, max_degree + 1>, 3> functions;  ///< values, first and second derivatives
     };
 
-    /// `knots`: flat, repeated by multiplicity. `period`: 0 if not periodic.
+    /// `knots`: repeated by multiplicity. `period`: 0 if not periodic.
     SplineBasis(std::size_t degree, std::vector<double> knots, double period);
 
     [[nodiscard]] std::size_t degree() const { return degree_; }
     [[nodiscard]] std::size_t size() const { return knots_.size() - degree_ - 1; }
-    /// Extends the first and last polynomials beyond the knots.
+    /// Computes the nonzero functions at t. Beyond the knots, the first and last polynomials continue.
     void evaluate(double t, Values& out) const;
 
   private:
@@ -37,10 +37,11 @@ class SplineBasis {
     double period_;
 };
 
-/// B-spline or Bezier surface, possibly rational. Several times faster than OpenCASCADE, and equal up to rounding.
+/// B-spline or Bezier surface, possibly rational. Evaluation is several times faster than in OpenCASCADE, and equal up
+/// to rounding.
 class SplineSurface {
   public:
-    /// Empty for other kinds.
+    /// Empty for other surfaces.
     [[nodiscard]] static std::optional<SplineSurface> of(const Handle(Geom_Surface) & surface, double scale);
     [[nodiscard]] SurfaceJet evaluate(double u, double v) const;
 
@@ -48,7 +49,7 @@ class SplineSurface {
     SplineSurface(SplineBasis u, SplineBasis v) : u_(std::move(u)), v_(std::move(v)) {}
 
     SplineBasis u_, v_;
-    std::vector<std::array<double, 4>> poles_;  ///< with weights; rows of v
+    std::vector<std::array<double, 4>> poles_;  ///< poles with weights; v varies fastest
     bool is_rational_ = false;
 };
 
