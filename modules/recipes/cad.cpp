@@ -28,7 +28,7 @@ std::vector<std::vector<std::size_t>> numbers_of(const std::vector<std::vector<s
 
 template <int D>
 CadReport cad_report(const CadModel& model, const CadAssociation& a) {
-    CadReport report{.unit = model.unit(),
+    CadReport report{.mesh_unit = model.unit(),
                      .file_unit = model.file_unit(),
                      .is_in_file_unit = model.is_in_file_unit(),
                      .faces = model.faces(),

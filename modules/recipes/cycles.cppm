@@ -66,9 +66,9 @@ struct InputDegree {
 struct CycleError {
     double l2 = 0, h1 = 0;
 
-    [[nodiscard]] static constexpr auto fields() {
-        constexpr Fields<CycleError> f;
-        return std::tuple(f("l2", &CycleError::l2, "L2 norm"), f("h1", &CycleError::h1, "H1 seminorm"));
+    static void fields(auto& s, auto& f) {
+        f("l2", s.l2, "L2 norm");
+        f("h1", s.h1, "H1 seminorm");
     }
 };
 
@@ -83,12 +83,10 @@ struct BoundaryDistance {
     double bound = 0, reached = 0;
     DistanceBoundBy by = DistanceBoundBy::expected_error;
 
-    [[nodiscard]] static constexpr auto fields() {
-        using S = BoundaryDistance;
-        constexpr Fields<S> f;
-        return std::tuple(f("bound", &S::bound, "bound on the distance").unit("model units"),
-                          f("reached", &S::reached, "distance").unit("model units"),
-                          f("origin", &S::by, "origin of the bound: `config` or `expected_error`"));
+    static void fields(auto& s, auto& f) {
+        f("bound", s.bound, "bound on the distance", unit("model units"));
+        f("reached", s.reached, "distance", unit("model units"));
+        f("origin", s.by, "origin of the bound: `config` or `expected_error`");
     }
 };
 
@@ -109,30 +107,27 @@ struct CycleRow {
     bool is_valid = true;
     std::vector<std::string> misses = {};
 
-    [[nodiscard]] static constexpr auto fields() {
-        using S = CycleRow;
-        constexpr Fields<S> f;
-        return std::tuple(
-            f("cycle", &S::cycle, "number of the cycle; 0: the first mesh"),
-            f("unknowns", &S::unknowns, "nodes in the degree of the interpolants"),
-            f("elements", &S::elements, "elements of the mesh"),
-            f("problem", &S::problem, "the exact solution and the solver's command"),
-            f("complexity_target", &S::wanted, "requested complexity of the metric; 0: none"),
-            f("complexity", &S::complexity, "complexity of the metric; 0: no metric"),
-            f("unit_edges_before", &S::unit_before, "share of unit edges of the mesh that the passes began with"),
-            f("unit_edges", &S::unit_edges, "share of unit edges of the mesh"),
-            f("min_quality", &S::worst_quality, "minimum quality of its elements"),
-            f("mean_quality", &S::mean_quality, "mean quality of its elements"),
-            f("min_scaled_jacobian", &S::smallest_jacobian, "minimum scaled Jacobian of its elements"),
-            f("expected_error", &S::expected, "expected L2 error"),
-            f("interpolation_error", &S::interpolated, "error of the exact solution's interpolant"),
-            f("solution_error", &S::solved, "error of the solver's first scalar field"),
-            f("boundary_distance", &S::boundary, "distance of the boundary from its geometry"),
-            f("seconds", &S::seconds, "elapsed time of the steps").unit("s"),
-            f("solve_seconds", &S::solve_seconds, "elapsed time of the solver").unit("s"),
-            f("error_of", &S::error_of, "error that the metric is made for").unless_default(),
-            f("valid", &S::is_valid, "true if all elements are certified valid").unless_default(),
-            f("misses", &S::misses, "causes for which the mesh is not the requested one").unless_empty());
+    static void fields(auto& s, auto& f) {
+        f("cycle", s.cycle, "number of the cycle; 0: the first mesh");
+        f("unknowns", s.unknowns, "nodes in the degree of the interpolants");
+        f("elements", s.elements, "elements of the mesh");
+        f("problem", s.problem, "the exact solution and the solver's command");
+        f("complexity_target", s.wanted, "requested complexity of the metric; 0: none");
+        f("complexity", s.complexity, "complexity of the metric; 0: no metric");
+        f("unit_edges_before", s.unit_before, "share of unit edges of the mesh that the passes began with");
+        f("unit_edges", s.unit_edges, "share of unit edges of the mesh");
+        f("min_quality", s.worst_quality, "minimum quality of its elements");
+        f("mean_quality", s.mean_quality, "mean quality of its elements");
+        f("min_scaled_jacobian", s.smallest_jacobian, "minimum scaled Jacobian of its elements");
+        f("expected_error", s.expected, "expected L2 error");
+        f("interpolation_error", s.interpolated, "error of the exact solution's interpolant");
+        f("solution_error", s.solved, "error of the solver's first scalar field");
+        f("boundary_distance", s.boundary, "distance of the boundary from its geometry");
+        f("seconds", s.seconds, "elapsed time of the steps", unit("s"));
+        f("solve_seconds", s.solve_seconds, "elapsed time of the solver", unit("s"));
+        f("error_of", s.error_of, "error that the metric is made for", shown_if(s.error_of != ErrorOf::values));
+        f("valid", s.is_valid, "true if all elements are certified valid", shown_if(!s.is_valid));
+        f("misses", s.misses, "causes for which the mesh is not the requested one", unless_empty);
     }
 };
 /// The mesh of a cycle.

@@ -95,17 +95,13 @@ struct OneWayReport {
     std::vector<double> from, to;
     std::size_t facet = 0;  ///< from 1; 0: none
 
-    [[nodiscard]] bool is_measured() const { return samples > 0; }
-    [[nodiscard]] static constexpr auto fields() {
-        using S = OneWayReport;
-        constexpr Fields<S> f;
-        return std::tuple(
-            f("samples", &S::samples, "number of sampled points; 0: not measured, and no other key"),
-            f("largest", &S::largest, "largest distance").unit("length").where(&S::is_measured),
-            f("mean", &S::mean, "mean distance").unit("length").where(&S::is_measured),
-            f("from", &S::from, "the point where the distance is largest").unit("length").where(&S::is_measured),
-            f("to", &S::to, "its nearest point on the other side").unit("length").where(&S::is_measured),
-            f("facet", &S::facet, "the facet there, from 1; 0: none").where(&S::is_measured));
+    static void fields(auto& s, auto& f) {
+        f("samples", s.samples, "number of sampled points; 0: not measured, and no other key");
+        f("largest", s.largest, "largest distance", unit("length"), shown_if(s.samples > 0));
+        f("mean", s.mean, "mean distance", unit("length"), shown_if(s.samples > 0));
+        f("from", s.from, "the point where the distance is largest", unit("length"), shown_if(s.samples > 0));
+        f("to", s.to, "its nearest point on the other side", unit("length"), shown_if(s.samples > 0));
+        f("facet", s.facet, "the facet there, from 1; 0: none", shown_if(s.samples > 0));
     }
 };
 
@@ -121,23 +117,19 @@ struct EntityReport {
     double measure = 0;
     OneWayReport to_geometry, to_boundary;
 
-    [[nodiscard]] static constexpr auto fields() {
-        using S = EntityReport;
-        constexpr Fields<S> f;
-        return std::tuple(
-            f("kind", &S::kind,
-              "`face` and `edge` of a CAD model, `patch` and `ridge` of a surrogate, `surface` and `curve` of analytic "
-              "surfaces, in 2D `curve`; `none`: facets without a surface"),
-            f("number", &S::number, "its number in its geometry, from 1; 0: none"),
-            f("sides", &S::sides, "of a curve: numbers of the surfaces beside it").unless_empty(),
-            f("side_geometries", &S::beside, "of a curve between surfaces of two geometries: their names")
-                .unless_empty(),
-            f("flat", &S::is_flat, "true: a plane (2D: a line) with facets"),
-            f("references", &S::references, "references of the facets on it (of a curve: beside it)"),
-            f("pieces", &S::pieces, "number of these facets (of a curve: of edges)"),
-            f("measure", &S::measure, "area of these facets (of a curve: length) when straight").unit("length^(D−1)"),
-            f("to_geometry", &S::to_geometry, "distances of this entity's facets"),
-            f("to_boundary", &S::to_boundary, "distances from this entity"));
+    static void fields(auto& s, auto& f) {
+        f("kind", s.kind,
+          "`face` and `edge` of a CAD model, `patch` and `ridge` of a surrogate, `surface` and `curve` of analytic "
+          "surfaces, in 2D `curve`; `none`: facets without a surface");
+        f("number", s.number, "its number in its geometry, from 1; 0: none");
+        f("sides", s.sides, "of a curve: numbers of the surfaces beside it", unless_empty);
+        f("side_geometries", s.beside, "of a curve between surfaces of two geometries: their names", unless_empty);
+        f("flat", s.is_flat, "true: a plane (2D: a line) with facets");
+        f("references", s.references, "references of the facets on it (of a curve: beside it)");
+        f("pieces", s.pieces, "number of these facets (of a curve: of edges)");
+        f("measure", s.measure, "area of these facets (of a curve: length) when straight", unit("length^(D−1)"));
+        f("to_geometry", s.to_geometry, "distances of this entity's facets");
+        f("to_boundary", s.to_boundary, "distances from this entity");
     }
 };
 
@@ -149,13 +141,10 @@ struct DistancesReport {
     OneWayReport to_geometry, to_boundary;
     std::vector<EntityReport> entities;
 
-    [[nodiscard]] static constexpr auto fields() {
-        using S = DistancesReport;
-        constexpr Fields<S> f;
-        return std::tuple(f("to_geometry", &S::to_geometry,
-                            "from points of the curved boundary ([distances.md](algorithms/distances.md))"),
-                          f("to_boundary", &S::to_boundary, "from points of the geometry"),
-                          f("entities", &S::entities, "one entry for each entity of the geometry"));
+    static void fields(auto& s, auto& f) {
+        f("to_geometry", s.to_geometry, "from points of the curved boundary ([distances.md](algorithms/distances.md))");
+        f("to_boundary", s.to_boundary, "from points of the geometry");
+        f("entities", s.entities, "one entry for each entity of the geometry");
     }
 };
 
@@ -185,31 +174,26 @@ struct SolutionMetricReport {
     double models_max_anisotropy = 0;
     std::vector<std::string> fields_in_doubt = {};  ///< fields whose values are as unrelated as in a random order
 
-    [[nodiscard]] static constexpr auto fields() {
-        using S = SolutionMetricReport;
-        constexpr Fields<S> f;
-        return std::tuple(
-            f("degree", &S::degree, "degree of the elements that interpolate the solution"),
-            f("requested_complexity", &S::asked, "requested complexity").unit("1"),
-            f("complexity", &S::complexity, "complexity of the metric").unit("1"),
-            f("elements_expected", &S::elements, "expected number of elements"),
-            f("fixed_complexity", &S::of_fixed, "complexity of sizes, geometry, other metrics and bounds alone")
-                .unit("1"),
-            f("is_fixed_sufficient", &S::is_fixed_alone,
-              "true: these alone reach the requested complexity; the solution has no influence"),
-            f("is_reached", &S::is_reached, "true: the requested complexity is reached to 10⁻³"),
-            f("is_graded", &S::is_graded, "true: the gradation converged"),
-            f("evaluations", &S::evaluations, "number of complexities that were tried"),
-            f("gradations", &S::gradations, "number of gradations"),
-            f("largest_anisotropy", &S::largest_anisotropy, "largest ratio of the longest to the shortest size")
-                .unit("1"),
-            f("at_min_size", &S::at_min, "share of the vertices with a size at the lower bound").unit("1"),
-            f("at_max_size", &S::at_max, "share of the vertices with a size at the upper bound").unit("1"),
-            f("rows", &S::rows, "number of recovered derivatives: one for each vertex and material"),
-            f("from_inner_fits", &S::from_inner_fits, "number of those of the boundary taken from inner ones"),
-            f("lower_degree", &S::lower_degree, "number of those of a lower degree, for lack of nodes"),
-            f("zero_models", &S::zero_models, "number of places without derivatives"),
-            f("bounded_models", &S::floored_models, "number of error models whose anisotropy was bounded"));
+    static void fields(auto& s, auto& f) {
+        f("degree", s.degree, "degree of the elements that interpolate the solution");
+        f("requested_complexity", s.asked, "requested complexity", unit("1"));
+        f("complexity", s.complexity, "complexity of the metric", unit("1"));
+        f("elements_expected", s.elements, "expected number of elements");
+        f("fixed_complexity", s.of_fixed, "complexity of sizes, geometry, other metrics and bounds alone", unit("1"));
+        f("is_fixed_sufficient", s.is_fixed_alone,
+          "true: these alone reach the requested complexity; the solution has no influence");
+        f("is_reached", s.is_reached, "true: the requested complexity is reached to 10⁻³");
+        f("is_graded", s.is_graded, "true: the gradation converged");
+        f("evaluations", s.evaluations, "number of complexities that were tried");
+        f("gradations", s.gradations, "number of gradations");
+        f("largest_anisotropy", s.largest_anisotropy, "largest ratio of the longest to the shortest size", unit("1"));
+        f("at_min_size", s.at_min, "share of the vertices with a size at the lower bound", unit("1"));
+        f("at_max_size", s.at_max, "share of the vertices with a size at the upper bound", unit("1"));
+        f("rows", s.rows, "number of recovered derivatives: one for each vertex and material");
+        f("from_inner_fits", s.from_inner_fits, "number of those of the boundary taken from inner ones");
+        f("lower_degree", s.lower_degree, "number of those of a lower degree, for lack of nodes");
+        f("zero_models", s.zero_models, "number of places without derivatives");
+        f("bounded_models", s.floored_models, "number of error models whose anisotropy was bounded");
     }
 };
 
@@ -217,11 +201,9 @@ struct SolutionMetricReport {
 struct IntegralReport {
     double largest = 0, largest_change = 0;
 
-    [[nodiscard]] static constexpr auto fields() {
-        using S = IntegralReport;
-        constexpr Fields<S> f;
-        return std::tuple(f("largest", &S::largest, "largest integral of a material and component before the transfer"),
-                          f("largest_change", &S::largest_change, "largest change of one"));
+    static void fields(auto& s, auto& f) {
+        f("largest", s.largest, "largest integral of a material and component before the transfer");
+        f("largest_change", s.largest_change, "largest change of one");
     }
 };
 
@@ -231,39 +213,21 @@ struct TransferReport {
     TransferStatistics statistics;
 
     [[nodiscard]] std::vector<std::pair<std::string, IntegralReport>> integrals() const;
-    [[nodiscard]] static constexpr auto fields() {
-        using S = TransferReport;
-        constexpr Fields<S> f;
-        return std::tuple(
-            f("method", &S::method, "`interpolate` or `conserve`"), f("fields", &S::names, "names of the fields"),
-            f(
-                "unchanged", [](const S& r) { return r.statistics.kept; },
-                "number of nodes with the same values to the bit"),
-            f(
-                "interpolated", [](const S& r) { return r.statistics.interpolated; },
-                "number of nodes inside the old mesh"),
-            f(
-                "outside", [](const S& r) { return r.statistics.outside; }, "number of nodes outside the old mesh"),
-            f(
-                "largest_distance", [](const S& r) { return r.statistics.largest_distance; },
-                "largest distance of such a node from it")
-                .unit("length"),
-            f(
-                "projected", [](const S& r) { return r.statistics.projected; },
-                "`conserve`: number of nodes with projected values"),
-            f(
-                "changed_elements", [](const S& r) { return r.statistics.changed_elements; },
-                "`conserve`: number of elements that the old mesh does not have"),
-            f(
-                "patches", [](const S& r) { return r.statistics.patches; },
-                "`conserve`: number of their connected patches"),
-            f(
-                "redistributed", [](const S& r) { return r.statistics.spread; },
-                "`conserve`: number of parts of patches whose integral other nodes preserve"),
-            f(
-                "unconserved_materials", [](const S& r) { return r.statistics.unkept; },
-                "`conserve`: number of materials without a node for that"),
-            f("integrals", &S::integrals, "of each field"));
+    static void fields(auto& s, auto& f) {
+        f("method", s.method, "`interpolate` or `conserve`");
+        f("fields", s.names, "names of the fields");
+        f("unchanged", s.statistics.kept, "number of nodes with the same values to the bit");
+        f("interpolated", s.statistics.interpolated, "number of nodes inside the old mesh");
+        f("outside", s.statistics.outside, "number of nodes outside the old mesh");
+        f("largest_distance", s.statistics.largest_distance, "largest distance of such a node from it", unit("length"));
+        f("projected", s.statistics.projected, "`conserve`: number of nodes with projected values");
+        f("changed_elements", s.statistics.changed_elements,
+          "`conserve`: number of elements that the old mesh does not have");
+        f("patches", s.statistics.patches, "`conserve`: number of their connected patches");
+        f("redistributed", s.statistics.spread,
+          "`conserve`: number of parts of patches whose integral other nodes preserve");
+        f("unconserved_materials", s.statistics.unkept, "`conserve`: number of materials without a node for that");
+        f("integrals", s.integrals(), "of each field");
     }
 };
 
