@@ -102,7 +102,7 @@ std::string listed(const std::vector<Reference>& references) {
     return list + (references.size() > most ? ", …" : "");
 }
 
-/// Whether each reference is named once, and facets have it.
+/// Errors (usage): a reference that is named twice, or that no facet has.
 Outcome<Done> check_references(const config::Cad& cad, const std::vector<Reference>& of_mesh) {
     for (std::size_t i = 0; i < cad.references.size(); ++i) {
         const Reference reference = cad.references[i];

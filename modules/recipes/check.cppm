@@ -55,10 +55,7 @@ struct FieldErrors {
     }
 };
 
-}  // namespace camber::run
-
-/// Soundness of a mesh, verdicts of its elements, crossings and overlaps: `camber check`.
-export namespace camber::run {
+// ---------------------------------------------------------------- checks: `camber check`
 
 /// Options of a check. The bound is 0, not that of the meshes which a run makes.
 struct CheckOptions {
@@ -299,7 +296,7 @@ struct CheckReport {
     [[nodiscard]] std::uint64_t tag_of(std::size_t element) const {
         return numbers.tag(mesh.judged_dimension(), element);
     }
-    /// Those of a list of elements.
+    /// Numbers of a list of elements in the file, if they have others.
     [[nodiscard]] std::vector<std::uint64_t> tags(const std::vector<std::size_t>& list) const {
         std::vector<std::uint64_t> all;
         for (const std::size_t e : list)

@@ -22,7 +22,7 @@ import :values;
 /// A pipeline in cycles (config "adapt"): the runs of each cycle, and the table of cycles.
 export namespace camber::run {
 
-/// Where a cycle's files are: all within its folder.
+/// Files of a cycle, within its folder.
 struct CycleFiles {
     std::string folder;
     std::string mesh, solution, guess;  ///< the mesh, the solver's solution on it, what that may begin with
@@ -30,7 +30,7 @@ struct CycleFiles {
     std::string report, view;           ///< view: the mesh with fields, for ParaView
     std::string vtu, metric, carried, plots, page;
 };
-/// Those of a config's cycle below the folder of all.
+/// Returns the files of a cycle below the folder of all cycles.
 [[nodiscard]] CycleFiles files_of_cycle(const config::Pipeline& pipeline, const std::string& folder);
 /// "cycle-007".
 [[nodiscard]] std::string name_of_cycle(int cycle);
@@ -38,9 +38,9 @@ struct CycleFiles {
 /// Returns the steps of a cycle: remeshing of straight meshes (degree 1); of quadratic ones also curving, for the
 /// solution if the metric is made for it.
 [[nodiscard]] config::Pipeline steps_of_cycles(int degree, const config::Metric& metric);
-/// What makes the first mesh, which the solver is asked on: the stages that keep the topology; without a solver none.
+/// Pipeline of the first mesh, on which the solver is called: the stages that keep the topology; without a solver none.
 [[nodiscard]] config::Pipeline first_pipeline(const config::Pipeline& pipeline, const CycleFiles& into);
-/// What makes the mesh of a cycle, from 1, out of the one before.
+/// Pipeline of a cycle's mesh, from 1, out of the one before.
 [[nodiscard]] config::Pipeline cycle_pipeline(const config::Pipeline& pipeline, int cycle, const CycleFiles& first,
                                               const CycleFiles& before, const CycleFiles& into);
 /// The command of a cycle, its braces replaced.
@@ -59,7 +59,7 @@ struct InputDegree {
 /// it is. Errors of the result (input): another degree than the required one.
 [[nodiscard]] Fit fit_of_cycle(int cycle, const InputDegree& required = {});
 
-/// What cannot be done cycle after cycle. Errors: usage.
+/// Errors (usage): stages and options that cannot be repeated in cycles.
 [[nodiscard]] Outcome<Done> check_cycles(const config::Pipeline& pipeline);
 
 /// An error of a solution, or of the exact one's interpolant, in the mesh's degree.
@@ -164,13 +164,10 @@ struct CycleRun {
 /// Why no more cycles are needed (`convergence_tolerance` of the config): the least error has not fallen, or without an
 /// error meshes become no nearer to unit in their own solution's metric. Empty: they are needed.
 [[nodiscard]] std::string reason_to_end(std::span<const CycleRow> rows, const config::Adaptation& adapt);
-/// What is worth knowing of the result: that it is not the last, and unit edges or a quality that fell.
+/// Notes: the result is not the last mesh; unit edges or a quality fell.
 [[nodiscard]] std::vector<std::string> notes_on_result(std::span<const CycleRow> rows, const config::Adaptation& adapt);
 
-}  // namespace camber::run
-
-/// The loop of cycles over a store and a solver.
-export namespace camber::run {
+// ---------------------------------------------------------------- the loop of cycles over a store and a solver
 
 /// A finished cycle: its mesh with the fields on it, those of the solver if it was called.
 struct FinishedCycle {

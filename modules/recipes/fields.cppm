@@ -169,10 +169,7 @@ void each_shown_field(const S& report, Reported of, const Visit& visit) {
     });
 }
 
-}  // namespace camber::run
-
-/// Descriptions of structs of lower modules.
-export namespace camber::run {
+// ---------------------------------------------------------------- structs of lower modules
 
 template <>
 struct FieldsOf<Group> {

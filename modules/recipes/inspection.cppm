@@ -188,10 +188,7 @@ struct Inspected {
 [[nodiscard]] Outcome<Inspected> inspect_geometry(DecodedMesh mesh, const ComparedGeometry& geometry,
                                                   const InspectOptions& options, const Around& around);
 
-}  // namespace camber::run
-
-/// Contents of a mesh file or of a solution file: `camber info`.
-export namespace camber::run {
+// ---------------------------------------------------------------- contents of files: `camber info`
 
 struct FieldInfo {
     std::string name;

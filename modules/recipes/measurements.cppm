@@ -20,7 +20,7 @@ import :values;
 
 export namespace camber::run {
 
-/// What is counted, each with bins of its own that never change, so that runs can be compared.
+/// Quantity of a histogram; its bins never change, so that runs can be compared.
 enum class Quantity : std::uint8_t {
     length_reduction,
     length,
@@ -54,7 +54,7 @@ struct QuantityInfo {
 ///   0.005, 0.02, and 0.05, 0.1 … 1.
 [[nodiscard]] std::vector<double> limits_of(Quantity quantity);
 
-/// What the open bins at the ends hold at most.
+/// Extremes of the open bins at the ends.
 struct Extremes {
     double least = 0, greatest = 0;
     friend bool operator==(const Extremes&, const Extremes&) = default;
@@ -83,10 +83,7 @@ struct Histogram {
 
 [[nodiscard]] const Series* find_series(const Histogram& histogram, std::string_view name);
 
-}  // namespace camber::run
-
-/// How far a boundary and its geometry are from each other, as it is told.
-export namespace camber::run {
+// ---------------------------------------------------------------- distances of a boundary from its geometry
 
 /// Distance in one direction (see OneWay).
 struct OneWayReport {
@@ -153,10 +150,7 @@ template <int D>
 [[nodiscard]] DistancesReport distances_report(const GeometryDistances<D>& distances, const Geometry<D>& geometry,
                                                const config::Geometry& config);
 
-}  // namespace camber::run
-
-/// What is told of a solution: of the metric that was made for it, and of its way to another mesh.
-export namespace camber::run {
+// ---------------------------------------------------------------- solutions
 
 struct SolutionMetricReport {
     int degree = 1;
@@ -231,12 +225,10 @@ struct TransferReport {
     }
 };
 
-/// What is short of what was asked for.
+/// Requests that the metric does not satisfy, a sentence each.
 [[nodiscard]] std::vector<std::string> solution_metric_notices(const SolutionMetricReport& report);
 
-}  // namespace camber::run
-
-export namespace camber::run {
+// ---------------------------------------------------------------- memory
 
 /// Largest resident memory of a run (elevate, curve, validate, relax, commit) on a mesh of that size, in bytes: what
 /// the program itself takes, and so much a vertex and an element. Fitted to the peaks that report.json gave where walls
@@ -260,14 +252,14 @@ struct AvailableMemory {
     std::string source;
 };
 
-/// What passes that split make of a mesh, and the largest resident memory of that (bytes).
+/// Size of the mesh that passes make, and its largest resident memory (bytes).
 struct Growth {
     double elements = 0;  ///< that the metric asks for
     std::size_t peak_bytes = 0;
 };
 
 inline constexpr double bytes_of_program = 13e6;
-/// Of a mesh that passes changed, where it is made one as any other.
+/// Memory of an element while the mesh that passes changed is compacted.
 [[nodiscard]] constexpr double bytes_of_element(int dimension, int degree) {
     return (dimension == 2 ? 347 : 263) * (degree == 2 ? 1.7 : 1);
 }
@@ -286,29 +278,27 @@ inline constexpr double bytes_of_program = 13e6;
     return {elements, static_cast<std::size_t>(bytes < most ? bytes : most)};
 }
 
-/// How many elements passes may make with so many bytes.
+/// Number of elements that passes may make within a memory limit.
 [[nodiscard]] inline std::size_t max_elements_within(std::size_t bytes, int dimension, int degree) {
     const double room = static_cast<double>(bytes) - bytes_of_program;
     return room > 0 ? static_cast<std::size_t>(room / bytes_of_element(dimension, degree)) : 0;
 }
 
-}  // namespace camber::run
+// ---------------------------------------------------------------- numbers of a file
 
-/// How the file that a mesh is from calls its vertices, elements and references. One numbering for all reports: a
-/// vertex has the number of its file (of Gmsh's the tag), an element its place among the file's, from 1; a tag that
-/// differs from it stands beside.
-export namespace camber::run {
+// All reports have one numbering: a vertex has the number of its file (of Gmsh's the tag), an element its place among
+// the file's, from 1; a tag that differs from it stands beside.
 
 struct FileNumbers {
     Column<std::uint32_t> nodes = {};  ///< DecodedMesh::node_numbers
     FileTags tags = {};
 
-    /// Of a vertex, or of one of the nodes that follow them.
+    /// Number of a vertex, or of one of the nodes that follow them.
     [[nodiscard]] std::size_t operator()(std::size_t node) const {
         if (!nodes.empty()) return nodes[node];
         return node < tags.vertices.size() ? tags.vertices[node] : node + 1;
     }
-    /// Of a simplex of a dimension, by its place from 1; 0: it has none beside its place.
+    /// Tag of a simplex of a dimension, by its place from 1; 0: it has none beside its place.
     [[nodiscard]] std::uint64_t tag(int dimension, std::size_t place) const {
         const auto& all = tags.simplices[static_cast<std::size_t>(dimension)];
         return place > 0 && place <= all.size() ? all[place - 1] : 0;
@@ -328,19 +318,16 @@ using Groups = std::vector<Group>;
 [[nodiscard]] FileNumbers numbers_of(const DecodedMesh& mesh);
 [[nodiscard]] Groups groups_of(const AnyMesh& mesh);
 
-}  // namespace camber::run
+// ---------------------------------------------------------------- order of stages
 
-/// Which stage may come after which: one table.
-export namespace camber::run {
-
-/// What a run holds, as far as the order of its stages goes; each holds more than the one before.
+/// Content of a run's state, as far as the order of its stages goes; each has more than the one before.
 enum class Holds : std::uint8_t {
     straight_mesh,
     curved_mesh,    ///< of degree 2
     planned_nodes,  ///< and places for its nodes; a mesh that was read with its curves begins so: its own nodes
 };
 
-/// What a stage does about places that are planned for nodes and are not the mesh's.
+/// Effect of a stage on planned positions that are not committed.
 enum class Places : std::uint8_t {
     keeps,
     plans,  ///< makes or changes them
@@ -373,13 +360,13 @@ inline constexpr std::tuple step_table{
     Step<config::Remesh>{"remesh", Holds::straight_mesh, Holds::planned_nodes, {}, Places::refuses},
 };
 
-/// Whether a stage is a pass that changes the topology.
+/// True if a stage is a pass that changes the topology.
 template <class Options>
 [[nodiscard]] constexpr bool changes_topology() {
     return std::get<Step<Options>>(step_table).places == Places::refuses;
 }
 
-/// Whether these stages can run one after the other on a mesh of that degree, before anything is done. Errors name the
+/// Checks that these stages can run one after the other on a mesh of that degree. Errors name the
 /// stage's JSON path: usage (a stage that must come before it is missing, or one is there that must not), or without
 /// the path input (the mesh is of degree 1, or of degree 2, and its stages take it as it is).
 [[nodiscard]] Outcome<Done> check_order(std::span<const config::Stage> stages, int degree);
