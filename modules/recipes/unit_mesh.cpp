@@ -205,11 +205,13 @@ Outcome<Done> add_up(Series& series, Ranks& ranks) {
 
 Outcome<UnitMeshOfRanks> unit_mesh_of_ranks(std::string metric, const MeasuredRows& own, Ranks& ranks) {
     const UnitMesh here{unit_mesh_report(metric, own.lengths, own.qualities), own.lengths, own.qualities};
-    const auto of_all = gather_all(ranks, Outcome<std::vector<OfRank>>({OfRank{here.report, own.qualities.size()}}));
+    const UnitMeshNumbers& numbers = here.report;
+    const auto of_all = gather_all(ranks, Outcome<std::vector<OfRank>>({OfRank{numbers, own.qualities.size()}}));
     if (!of_all) return fail(of_all.error());
     OfRank all;
     for (const OfRank& next : *of_all) add(all, next);
-    UnitMeshOfRanks made{{all, std::move(metric)}, histograms_of(here, "remeshed")};
+    UnitMeshOfRanks made{{static_cast<const UnitMeshNumbers&>(all), std::move(metric)},
+                         histograms_of(here, "remeshed")};
     for (Histogram& histogram : made.histograms)
         if (auto added = add_up(histogram.series.front(), ranks); !added) return fail(added.error());
     return made;
