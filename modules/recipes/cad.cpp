@@ -28,7 +28,7 @@ std::vector<std::vector<std::size_t>> numbers_of(const std::vector<std::vector<s
 
 template <int D>
 CadReport cad_report(const CadModel& model, const CadAssociation& a) {
-    CadReport report{.unit = model.unit(),
+    CadReport report{.mesh_unit = model.unit(),
                      .file_unit = model.file_unit(),
                      .is_in_file_unit = model.is_in_file_unit(),
                      .faces = model.faces(),
@@ -102,7 +102,7 @@ std::string listed(const std::vector<Reference>& references) {
     return list + (references.size() > most ? ", …" : "");
 }
 
-/// Whether each reference is named once, and facets have it.
+/// Errors (usage): a reference that is named twice, or that no facet has.
 Outcome<Done> check_references(const config::Cad& cad, const std::vector<Reference>& of_mesh) {
     for (std::size_t i = 0; i < cad.references.size(); ++i) {
         const Reference reference = cad.references[i];

@@ -194,13 +194,7 @@ class Checker {
           metric_(metric),
           options_(options),
           around_(around) {
-        report_.mesh = {D,
-                        given_.degree,
-                        linear_.points.size(),
-                        count_nodes(given_),
-                        linear_.elements.size(),
-                        linear_.facets.size(),
-                        linear_.edges.size()};
+        report_.mesh = mesh_report(linear_, given_.degree, count_nodes(given_));
         report_.elements_by_reference = counted_by_reference(linear_.elements.references);
         report_.facets_by_reference = counted_by_reference(linear_.facets.references);
         report_.feature_edges_by_reference = counted_by_reference(linear_.edges.references);
@@ -392,34 +386,16 @@ SoundnessReport::ByDefect<std::vector<std::size_t>> SoundnessReport::first() con
 
 namespace {
 
-/// Cells that are judged, and all of them.
-struct CellCounts {
-    std::size_t judged = 0, cells = 0;
-};
-
-/// A field on cells: values of elements, and `none` on the other cells. Elements come first, of a standalone surface
-/// mesh facets do.
-template <class T>
-MeshField at_cells(std::string name, const CellCounts& size, T none, auto&& value) {
-    Buffer<T> values(size.cells);
-    std::fill(values.begin(), values.end(), none);
-    for (std::size_t e = 0; e < size.judged; ++e) values[e] = static_cast<T>(value(e));
-    return {std::move(name), Centring::cell, FieldKind::scalar, Column<T>(std::move(values))};
-}
-
 template <int D>
 Outcome<MeshFields> fields_of(const LinearMesh<D>& mesh, const CheckReport& report, const Execution& execution) {
-    const CellCounts size{judged_count(mesh), mesh.elements.size() + mesh.facets.size() + mesh.edges.size()};
     const ElementColumns& columns = report.elements;
-    auto qualities = map_each(execution, size.judged, [&](std::size_t e) { return quality_of(mesh, e); });
+    const auto qualities = map_each(execution, judged_count(mesh), [&](std::size_t e) { return quality_of(mesh, e); });
     if (!qualities) return fail(qualities.error());
     constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-    std::vector<MeshField> fields{
-        at_cells<std::int32_t>("verdict", size, -1, [&](std::size_t e) { return columns.verdicts[e]; }),
-        at_cells<double>("quality", size, nan, [&](std::size_t e) { return (*qualities)[e]; })};
+    std::vector<MeshField> fields{cell_field(mesh, "verdict", 0, columns.verdicts, std::int32_t{-1}),
+                                  cell_field(mesh, "quality", 0, *qualities, nan)};
     if (!columns.min_scaled_jacobian.empty())
-        fields.push_back(at_cells<double>("scaled_jacobian", size, nan,
-                                          [&](std::size_t e) { return columns.min_scaled_jacobian[e]; }));
+        fields.push_back(cell_field(mesh, "scaled_jacobian", 0, columns.min_scaled_jacobian, nan));
     return MeshFields(std::move(fields));
 }
 

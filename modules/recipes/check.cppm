@@ -31,14 +31,12 @@ struct ErrorBin {
     std::size_t elements = 0;
     double straight = 0, same_boundary = 0, curved = 0;
 
-    [[nodiscard]] static constexpr auto fields() {
-        using S = ErrorBin;
-        constexpr Fields<S> f;
-        return std::tuple(f("range", &S::range, "range of the bin"),
-                          f("elements", &S::elements, "number of its elements"),
-                          f("straight", &S::straight, "their share of the squared L2 error of `straight`").unit("1"),
-                          f("same_boundary", &S::same_boundary, "their share of that of `same_boundary`").unit("1"),
-                          f("curved", &S::curved, "their share of that of `curved`").unit("1"));
+    static void fields(auto& s, auto& f) {
+        f("range", s.range, "range of the bin");
+        f("elements", s.elements, "number of its elements");
+        f("straight", s.straight, "their share of the squared L2 error of `straight`", unit("1"));
+        f("same_boundary", s.same_boundary, "their share of that of `same_boundary`", unit("1"));
+        f("curved", s.curved, "their share of that of `curved`", unit("1"));
     }
 };
 
@@ -48,21 +46,16 @@ struct FieldErrors {
     InterpolationError errors;
     std::vector<ErrorBin> by_curvature, by_scaled_jacobian, by_boundary;
 
-    [[nodiscard]] static constexpr auto fields() {
-        using S = FieldErrors;
-        constexpr Fields<S> f;
-        return std::tuple(
-            f("field", &S::expression, "expression of the field"), f.merged(&S::errors),
-            f("by_curvature", &S::by_curvature, "elements by |node − middle|/|chord| of their most curved edge"),
-            f("by_scaled_jacobian", &S::by_scaled_jacobian, "elements by their smallest scaled Jacobian"),
-            f("by_boundary", &S::by_boundary, "elements by the number of edges between them and the boundary"));
+    static void fields(auto& s, auto& f) {
+        f("field", s.expression, "expression of the field");
+        f.merged(s.errors);
+        f("by_curvature", s.by_curvature, "elements by |node − middle|/|chord| of their most curved edge");
+        f("by_scaled_jacobian", s.by_scaled_jacobian, "elements by their smallest scaled Jacobian");
+        f("by_boundary", s.by_boundary, "elements by the number of edges between them and the boundary");
     }
 };
 
-}  // namespace camber::run
-
-/// Soundness of a mesh, verdicts of its elements, crossings and overlaps: `camber check`.
-export namespace camber::run {
+// ---------------------------------------------------------------- checks: `camber check`
 
 /// Options of a check. The bound is 0, not that of the meshes which a run makes.
 struct CheckOptions {
@@ -96,16 +89,12 @@ struct Witness {
     std::vector<double> barycentric, point;
     double scaled_jacobian = 0;
 
-    [[nodiscard]] static constexpr auto fields() {
-        using S = Witness;
-        constexpr Fields<S> f;
-        return std::tuple(
-            f("barycentric", &S::barycentric,
-              "weights w of the vertices, exact if the element fails there: the point is w/Σw")
-                .unit("1"),
-            f("point", &S::point, "the point in space").unit("length"),
-            f("scaled_jacobian", &S::scaled_jacobian, "scaled Jacobian there; if the straight element is flat det J")
-                .unit("1"));
+    static void fields(auto& s, auto& f) {
+        f("barycentric", s.barycentric,
+          "weights w of the vertices, exact if the element fails there: the point is w/Σw", unit("1"));
+        f("point", s.point, "the point in space", unit("length"));
+        f("scaled_jacobian", s.scaled_jacobian, "scaled Jacobian there; if the straight element is flat det J",
+          unit("1"));
     }
 };
 
@@ -123,22 +112,19 @@ struct ElementReport {
     std::optional<double> quality = {}, volume = {};  ///< see ElementColumns; of degree 1
     std::string reason = {};
 
-    [[nodiscard]] std::string_view verdict_word() const { return word(verdict); }
-    [[nodiscard]] static constexpr auto fields() {
-        using S = ElementReport;
-        constexpr Fields<S> f;
-        return std::tuple(
-            f("element", &S::number, "its number, from 1"),
-            f("tag", &S::tag, "its number in the file, where that is another one").unless_empty(),
-            f("reference", &S::reference, "its reference"), f("name", &S::name, "name of its reference").unless_empty(),
-            f("verdict", &S::verdict_word, "`valid`, `invalid` or `undecided`"),
-            f("vertices", &S::vertices, "its vertices, as the file numbers them"),
-            f("min_scaled_jacobian", &S::min_scaled_jacobian, "degree 2: its smallest scaled Jacobian").unit("1"),
-            f("straight_inverted", &S::straight_inverted, "degree 2: true if it is inverted or flat when straight"),
-            f("witness", &S::witness, "degree 2: the point where det J is lowest"),
-            f("quality", &S::quality, "degree 1: its mean ratio").unit("1"),
-            f("volume", &S::volume, "degree 1: its volume (2D: area) with sign").unit("length^D"),
-            f("reason", &S::reason, "the reason, in words"));
+    static void fields(auto& s, auto& f) {
+        f("element", s.number, "its number, from 1");
+        f("tag", s.tag, "its number in the file, where that is another one", unless_empty);
+        f("reference", s.reference, "its reference");
+        f("name", s.name, "name of its reference", unless_empty);
+        f("verdict", word(s.verdict), "`valid`, `invalid` or `undecided`");
+        f("vertices", s.vertices, "its vertices, as the file numbers them");
+        f("min_scaled_jacobian", s.min_scaled_jacobian, "degree 2: its smallest scaled Jacobian", unit("1"));
+        f("straight_inverted", s.straight_inverted, "degree 2: true if it is inverted or flat when straight");
+        f("witness", s.witness, "degree 2: the point where det J is lowest");
+        f("quality", s.quality, "degree 1: its mean ratio", unit("1"));
+        f("volume", s.volume, "degree 1: its volume (2D: area) with sign", unit("length^D"));
+        f("reason", s.reason, "the reason, in words");
     }
 };
 
@@ -152,25 +138,19 @@ struct ElementColumns {
     Column<float> quality;
     Column<double> volume;
 
-    [[nodiscard]] bool is_straight() const { return degree == 1; }
     [[nodiscard]] bool is_curved() const { return degree == 2; }
-    [[nodiscard]] static constexpr auto fields() {
-        using S = ElementColumns;
-        constexpr Fields<S> f;
-        return std::tuple(
-            f("reference", &S::references, "references of the elements"),
-            f("verdict", &S::verdicts, "`valid`, `invalid` or `undecided`"),
-            f("min_scaled_jacobian", &S::min_scaled_jacobian,
-              "degree 2: certified lower bounds of the scaled Jacobians; null: not finite")
-                .unit("1")
-                .where(&S::is_curved),
-            f("straight_inverted", &S::straight_inverted, "degree 2: true if inverted or flat when straight")
-                .where(&S::is_curved),
-            f("quality", &S::quality,
-              "degree 1: mean ratios, 1 for an equilateral element, 0 for a flat one, negative for an inverted one")
-                .unit("1")
-                .where(&S::is_straight),
-            f("volume", &S::volume, "degree 1: volumes (2D: areas) with sign").unit("length^D").where(&S::is_straight));
+    static void fields(auto& s, auto& f) {
+        f("reference", s.references, "references of the elements");
+        f("verdict", s.verdicts, "`valid`, `invalid` or `undecided`");
+        f("min_scaled_jacobian", s.min_scaled_jacobian,
+          "degree 2: certified lower bounds of the scaled Jacobians; null: not finite", unit("1"),
+          shown_if(s.is_curved()));
+        f("straight_inverted", s.straight_inverted, "degree 2: true if inverted or flat when straight",
+          shown_if(s.is_curved()));
+        f("quality", s.quality,
+          "degree 1: mean ratios, 1 for an equilateral element, 0 for a flat one, negative for an inverted one",
+          unit("1"), shown_if(!s.is_curved()));
+        f("volume", s.volume, "degree 1: volumes (2D: areas) with sign", unit("length^D"), shown_if(!s.is_curved()));
     }
 };
 
@@ -182,16 +162,13 @@ struct FindingReport {
     bool harms = false;
     std::string sentence;
 
-    [[nodiscard]] static constexpr auto fields() {
-        using S = FindingReport;
-        constexpr Fields<S> f;
-        return std::tuple(
-            f("count", &S::count, "number of entities with the defect"),
-            f("first", &S::first, "the first of them, with a second number where two belong together"),
-            f("category", &S::concern,
-              "subject of the defect: `conformity`, `orientation`, `nodes`, `boundary`, `closure` or `walls`"),
-            f("is_harmful", &S::harms, "true: the mesh is not sound because of it"),
-            f("text", &S::sentence, "a sentence"));
+    static void fields(auto& s, auto& f) {
+        f("count", s.count, "number of entities with the defect");
+        f("first", s.first, "the first of them, with a second number where two belong together");
+        f("category", s.concern,
+          "subject of the defect: `conformity`, `orientation`, `nodes`, `boundary`, `closure` or `walls`");
+        f("is_harmful", s.harms, "true: the mesh is not sound because of it");
+        f("text", s.sentence, "a sentence");
     }
 };
 
@@ -204,15 +181,12 @@ struct SoundnessReport {
     ByDefect<FindingReport> findings = {};
 
     [[nodiscard]] ByDefect<std::vector<std::size_t>> first() const;
-    [[nodiscard]] static constexpr auto fields() {
-        using S = SoundnessReport;
-        constexpr Fields<S> f;
-        return std::tuple(
-            f("sound", &S::sound, "true: nothing was found that harms"),
-            f("empty", &S::empty, "true: the mesh has no element and no facet"),
-            f({}, &S::counts, "number of entities with a defect, by kind ([soundness.md](algorithms/soundness.md))"),
-            f("first", &S::first, "of each kind that was found the first, as `findings.NAME.first`"),
-            f("findings", &S::findings, "the kinds that were found"));
+    static void fields(auto& s, auto& f) {
+        f("sound", s.sound, "true: nothing was found that harms");
+        f("empty", s.empty, "true: the mesh has no element and no facet");
+        f({}, s.counts, "number of entities with a defect, by kind ([soundness.md](algorithms/soundness.md))");
+        f("first", s.first(), "of each kind that was found the first, as `findings.NAME.first`");
+        f("findings", s.findings, "the kinds that were found");
     }
 };
 
@@ -225,18 +199,13 @@ struct CrossingReport {
     std::array<std::vector<std::size_t>, 2> vertices{};
     bool straight_too = false;
 
-    [[nodiscard]] std::string_view verdict_word() const { return word(verdict); }
-    [[nodiscard]] static constexpr auto fields() {
-        using S = CrossingReport;
-        constexpr Fields<S> f;
-        return std::tuple(
-            f("verdict", &S::verdict_word, "`crossing`, `touching` or `undecided`"),
-            f("facets", &S::facets,
-              "numbers of both, from 1; 0: the file lists no boundary; the same twice: a facet with itself"),
-            f("references", &S::references, "their references"),
-            f("vertices", &S::vertices, "their vertices, as the file numbers them"),
-            f("also_when_straight", &S::straight_too,
-              "true: the straight facets of their vertices are not disjoint either"));
+    static void fields(auto& s, auto& f) {
+        f("verdict", word(s.verdict), "`crossing`, `touching` or `undecided`");
+        f("facets", s.facets,
+          "numbers of both, from 1; 0: the file lists no boundary; the same twice: a facet with itself");
+        f("references", s.references, "their references");
+        f("vertices", s.vertices, "their vertices, as the file numbers them");
+        f("also_when_straight", s.straight_too, "true: the straight facets of their vertices are not disjoint either");
     }
 };
 
@@ -247,13 +216,11 @@ struct CrossingsReport {
     Crossings counts = {};
     std::vector<CrossingReport> found = {};
 
-    [[nodiscard]] static constexpr auto fields() {
-        using S = CrossingsReport;
-        constexpr Fields<S> f;
-        return std::tuple(
-            f("examined", &S::looked_at, "false: crossings were not examined, since the mesh has a fatal defect"),
-            f("facets", &S::facets, "number of facets of the boundary and of interfaces"), f.merged(&S::counts),
-            f("found", &S::found, "pairs that are not disjoint, by rising facets"));
+    static void fields(auto& s, auto& f) {
+        f("examined", s.looked_at, "false: crossings were not examined, since the mesh has a fatal defect");
+        f("facets", s.facets, "number of facets of the boundary and of interfaces");
+        f.merged(s.counts);
+        f("found", s.found, "pairs that are not disjoint, by rising facets");
     }
 };
 
@@ -264,14 +231,11 @@ struct OverlapReport {
     std::array<Reference, 2> references{};
     std::vector<double> point;
 
-    [[nodiscard]] bool has_tags() const { return tags[0] != 0; }
-    [[nodiscard]] static constexpr auto fields() {
-        using S = OverlapReport;
-        constexpr Fields<S> f;
-        return std::tuple(f("elements", &S::elements, "their numbers, from 1"),
-                          f("tags", &S::tags, "their numbers in the file, where those are others").where(&S::has_tags),
-                          f("references", &S::references, "their references"),
-                          f("point", &S::point, "a point inside both, to rounding").unit("length"));
+    static void fields(auto& s, auto& f) {
+        f("elements", s.elements, "their numbers, from 1");
+        f("tags", s.tags, "their numbers in the file, where those are others", shown_if(s.tags[0] != 0));
+        f("references", s.references, "their references");
+        f("point", s.point, "a point inside both, to rounding", unit("length"));
     }
 };
 
@@ -281,19 +245,16 @@ struct OverlapsReport {
     std::size_t walls = 0, overlapping = 0, undecided = 0;
     std::vector<OverlapReport> found = {};
 
-    [[nodiscard]] static constexpr auto fields() {
-        using S = OverlapsReport;
-        constexpr Fields<S> f;
-        return std::tuple(
-            f("examined", &S::looked_at,
-              "false: overlaps were not examined, since the mesh has no elements, a fatal defect or elements that it "
-              "lists twice"),
-            f("walls", &S::walls, "number of connected parts of the boundary that were examined"),
-            f("overlapping", &S::overlapping,
-              "number of pairs of facets that touch, and of parts of the boundary, inside other elements "
-              "([crossing.md](algorithms/crossing.md#elements-that-overlap))"),
-            f("undecided", &S::undecided, "number of parts without a certified answer"),
-            f("found", &S::found, "pairs of elements that overlap, by rising elements"));
+    static void fields(auto& s, auto& f) {
+        f("examined", s.looked_at,
+          "false: overlaps were not examined, since the mesh has no elements, a fatal defect or elements that it lists "
+          "twice");
+        f("walls", s.walls, "number of connected parts of the boundary that were examined");
+        f("overlapping", s.overlapping,
+          "number of pairs of facets that touch, and of parts of the boundary, inside other elements "
+          "([crossing.md](algorithms/crossing.md#elements-that-overlap))");
+        f("undecided", s.undecided, "number of parts without a certified answer");
+        f("found", s.found, "pairs of elements that overlap, by rising elements");
     }
 };
 
@@ -335,59 +296,53 @@ struct CheckReport {
     [[nodiscard]] std::uint64_t tag_of(std::size_t element) const {
         return numbers.tag(mesh.judged_dimension(), element);
     }
-    /// Those of a list of elements.
-    template <auto List>
-    [[nodiscard]] std::vector<std::uint64_t> tags() const {
+    /// Numbers of a list of elements in the file, if they have others.
+    [[nodiscard]] std::vector<std::uint64_t> tags(const std::vector<std::size_t>& list) const {
         std::vector<std::uint64_t> all;
-        for (const std::size_t e : this->*List)
+        for (const std::size_t e : list)
             if (const std::uint64_t tag = tag_of(e); tag != 0) all.push_back(tag);
         return all;
     }
 
-    [[nodiscard]] static constexpr auto fields() {
-        using S = CheckReport;
-        constexpr Fields<S> f;
-        return std::tuple(
-            f.merged(&S::mesh).without({"standalone_surface"}),
-            f("elements_by_reference", &S::elements_by_reference, "number of elements of each reference"),
-            f("facets_by_reference", &S::facets_by_reference, "number of facets of each reference"),
-            f("feature_edges_by_reference", &S::feature_edges_by_reference,
-              "number of feature edges of each reference"),
-            f("groups", &S::groups, "names of references, as the file has them"),
-            f("all_good", &S::all_good, "true: the mesh is sound, and all elements are valid; the exit code is 0"),
-            f("answer", &S::answer, "the same in words, with a remedy"),
-            f("bound", &S::bound, "scaled Jacobian that an element must reach to be valid").unit("1"),
-            f("valid", &S::valid, "number of valid elements"), f("invalid", &S::invalid, "number of invalid elements"),
-            f("undecided", &S::undecided, "number of elements without a certified answer"),
-            f("straight_inverted", &S::straight_inverted,
-              "number of elements that are inverted or flat with straight edges"),
-            f("min_scaled_jacobian", &S::min_scaled_jacobian,
-              "lower bound of the scaled Jacobian over all elements, to 10⁻³; null: the mesh has no element")
-                .unit("1")
-                .or_null(),
-            f("worst_element", &S::worst_element, "its element, from 1; 0: none"),
-            f("worst", &S::worst, "the worst elements, the worst first, as many as `--worst`"),
-            f("histograms", &S::histograms, "see below").unless_empty(),
-            f("invalid_elements", &S::invalid_elements, "invalid elements, from 1"),
-            f("invalid_element_tags", &S::tags<&S::invalid_elements>, "their numbers in the file, if those are others")
-                .unless_empty(),
-            f("undecided_elements", &S::undecided_elements, "elements without a certified answer, from 1"),
-            f("undecided_element_tags", &S::tags<&S::undecided_elements>, "likewise").unless_empty(),
-            f("straight_inverted_elements", &S::straight_inverted_elements,
-              "elements that are inverted or flat with straight edges, from 1"),
-            f("straight_inverted_element_tags", &S::tags<&S::straight_inverted_elements>, "likewise").unless_empty(),
-            f("wall_elements", &S::wall_elements, "elements with two faces on one smooth wall, from 1"),
-            f("wall_element_tags", &S::tags<&S::wall_elements>, "likewise").unless_empty(),
-            f("soundness", &S::soundness, "defects of the mesh"),
-            f("crossings", &S::crossings, "facets that pass through each other or touch"),
-            f("overlaps", &S::overlaps, "elements that overlap"),
-            f("unit_mesh", &S::unit_mesh, "with `--metric`: straight edges and elements in the metric"),
-            f("curved_unit_mesh", &S::curved_unit_mesh,
-              "with `--metric`, degree 2: the same along the curves ([distortion.md](algorithms/distortion.md))"),
-            f("interpolation", &S::interpolation,
-              "with `--field`: errors of interpolants ([interpolation-error.md](algorithms/interpolation-error.md))")
-                .unless_empty(),
-            f("notices", &S::notices, "notes on the input, a sentence each"));
+    static void fields(auto& s, auto& f) {
+        f.merged(s.mesh, without({"standalone_surface"}));
+        f("elements_by_reference", s.elements_by_reference, "number of elements of each reference");
+        f("facets_by_reference", s.facets_by_reference, "number of facets of each reference");
+        f("feature_edges_by_reference", s.feature_edges_by_reference, "number of feature edges of each reference");
+        f("groups", s.groups, "names of references, as the file has them");
+        f("all_good", s.all_good(), "true: the mesh is sound, and all elements are valid; the exit code is 0");
+        f("answer", s.answer(), "the same in words, with a remedy");
+        f("bound", s.bound, "scaled Jacobian that an element must reach to be valid", unit("1"));
+        f("valid", s.valid(), "number of valid elements");
+        f("invalid", s.invalid, "number of invalid elements");
+        f("undecided", s.undecided, "number of elements without a certified answer");
+        f("straight_inverted", s.straight_inverted, "number of elements that are inverted or flat with straight edges");
+        f("min_scaled_jacobian", s.min_scaled_jacobian(),
+          "lower bound of the scaled Jacobian over all elements, to 10⁻³; null: the mesh has no element", unit("1"),
+          or_null);
+        f("worst_element", s.worst_element, "its element, from 1; 0: none");
+        f("worst", s.worst, "the worst elements, the worst first, as many as `--worst`");
+        f("histograms", s.histograms, "see below", unless_empty);
+        f("invalid_elements", s.invalid_elements, "invalid elements, from 1");
+        f("invalid_element_tags", s.tags(s.invalid_elements), "their numbers in the file, if those are others",
+          unless_empty);
+        f("undecided_elements", s.undecided_elements, "elements without a certified answer, from 1");
+        f("undecided_element_tags", s.tags(s.undecided_elements), "likewise", unless_empty);
+        f("straight_inverted_elements", s.straight_inverted_elements,
+          "elements that are inverted or flat with straight edges, from 1");
+        f("straight_inverted_element_tags", s.tags(s.straight_inverted_elements), "likewise", unless_empty);
+        f("wall_elements", s.wall_elements, "elements with two faces on one smooth wall, from 1");
+        f("wall_element_tags", s.tags(s.wall_elements), "likewise", unless_empty);
+        f("soundness", s.soundness, "defects of the mesh");
+        f("crossings", s.crossings, "facets that pass through each other or touch");
+        f("overlaps", s.overlaps, "elements that overlap");
+        f("unit_mesh", s.unit_mesh, "with `--metric`: straight edges and elements in the metric");
+        f("curved_unit_mesh", s.curved_unit_mesh,
+          "with `--metric`, degree 2: the same along the curves ([distortion.md](algorithms/distortion.md))");
+        f("interpolation", s.interpolation,
+          "with `--field`: errors of interpolants ([interpolation-error.md](algorithms/interpolation-error.md))",
+          unless_empty);
+        f("notices", s.notices, "notes on the input, a sentence each");
     }
 };
 

@@ -32,7 +32,6 @@ namespace camber::run {
 
 namespace {
 
-/// What became of the nodes that a mesh was read with.
 std::string kept_nodes(std::size_t edges) {
     return fmt::format("{} edges of the boundary keep the nodes that the mesh was read with", edges);
 }
@@ -42,10 +41,6 @@ constexpr const char* of_volume(CurvingAim aim) {
                : "volume edges: the search begins at the node that the mesh was read with, where that is the better "
                  "start";
 }
-
-}  // namespace
-
-namespace {
 
 template <int D>
 CurveReport curve_report(const QuadraticMesh<D>& mesh, const Curved<D>& curved) {
@@ -87,7 +82,7 @@ Wanted<D> keep_field(Runner<D>& run, Boundary<D> boundary, ProposedCurves<D> mad
 
 namespace {
 
-/// What nodes are placed by, on the mesh that is curved; none where no stage asks for it.
+/// The solution on the mesh that is curved; empty where no stage requires it.
 template <int D>
 Outcome<GivenSolution<D>> solution_for(Runner<D>& run, const QuadraticMesh<D>& mesh) {
     if (run.sources.goal != nullptr) return run.sources.goal->solution;

@@ -44,7 +44,7 @@ config::Output output_of_cycle(const config::Pipeline& pipeline, const CycleFile
 
 bool is_elevate(const config::Stage& stage) { return std::holds_alternative<config::Elevate>(stage); }
 
-/// What makes a mesh without a field to adapt it to.
+/// Pipeline of a mesh without a field to adapt it to.
 config::Pipeline without_field(config::Pipeline pipeline) {
     pipeline.adapt = {};
     pipeline.solution = {};
@@ -96,7 +96,7 @@ bool is_like(const CycleRow& a, const CycleRow& b) {
     return a.cycle > 0 && b.cycle > 0 && a.wanted == b.wanted && a.problem == b.problem && a.error_of == b.error_of;
 }
 
-/// Whether a mesh misses less than another, or has a smaller error.
+/// True if a mesh misses less than another, or has a smaller error.
 bool is_better(const CycleRow& a, const CycleRow& b, const config::Adaptation& adapt) {
     const auto of_a = error_of_mesh(a, adapt), of_b = error_of_mesh(b, adapt);
     if (!of_a || !of_b) return false;
@@ -140,7 +140,7 @@ std::string settled_by_edges(std::span<const CycleRow> rows, const config::Adapt
     // moves.
     constexpr double near_to_unit = 0.5, share = 0.2;
     const CycleRow &last = rows.back(), &before = rows[rows.size() - 2];
-    // What a cycle's mesh was made of has the complexity of the cycle before.
+    // The input of a cycle has the complexity of the cycle before.
     if (before.cycle < 2 || static_cast<std::size_t>(before.cycle) <= adapt.complexity.size()) return {};
     if (last.unit_edges == 0 || last.unit_before > before.unit_before + share * adapt.convergence_tolerance) return {};
     if (last.unit_before < near_to_unit * last.unit_edges) return {};

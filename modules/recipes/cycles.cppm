@@ -22,7 +22,7 @@ import :values;
 /// A pipeline in cycles (config "adapt"): the runs of each cycle, and the table of cycles.
 export namespace camber::run {
 
-/// Where a cycle's files are: all within its folder.
+/// Files of a cycle, within its folder.
 struct CycleFiles {
     std::string folder;
     std::string mesh, solution, guess;  ///< the mesh, the solver's solution on it, what that may begin with
@@ -30,7 +30,7 @@ struct CycleFiles {
     std::string report, view;           ///< view: the mesh with fields, for ParaView
     std::string vtu, metric, carried, plots, page;
 };
-/// Those of a config's cycle below the folder of all.
+/// Returns the files of a cycle below the folder of all cycles.
 [[nodiscard]] CycleFiles files_of_cycle(const config::Pipeline& pipeline, const std::string& folder);
 /// "cycle-007".
 [[nodiscard]] std::string name_of_cycle(int cycle);
@@ -38,9 +38,9 @@ struct CycleFiles {
 /// Returns the steps of a cycle: remeshing of straight meshes (degree 1); of quadratic ones also curving, for the
 /// solution if the metric is made for it.
 [[nodiscard]] config::Pipeline steps_of_cycles(int degree, const config::Metric& metric);
-/// What makes the first mesh, which the solver is asked on: the stages that keep the topology; without a solver none.
+/// Pipeline of the first mesh, on which the solver is called: the stages that keep the topology; without a solver none.
 [[nodiscard]] config::Pipeline first_pipeline(const config::Pipeline& pipeline, const CycleFiles& into);
-/// What makes the mesh of a cycle, from 1, out of the one before.
+/// Pipeline of a cycle's mesh, from 1, out of the one before.
 [[nodiscard]] config::Pipeline cycle_pipeline(const config::Pipeline& pipeline, int cycle, const CycleFiles& first,
                                               const CycleFiles& before, const CycleFiles& into);
 /// The command of a cycle, its braces replaced.
@@ -59,16 +59,16 @@ struct InputDegree {
 /// it is. Errors of the result (input): another degree than the required one.
 [[nodiscard]] Fit fit_of_cycle(int cycle, const InputDegree& required = {});
 
-/// What cannot be done cycle after cycle. Errors: usage.
+/// Errors (usage): stages and options that cannot be repeated in cycles.
 [[nodiscard]] Outcome<Done> check_cycles(const config::Pipeline& pipeline);
 
 /// An error of a solution, or of the exact one's interpolant, in the mesh's degree.
 struct CycleError {
     double l2 = 0, h1 = 0;
 
-    [[nodiscard]] static constexpr auto fields() {
-        constexpr Fields<CycleError> f;
-        return std::tuple(f("l2", &CycleError::l2, "L2 norm"), f("h1", &CycleError::h1, "H1 seminorm"));
+    static void fields(auto& s, auto& f) {
+        f("l2", s.l2, "L2 norm");
+        f("h1", s.h1, "H1 seminorm");
     }
 };
 
@@ -83,12 +83,10 @@ struct BoundaryDistance {
     double bound = 0, reached = 0;
     DistanceBoundBy by = DistanceBoundBy::expected_error;
 
-    [[nodiscard]] static constexpr auto fields() {
-        using S = BoundaryDistance;
-        constexpr Fields<S> f;
-        return std::tuple(f("bound", &S::bound, "bound on the distance").unit("model units"),
-                          f("reached", &S::reached, "distance").unit("model units"),
-                          f("origin", &S::by, "origin of the bound: `config` or `expected_error`"));
+    static void fields(auto& s, auto& f) {
+        f("bound", s.bound, "bound on the distance", unit("model units"));
+        f("reached", s.reached, "distance", unit("model units"));
+        f("origin", s.by, "origin of the bound: `config` or `expected_error`");
     }
 };
 
@@ -109,30 +107,27 @@ struct CycleRow {
     bool is_valid = true;
     std::vector<std::string> misses = {};
 
-    [[nodiscard]] static constexpr auto fields() {
-        using S = CycleRow;
-        constexpr Fields<S> f;
-        return std::tuple(
-            f("cycle", &S::cycle, "number of the cycle; 0: the first mesh"),
-            f("unknowns", &S::unknowns, "nodes in the degree of the interpolants"),
-            f("elements", &S::elements, "elements of the mesh"),
-            f("problem", &S::problem, "the exact solution and the solver's command"),
-            f("complexity_target", &S::wanted, "requested complexity of the metric; 0: none"),
-            f("complexity", &S::complexity, "complexity of the metric; 0: no metric"),
-            f("unit_edges_before", &S::unit_before, "share of unit edges of the mesh that the passes began with"),
-            f("unit_edges", &S::unit_edges, "share of unit edges of the mesh"),
-            f("min_quality", &S::worst_quality, "minimum quality of its elements"),
-            f("mean_quality", &S::mean_quality, "mean quality of its elements"),
-            f("min_scaled_jacobian", &S::smallest_jacobian, "minimum scaled Jacobian of its elements"),
-            f("expected_error", &S::expected, "expected L2 error"),
-            f("interpolation_error", &S::interpolated, "error of the exact solution's interpolant"),
-            f("solution_error", &S::solved, "error of the solver's first scalar field"),
-            f("boundary_distance", &S::boundary, "distance of the boundary from its geometry"),
-            f("seconds", &S::seconds, "elapsed time of the steps").unit("s"),
-            f("solve_seconds", &S::solve_seconds, "elapsed time of the solver").unit("s"),
-            f("error_of", &S::error_of, "error that the metric is made for").unless_default(),
-            f("valid", &S::is_valid, "true if all elements are certified valid").unless_default(),
-            f("misses", &S::misses, "causes for which the mesh is not the requested one").unless_empty());
+    static void fields(auto& s, auto& f) {
+        f("cycle", s.cycle, "number of the cycle; 0: the first mesh");
+        f("unknowns", s.unknowns, "nodes in the degree of the interpolants");
+        f("elements", s.elements, "elements of the mesh");
+        f("problem", s.problem, "the exact solution and the solver's command");
+        f("complexity_target", s.wanted, "requested complexity of the metric; 0: none");
+        f("complexity", s.complexity, "complexity of the metric; 0: no metric");
+        f("unit_edges_before", s.unit_before, "share of unit edges of the mesh that the passes began with");
+        f("unit_edges", s.unit_edges, "share of unit edges of the mesh");
+        f("min_quality", s.worst_quality, "minimum quality of its elements");
+        f("mean_quality", s.mean_quality, "mean quality of its elements");
+        f("min_scaled_jacobian", s.smallest_jacobian, "minimum scaled Jacobian of its elements");
+        f("expected_error", s.expected, "expected L2 error");
+        f("interpolation_error", s.interpolated, "error of the exact solution's interpolant");
+        f("solution_error", s.solved, "error of the solver's first scalar field");
+        f("boundary_distance", s.boundary, "distance of the boundary from its geometry");
+        f("seconds", s.seconds, "elapsed time of the steps", unit("s"));
+        f("solve_seconds", s.solve_seconds, "elapsed time of the solver", unit("s"));
+        f("error_of", s.error_of, "error that the metric is made for", shown_if(s.error_of != ErrorOf::values));
+        f("valid", s.is_valid, "true if all elements are certified valid", shown_if(!s.is_valid));
+        f("misses", s.misses, "causes for which the mesh is not the requested one", unless_empty);
     }
 };
 /// The mesh of a cycle.
@@ -169,13 +164,10 @@ struct CycleRun {
 /// Why no more cycles are needed (`convergence_tolerance` of the config): the least error has not fallen, or without an
 /// error meshes become no nearer to unit in their own solution's metric. Empty: they are needed.
 [[nodiscard]] std::string reason_to_end(std::span<const CycleRow> rows, const config::Adaptation& adapt);
-/// What is worth knowing of the result: that it is not the last, and unit edges or a quality that fell.
+/// Notes: the result is not the last mesh; unit edges or a quality fell.
 [[nodiscard]] std::vector<std::string> notes_on_result(std::span<const CycleRow> rows, const config::Adaptation& adapt);
 
-}  // namespace camber::run
-
-/// The loop of cycles over a store and a solver.
-export namespace camber::run {
+// ---------------------------------------------------------------- the loop of cycles over a store and a solver
 
 /// A finished cycle: its mesh with the fields on it, those of the solver if it was called.
 struct FinishedCycle {

@@ -28,16 +28,6 @@ namespace camber::run {
 namespace {
 
 template <int D>
-Outcome<Vec<D>> vec(const std::vector<double>& numbers, const char* what) {
-    if (numbers.size() != D)
-        return fail(ErrorKind::usage, std::string(what) + " has " + std::to_string(numbers.size()) +
-                                          " coordinates, the mesh " + std::to_string(D));
-    Vec<D> v;
-    for (int i = 0; i < D; ++i) v[i] = numbers[static_cast<std::size_t>(i)];
-    return v;
-}
-
-template <int D>
 Outcome<AnalyticSurface<D>> make_surface(const config::Plane& plane) {
     auto point = vec<D>(plane.point, "the plane's point");
     if (!point) return fail(point.error());

@@ -79,14 +79,8 @@ class Inspector {
           compared_(compared),
           options_(options),
           around_(around) {
-        const LinearMesh<D>& linear = mesh_.linear;
-        report_.mesh = {D,
-                        input.degree,
-                        linear.points.size(),
-                        linear.points.size() + (input.degree == 2 ? mesh_.edges.size() : 0),
-                        linear.elements.size(),
-                        linear.facets.size(),
-                        linear.edges.size()};
+        report_.mesh = mesh_report(mesh_.linear, input.degree,
+                                   mesh_.linear.points.size() + (input.degree == 2 ? mesh_.edges.size() : 0));
         report_.is_listed = input.is_listed;
         report_.ridge_angle = options.ridge_angle;
         report_.worst = options.worst;
@@ -248,28 +242,14 @@ class Inspector {
         return Done{};
     }
 
-    /// A value a facet; of elements and of listed edges none.
-    template <class T>
-    [[nodiscard]] MeshField facet_field(std::string name, const Column<T>& values, auto rest) const {
-        using Value = decltype(rest);
-        const std::size_t elements = mesh_.linear.elements.size();
-        Buffer<Value> column(elements + mesh_.linear.facets.size() + mesh_.linear.edges.size());
-        std::fill(column.begin(), column.end(), rest);
-        for (std::size_t f = 0; f < values.size(); ++f) column[elements + f] = static_cast<Value>(values[f]);
-        return {std::move(name), Centring::cell, FieldKind::scalar, Column<Value>(std::move(column))};
-    }
-
     [[nodiscard]] MeshFields fields() const {
         constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-        const std::size_t vertices = mesh_.linear.points.size();
-        Buffer<std::int32_t> kinds(vertices + mesh_.edges.size());
-        for (std::size_t n = 0; n < kinds.size(); ++n)
-            kinds[n] = n < vertices ? static_cast<std::int32_t>(features_.vertex_kinds[n])
-                                    : static_cast<std::int32_t>(features_.edge_kinds[n - vertices]);
-        return MeshFields({facet_field("patch", features_.patches, std::int32_t{-1}),
-                           facet_field("distance_to_geometry", distances_.of_facets, nan),
-                           facet_field("distance_to_boundary", distances_.to_facets, nan),
-                           {"node_kind", Centring::node, FieldKind::scalar, Column<std::int32_t>(std::move(kinds))}});
+        const LinearMesh<D>& mesh = mesh_.linear;
+        const std::size_t first = mesh.elements.size();
+        return MeshFields({cell_field(mesh, "patch", first, features_.patches, std::int32_t{-1}),
+                           cell_field(mesh, "distance_to_geometry", first, distances_.of_facets, nan),
+                           cell_field(mesh, "distance_to_boundary", first, distances_.to_facets, nan),
+                           node_kinds(mesh_, features_)});
     }
 
     QuadraticMesh<D> mesh_;

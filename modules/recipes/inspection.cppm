@@ -44,12 +44,10 @@ struct HingeReport {
     std::vector<double> point;
     std::vector<std::size_t> facets;
 
-    [[nodiscard]] static constexpr auto fields() {
-        using S = HingeReport;
-        constexpr Fields<S> f;
-        return std::tuple(f("vertices", &S::vertices, "its vertices, as the file numbers them"),
-                          f("point", &S::point, "its centre").unit("length"),
-                          f("facets", &S::facets, "facets there, from 1"));
+    static void fields(auto& s, auto& f) {
+        f("vertices", s.vertices, "its vertices, as the file numbers them");
+        f("point", s.point, "its centre", unit("length"));
+        f("facets", s.facets, "facets there, from 1");
     }
 };
 
@@ -58,11 +56,9 @@ struct HingesReport {
     std::size_t count = 0;
     std::vector<HingeReport> first;
 
-    [[nodiscard]] static constexpr auto fields() {
-        using S = HingesReport;
-        constexpr Fields<S> f;
-        return std::tuple(f("count", &S::count, "number of them"),
-                          f("first", &S::first, "the first of them, as many as `--worst`"));
+    static void fields(auto& s, auto& f) {
+        f("count", s.count, "number of them");
+        f("first", s.first, "the first of them, as many as `--worst`");
     }
 };
 
@@ -72,13 +68,10 @@ struct PlaceReport {
     double value = 0;
     std::string text;
 
-    [[nodiscard]] static constexpr auto fields() {
-        using S = PlaceReport;
-        constexpr Fields<S> f;
-        return std::tuple(f.merged(&S::at),
-                          f("value", &S::value, "the angle; of `ambiguous_facet` the misfit of the best face")
-                              .unit("degrees; length"),
-                          f("text", &S::text, "the place and its value in words"));
+    static void fields(auto& s, auto& f) {
+        f.merged(s.at);
+        f("value", s.value, "the angle; of `ambiguous_facet` the misfit of the best face", unit("degrees; length"));
+        f("text", s.text, "the place and its value in words");
     }
 };
 
@@ -88,11 +81,10 @@ struct PlacesReport {
     std::size_t count = 0;
     std::vector<PlaceReport> worst;
 
-    [[nodiscard]] static constexpr auto fields() {
-        using S = PlacesReport;
-        constexpr Fields<S> f;
-        return std::tuple(f("count", &S::count, "number of them"), f("text", &S::text, "description of the kind"),
-                          f("worst", &S::worst, "the worst of them, as many as `--worst`"));
+    static void fields(auto& s, auto& f) {
+        f("count", s.count, "number of them");
+        f("text", s.text, "description of the kind");
+        f("worst", s.worst, "the worst of them, as many as `--worst`");
     }
 };
 
@@ -100,33 +92,29 @@ struct PatchReport : PatchFacts {
     std::size_t number = 0;
     std::optional<std::vector<std::size_t>> cad_faces, cad_edges;
 
-    [[nodiscard]] static constexpr auto fields() {
-        using S = PatchReport;
-        constexpr Fields<S> f;
-        return std::tuple(
-            f("patch", &S::number, "its number, from 1"), f("references", &S::references, "references of its facets"),
-            f("facets", &S::facets, "number of its facets"),
-            f("interface_facets", &S::interface_facets, "number of those with elements on both sides"),
-            f("area", &S::area, "area (2D: length) of its straight facets").unit("length^(D−1)"),
-            f("size", &S::size, "diagonal of their box").unit("length"),
-            f("flat", &S::is_flat, "true: it is in one plane (2D: on one line) to 1e-12 of its size"),
-            f("cad_faces", &S::cad_faces, "with a CAD model: faces of the model that its facets lie on, from 1"),
-            f("cad_edges", &S::cad_edges, "the same in 2D: edges of the model"));
+    static void fields(auto& s, auto& f) {
+        f("patch", s.number, "its number, from 1");
+        f("references", s.references, "references of its facets");
+        f("facets", s.facets, "number of its facets");
+        f("interface_facets", s.interface_facets, "number of those with elements on both sides");
+        f("area", s.area, "area (2D: length) of its straight facets", unit("length^(D−1)"));
+        f("size", s.size, "diagonal of their box", unit("length"));
+        f("flat", s.is_flat, "true: it is in one plane (2D: on one line) to 1e-12 of its size");
+        f("cad_faces", s.cad_faces, "with a CAD model: faces of the model that its facets lie on, from 1");
+        f("cad_edges", s.cad_edges, "the same in 2D: edges of the model");
     }
 };
 
 struct RidgeReport : CurveFacts {
     std::size_t number = 0;
 
-    [[nodiscard]] static constexpr auto fields() {
-        using S = RidgeReport;
-        constexpr Fields<S> f;
-        return std::tuple(f("ridge", &S::number, "its number, from 1"),
-                          f("references", &S::references, "references of the facets beside it"),
-                          f("edges", &S::edges, "number of its edges"),
-                          f("length", &S::length, "length of its straight edges").unit("length"),
-                          f("min_turn", &S::min_turn, "smallest angle between its facets").unit("degrees"),
-                          f("largest_turn", &S::largest_turn, "largest such angle").unit("degrees"));
+    static void fields(auto& s, auto& f) {
+        f("ridge", s.number, "its number, from 1");
+        f("references", s.references, "references of the facets beside it");
+        f("edges", s.edges, "number of its edges");
+        f("length", s.length, "length of its straight edges", unit("length"));
+        f("min_turn", s.min_turn, "smallest angle between its facets", unit("degrees"));
+        f("largest_turn", s.largest_turn, "largest such angle", unit("degrees"));
     }
 };
 
@@ -134,11 +122,9 @@ struct CornerReport {
     std::size_t vertex = 0;
     std::vector<double> point;
 
-    [[nodiscard]] static constexpr auto fields() {
-        using S = CornerReport;
-        constexpr Fields<S> f;
-        return std::tuple(f("vertex", &S::vertex, "its vertex, as the file numbers it"),
-                          f("point", &S::point, "its position").unit("length"));
+    static void fields(auto& s, auto& f) {
+        f("vertex", s.vertex, "its vertex, as the file numbers it");
+        f("point", s.point, "its position", unit("length"));
     }
 };
 
@@ -157,35 +143,27 @@ struct GeometryReport {
     std::size_t worst = 0;  ///< number of patches and ridges that a table shows
     std::vector<std::string> notices;
 
-    [[nodiscard]] std::optional<std::string> geometry() const {
-        return distances ? std::optional(distances->geometry) : std::nullopt;
-    }
-    [[nodiscard]] static constexpr auto fields() {
-        using S = GeometryReport;
-        constexpr Fields<S> f;
-        return std::tuple(
-            f.merged(&S::mesh).without({"nodes", "feature_edges", "standalone_surface"}),
-            f("boundary_is_listed", &S::is_listed,
-              "false: the file has no facets; they were found, and have no numbers"),
-            f("ridge_angle", &S::ridge_angle, "angle above which facets make a ridge").unit("degrees"),
-            f("patches", &S::patches, "smooth pieces of the boundary (2D: curves)"),
-            f("ridges", &S::ridges, "chains of ridge edges between corners (3D)"),
-            f("corners", &S::corners, "corners of the boundary"),
-            f("smooth_listed_edges", &S::smooth_listed_edges,
-              "number of edges that the file lists and that are no ridges"),
-            f("interface_facets", &S::interface_facets, "number of facets with elements on both sides"),
-            f("isolated_facets", &S::lone_facets,
-              "number of facets with elements on neither side, where there are elements"),
-            f("open_edges", &S::open, "edges (2D: vertices) of one facet"),
-            f("non_manifold_edges", &S::crowded, "edges (2D: vertices) of more than two facets"),
-            f("misoriented_facets", &S::turned, "edges between two facets that are turned to different sides"),
-            f("suspicious", &S::suspicious,
-              "suspicious places by kind: `near_ridge`, `mild_ridge`, `knife_edge`, `tip`, `spread_normals`, "
-              "`turned_facet`; with a CAD model `ambiguous_facet`"),
-            f("cad", &S::cad, "with a CAD model: relation to it"),
-            f("geometry", &S::geometry, "the geometry that distances are from, in words"),
-            f("distances", &S::distances, "distances both ways, by entity"),
-            f("notices", &S::notices, "notes on the input, a sentence each"));
+    static void fields(auto& s, auto& f) {
+        f.merged(s.mesh, without({"nodes", "feature_edges", "standalone_surface"}));
+        f("boundary_is_listed", s.is_listed, "false: the file has no facets; they were found, and have no numbers");
+        f("ridge_angle", s.ridge_angle, "angle above which facets make a ridge", unit("degrees"));
+        f("patches", s.patches, "smooth pieces of the boundary (2D: curves)");
+        f("ridges", s.ridges, "chains of ridge edges between corners (3D)");
+        f("corners", s.corners, "corners of the boundary");
+        f("smooth_listed_edges", s.smooth_listed_edges, "number of edges that the file lists and that are no ridges");
+        f("interface_facets", s.interface_facets, "number of facets with elements on both sides");
+        f("isolated_facets", s.lone_facets, "number of facets with elements on neither side, where there are elements");
+        f("open_edges", s.open, "edges (2D: vertices) of one facet");
+        f("non_manifold_edges", s.crowded, "edges (2D: vertices) of more than two facets");
+        f("misoriented_facets", s.turned, "edges between two facets that are turned to different sides");
+        f("suspicious", s.suspicious,
+          "suspicious places by kind: `near_ridge`, `mild_ridge`, `knife_edge`, `tip`, `spread_normals`, "
+          "`turned_facet`; with a CAD model `ambiguous_facet`");
+        f("cad", s.cad, "with a CAD model: relation to it");
+        f("geometry", (s.distances ? std::optional(s.distances->geometry) : std::nullopt),
+          "the geometry that distances are from, in words");
+        f("distances", s.distances, "distances both ways, by entity");
+        f("notices", s.notices, "notes on the input, a sentence each");
     }
 };
 
@@ -210,20 +188,16 @@ struct Inspected {
 [[nodiscard]] Outcome<Inspected> inspect_geometry(DecodedMesh mesh, const ComparedGeometry& geometry,
                                                   const InspectOptions& options, const Around& around);
 
-}  // namespace camber::run
-
-/// Contents of a mesh file or of a solution file: `camber info`.
-export namespace camber::run {
+// ---------------------------------------------------------------- contents of files: `camber info`
 
 struct FieldInfo {
     std::string name;
     std::string_view at, kind;
 
-    [[nodiscard]] static constexpr auto fields() {
-        using S = FieldInfo;
-        constexpr Fields<S> f;
-        return std::tuple(f("name", &S::name, "name of the field"), f("at", &S::at, "`nodes` or `cells`"),
-                          f("kind", &S::kind, "`scalar`, `vector`, `symmetric tensor` or `full tensor`"));
+    static void fields(auto& s, auto& f) {
+        f("name", s.name, "name of the field");
+        f("at", s.at, "`nodes` or `cells`");
+        f("kind", s.kind, "`scalar`, `vector`, `symmetric tensor` or `full tensor`");
     }
 };
 
@@ -245,35 +219,33 @@ struct MeshInfo {
     std::optional<double> z;
     std::vector<std::string> notices;
 
-    [[nodiscard]] bool is_solid() const { return dimension == 3; }
-    [[nodiscard]] bool is_curved() const { return degree == 2; }
-    [[nodiscard]] static constexpr auto fields() {
-        using S = MeshInfo;
-        constexpr Fields<S> f;
-        return std::tuple(
-            f("dimension", &S::dimension, "2 or 3"), f("degree", &S::degree, "degree of the elements"),
-            f("vertices", &S::vertices, "number of vertices"),
-            f("box", &S::box, "lowest and highest coordinates of the vertices").unit("length"),
-            f("tetrahedra", &S::tetrahedra, "3D: number of tetrahedra").where(&S::is_solid),
-            f("tetrahedra_by_reference", &S::tetrahedra_by_reference, "the same by reference").where(&S::is_solid),
-            f("triangles", &S::triangles, "number of triangles"),
-            f("triangles_by_reference", &S::triangles_by_reference, "the same by reference"),
-            f("edges", &S::edges, "number of listed edges"),
-            f("edges_by_reference", &S::edges_by_reference, "the same by reference"),
-            f("ridges", &S::ridges, "number of ridges"), f("corners", &S::corners, "number of corners"),
-            f("required_vertices", &S::required_vertices, "number of required vertices"),
-            f("required_edges", &S::required_edges, "number of required edges"),
-            f("required_triangles", &S::required_triangles, "3D: number of required triangles").where(&S::is_solid),
-            f("groups", &S::groups, "names of references").unless_empty(),
-            f("normals", &S::normals, "number of normals"), f("tangents", &S::tangents, "number of tangents"),
-            f("empty", &S::is_empty, "true: neither elements nor facets"),
-            f("mid_nodes", &S::mid_nodes, "degree 2: number of nodes of edges").where(&S::is_curved),
-            f("not_held", &S::not_held, "number of cells of kinds that are not read").unless_empty(),
-            f("split", &S::split, "a way to convert these").unless_empty(),
-            f("fields", &S::mesh_fields, "fields of the file").unless_empty(),
-            f("written_in_dimension", &S::written_in_dimension, "of a flat mesh in space: 3"),
-            f("z", &S::z, "of a flat mesh in space: its third coordinate").unit("length"),
-            f("notices", &S::notices, "notes on the input, a sentence each"));
+    static void fields(auto& s, auto& f) {
+        f("dimension", s.dimension, "2 or 3");
+        f("degree", s.degree, "degree of the elements");
+        f("vertices", s.vertices, "number of vertices");
+        f("box", s.box, "lowest and highest coordinates of the vertices", unit("length"));
+        f("tetrahedra", s.tetrahedra, "3D: number of tetrahedra", shown_if(s.dimension == 3));
+        f("tetrahedra_by_reference", s.tetrahedra_by_reference, "the same by reference", shown_if(s.dimension == 3));
+        f("triangles", s.triangles, "number of triangles");
+        f("triangles_by_reference", s.triangles_by_reference, "the same by reference");
+        f("edges", s.edges, "number of listed edges");
+        f("edges_by_reference", s.edges_by_reference, "the same by reference");
+        f("ridges", s.ridges, "number of ridges");
+        f("corners", s.corners, "number of corners");
+        f("required_vertices", s.required_vertices, "number of required vertices");
+        f("required_edges", s.required_edges, "number of required edges");
+        f("required_triangles", s.required_triangles, "3D: number of required triangles", shown_if(s.dimension == 3));
+        f("groups", s.groups, "names of references", unless_empty);
+        f("normals", s.normals, "number of normals");
+        f("tangents", s.tangents, "number of tangents");
+        f("empty", s.is_empty, "true: neither elements nor facets");
+        f("mid_nodes", s.mid_nodes, "degree 2: number of nodes of edges", shown_if(s.degree == 2));
+        f("not_held", s.not_held, "number of cells of kinds that are not read", unless_empty);
+        f("split", s.split, "a way to convert these", unless_empty);
+        f("fields", s.mesh_fields, "fields of the file", unless_empty);
+        f("written_in_dimension", s.written_in_dimension, "of a flat mesh in space: 3");
+        f("z", s.z, "of a flat mesh in space: its third coordinate", unit("length"));
+        f("notices", s.notices, "notes on the input, a sentence each");
     }
 };
 [[nodiscard]] MeshInfo mesh_info(const DecodedMesh& mesh);
@@ -284,12 +256,11 @@ struct SolutionInfo {
     std::vector<std::string_view> kinds;
     std::vector<std::string> notices;
 
-    [[nodiscard]] static constexpr auto fields() {
-        using S = SolutionInfo;
-        constexpr Fields<S> f;
-        return std::tuple(f("dimension", &S::dimension, "2 or 3"), f("vertices", &S::vertices, "number of rows"),
-                          f("fields", &S::kinds, "kinds of the fields"),
-                          f("notices", &S::notices, "notes on the input, a sentence each"));
+    static void fields(auto& s, auto& f) {
+        f("dimension", s.dimension, "2 or 3");
+        f("vertices", s.vertices, "number of rows");
+        f("fields", s.kinds, "kinds of the fields");
+        f("notices", s.notices, "notes on the input, a sentence each");
     }
 };
 [[nodiscard]] SolutionInfo solution_info(const DecodedSolution& solution);

@@ -47,7 +47,6 @@ Outcome<QuadraticMesh<D>> as_given(QuadraticMesh<D> seen, const State<D>& state,
     return seen;
 }
 
-/// How far the boundary is from its geometry, as it was given and in the end.
 template <int D>
 Outcome<Done> measure_distances(const QuadraticMesh<D>& seen, const State<D>& state, const Boundary<D>& boundary,
                                 BoundaryReport& report, const Execution& execution) {
@@ -127,12 +126,12 @@ std::optional<WallsReport> measure_walls(const LinearMesh<D>& mesh, const Crossi
     return report;
 }
 
-/// How far `measure_end` is after each of its loops, as a share of its time; what is left are sums for the report.
+/// Progress of `measure_end` after each of its loops, as a share of its time.
 struct Shares {
     double distances = 0, lengths = 0, all = 0;
 };
 
-/// Of all edges of a surface alone, as they are in the end.
+/// Lengths of all edges of a standalone surface mesh in the end.
 template <int D>
 Outcome<EdgeLengths> surface_lengths(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal, const Wanted<D>& wanted,
                                      const BackMesh<D>& field, MeasuredEdges which, const Execution& execution) {
@@ -321,10 +320,6 @@ Outcome<Done> measure_boundary(const Runner<D>& run, BoundaryReport& report, con
     return Done{};
 }
 
-}  // namespace
-
-namespace {
-
 /// Measures the result of a run.
 template <int D>
 Outcome<Measured<D>> measured_result(Runner<D>& run, const Execution& e) {
@@ -487,7 +482,7 @@ EdgeReport edge_report(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal
 
 namespace {
 
-/// Of a surface alone: all edges, which become no shorter, since they follow the surface.
+/// Standalone surface mesh: all edges, which become no shorter, since they follow the surface.
 template <int D>
 void count_surface_edges(Counting& counting, const QuadraticMesh<D>& mesh, const Curved<D>& curved,
                          const Proposal<D>& in_the_end, const EdgeLengths& lengths) {
@@ -504,7 +499,7 @@ void count_surface_edges(Counting& counting, const QuadraticMesh<D>& mesh, const
     bent("after", in_the_end);
 }
 
-/// What is counted is referred to until it is.
+/// The counting refers to its arguments until it runs.
 template <int D>
 void count_edges(Counting& counting, const QuadraticMesh<D>& mesh, const Curved<D>& curved,
                  const Proposal<D>& in_the_end, const EdgeLengths& lengths) {

@@ -20,7 +20,7 @@ import :values;
 
 export namespace camber::run {
 
-/// What is counted, each with bins of its own that never change, so that runs can be compared.
+/// Quantity of a histogram; its bins never change, so that runs can be compared.
 enum class Quantity : std::uint8_t {
     length_reduction,
     length,
@@ -54,7 +54,7 @@ struct QuantityInfo {
 ///   0.005, 0.02, and 0.05, 0.1 … 1.
 [[nodiscard]] std::vector<double> limits_of(Quantity quantity);
 
-/// What the open bins at the ends hold at most.
+/// Extremes of the open bins at the ends.
 struct Extremes {
     double least = 0, greatest = 0;
     friend bool operator==(const Extremes&, const Extremes&) = default;
@@ -83,10 +83,7 @@ struct Histogram {
 
 [[nodiscard]] const Series* find_series(const Histogram& histogram, std::string_view name);
 
-}  // namespace camber::run
-
-/// How far a boundary and its geometry are from each other, as it is told.
-export namespace camber::run {
+// ---------------------------------------------------------------- distances of a boundary from its geometry
 
 /// Distance in one direction (see OneWay).
 struct OneWayReport {
@@ -95,17 +92,13 @@ struct OneWayReport {
     std::vector<double> from, to;
     std::size_t facet = 0;  ///< from 1; 0: none
 
-    [[nodiscard]] bool is_measured() const { return samples > 0; }
-    [[nodiscard]] static constexpr auto fields() {
-        using S = OneWayReport;
-        constexpr Fields<S> f;
-        return std::tuple(
-            f("samples", &S::samples, "number of sampled points; 0: not measured, and no other key"),
-            f("largest", &S::largest, "largest distance").unit("length").where(&S::is_measured),
-            f("mean", &S::mean, "mean distance").unit("length").where(&S::is_measured),
-            f("from", &S::from, "the point where the distance is largest").unit("length").where(&S::is_measured),
-            f("to", &S::to, "its nearest point on the other side").unit("length").where(&S::is_measured),
-            f("facet", &S::facet, "the facet there, from 1; 0: none").where(&S::is_measured));
+    static void fields(auto& s, auto& f) {
+        f("samples", s.samples, "number of sampled points; 0: not measured, and no other key");
+        f("largest", s.largest, "largest distance", unit("length"), shown_if(s.samples > 0));
+        f("mean", s.mean, "mean distance", unit("length"), shown_if(s.samples > 0));
+        f("from", s.from, "the point where the distance is largest", unit("length"), shown_if(s.samples > 0));
+        f("to", s.to, "its nearest point on the other side", unit("length"), shown_if(s.samples > 0));
+        f("facet", s.facet, "the facet there, from 1; 0: none", shown_if(s.samples > 0));
     }
 };
 
@@ -121,23 +114,19 @@ struct EntityReport {
     double measure = 0;
     OneWayReport to_geometry, to_boundary;
 
-    [[nodiscard]] static constexpr auto fields() {
-        using S = EntityReport;
-        constexpr Fields<S> f;
-        return std::tuple(
-            f("kind", &S::kind,
-              "`face` and `edge` of a CAD model, `patch` and `ridge` of a surrogate, `surface` and `curve` of analytic "
-              "surfaces, in 2D `curve`; `none`: facets without a surface"),
-            f("number", &S::number, "its number in its geometry, from 1; 0: none"),
-            f("sides", &S::sides, "of a curve: numbers of the surfaces beside it").unless_empty(),
-            f("side_geometries", &S::beside, "of a curve between surfaces of two geometries: their names")
-                .unless_empty(),
-            f("flat", &S::is_flat, "true: a plane (2D: a line) with facets"),
-            f("references", &S::references, "references of the facets on it (of a curve: beside it)"),
-            f("pieces", &S::pieces, "number of these facets (of a curve: of edges)"),
-            f("measure", &S::measure, "area of these facets (of a curve: length) when straight").unit("length^(D−1)"),
-            f("to_geometry", &S::to_geometry, "distances of this entity's facets"),
-            f("to_boundary", &S::to_boundary, "distances from this entity"));
+    static void fields(auto& s, auto& f) {
+        f("kind", s.kind,
+          "`face` and `edge` of a CAD model, `patch` and `ridge` of a surrogate, `surface` and `curve` of analytic "
+          "surfaces, in 2D `curve`; `none`: facets without a surface");
+        f("number", s.number, "its number in its geometry, from 1; 0: none");
+        f("sides", s.sides, "of a curve: numbers of the surfaces beside it", unless_empty);
+        f("side_geometries", s.beside, "of a curve between surfaces of two geometries: their names", unless_empty);
+        f("flat", s.is_flat, "true: a plane (2D: a line) with facets");
+        f("references", s.references, "references of the facets on it (of a curve: beside it)");
+        f("pieces", s.pieces, "number of these facets (of a curve: of edges)");
+        f("measure", s.measure, "area of these facets (of a curve: length) when straight", unit("length^(D−1)"));
+        f("to_geometry", s.to_geometry, "distances of this entity's facets");
+        f("to_boundary", s.to_boundary, "distances from this entity");
     }
 };
 
@@ -149,13 +138,10 @@ struct DistancesReport {
     OneWayReport to_geometry, to_boundary;
     std::vector<EntityReport> entities;
 
-    [[nodiscard]] static constexpr auto fields() {
-        using S = DistancesReport;
-        constexpr Fields<S> f;
-        return std::tuple(f("to_geometry", &S::to_geometry,
-                            "from points of the curved boundary ([distances.md](algorithms/distances.md))"),
-                          f("to_boundary", &S::to_boundary, "from points of the geometry"),
-                          f("entities", &S::entities, "one entry for each entity of the geometry"));
+    static void fields(auto& s, auto& f) {
+        f("to_geometry", s.to_geometry, "from points of the curved boundary ([distances.md](algorithms/distances.md))");
+        f("to_boundary", s.to_boundary, "from points of the geometry");
+        f("entities", s.entities, "one entry for each entity of the geometry");
     }
 };
 
@@ -164,10 +150,7 @@ template <int D>
 [[nodiscard]] DistancesReport distances_report(const GeometryDistances<D>& distances, const Geometry<D>& geometry,
                                                const config::Geometry& config);
 
-}  // namespace camber::run
-
-/// What is told of a solution: of the metric that was made for it, and of its way to another mesh.
-export namespace camber::run {
+// ---------------------------------------------------------------- solutions
 
 struct SolutionMetricReport {
     int degree = 1;
@@ -185,31 +168,26 @@ struct SolutionMetricReport {
     double models_max_anisotropy = 0;
     std::vector<std::string> fields_in_doubt = {};  ///< fields whose values are as unrelated as in a random order
 
-    [[nodiscard]] static constexpr auto fields() {
-        using S = SolutionMetricReport;
-        constexpr Fields<S> f;
-        return std::tuple(
-            f("degree", &S::degree, "degree of the elements that interpolate the solution"),
-            f("requested_complexity", &S::asked, "requested complexity").unit("1"),
-            f("complexity", &S::complexity, "complexity of the metric").unit("1"),
-            f("elements_expected", &S::elements, "expected number of elements"),
-            f("fixed_complexity", &S::of_fixed, "complexity of sizes, geometry, other metrics and bounds alone")
-                .unit("1"),
-            f("is_fixed_sufficient", &S::is_fixed_alone,
-              "true: these alone reach the requested complexity; the solution has no influence"),
-            f("is_reached", &S::is_reached, "true: the requested complexity is reached to 10⁻³"),
-            f("is_graded", &S::is_graded, "true: the gradation converged"),
-            f("evaluations", &S::evaluations, "number of complexities that were tried"),
-            f("gradations", &S::gradations, "number of gradations"),
-            f("largest_anisotropy", &S::largest_anisotropy, "largest ratio of the longest to the shortest size")
-                .unit("1"),
-            f("at_min_size", &S::at_min, "share of the vertices with a size at the lower bound").unit("1"),
-            f("at_max_size", &S::at_max, "share of the vertices with a size at the upper bound").unit("1"),
-            f("rows", &S::rows, "number of recovered derivatives: one for each vertex and material"),
-            f("from_inner_fits", &S::from_inner_fits, "number of those of the boundary taken from inner ones"),
-            f("lower_degree", &S::lower_degree, "number of those of a lower degree, for lack of nodes"),
-            f("zero_models", &S::zero_models, "number of places without derivatives"),
-            f("bounded_models", &S::floored_models, "number of error models whose anisotropy was bounded"));
+    static void fields(auto& s, auto& f) {
+        f("degree", s.degree, "degree of the elements that interpolate the solution");
+        f("requested_complexity", s.asked, "requested complexity", unit("1"));
+        f("complexity", s.complexity, "complexity of the metric", unit("1"));
+        f("elements_expected", s.elements, "expected number of elements");
+        f("fixed_complexity", s.of_fixed, "complexity of sizes, geometry, other metrics and bounds alone", unit("1"));
+        f("is_fixed_sufficient", s.is_fixed_alone,
+          "true: these alone reach the requested complexity; the solution has no influence");
+        f("is_reached", s.is_reached, "true: the requested complexity is reached to 10⁻³");
+        f("is_graded", s.is_graded, "true: the gradation converged");
+        f("evaluations", s.evaluations, "number of complexities that were tried");
+        f("gradations", s.gradations, "number of gradations");
+        f("largest_anisotropy", s.largest_anisotropy, "largest ratio of the longest to the shortest size", unit("1"));
+        f("at_min_size", s.at_min, "share of the vertices with a size at the lower bound", unit("1"));
+        f("at_max_size", s.at_max, "share of the vertices with a size at the upper bound", unit("1"));
+        f("rows", s.rows, "number of recovered derivatives: one for each vertex and material");
+        f("from_inner_fits", s.from_inner_fits, "number of those of the boundary taken from inner ones");
+        f("lower_degree", s.lower_degree, "number of those of a lower degree, for lack of nodes");
+        f("zero_models", s.zero_models, "number of places without derivatives");
+        f("bounded_models", s.floored_models, "number of error models whose anisotropy was bounded");
     }
 };
 
@@ -217,11 +195,9 @@ struct SolutionMetricReport {
 struct IntegralReport {
     double largest = 0, largest_change = 0;
 
-    [[nodiscard]] static constexpr auto fields() {
-        using S = IntegralReport;
-        constexpr Fields<S> f;
-        return std::tuple(f("largest", &S::largest, "largest integral of a material and component before the transfer"),
-                          f("largest_change", &S::largest_change, "largest change of one"));
+    static void fields(auto& s, auto& f) {
+        f("largest", s.largest, "largest integral of a material and component before the transfer");
+        f("largest_change", s.largest_change, "largest change of one");
     }
 };
 
@@ -231,48 +207,28 @@ struct TransferReport {
     TransferStatistics statistics;
 
     [[nodiscard]] std::vector<std::pair<std::string, IntegralReport>> integrals() const;
-    [[nodiscard]] static constexpr auto fields() {
-        using S = TransferReport;
-        constexpr Fields<S> f;
-        return std::tuple(
-            f("method", &S::method, "`interpolate` or `conserve`"), f("fields", &S::names, "names of the fields"),
-            f(
-                "unchanged", [](const S& r) { return r.statistics.kept; },
-                "number of nodes with the same values to the bit"),
-            f(
-                "interpolated", [](const S& r) { return r.statistics.interpolated; },
-                "number of nodes inside the old mesh"),
-            f(
-                "outside", [](const S& r) { return r.statistics.outside; }, "number of nodes outside the old mesh"),
-            f(
-                "largest_distance", [](const S& r) { return r.statistics.largest_distance; },
-                "largest distance of such a node from it")
-                .unit("length"),
-            f(
-                "projected", [](const S& r) { return r.statistics.projected; },
-                "`conserve`: number of nodes with projected values"),
-            f(
-                "changed_elements", [](const S& r) { return r.statistics.changed_elements; },
-                "`conserve`: number of elements that the old mesh does not have"),
-            f(
-                "patches", [](const S& r) { return r.statistics.patches; },
-                "`conserve`: number of their connected patches"),
-            f(
-                "redistributed", [](const S& r) { return r.statistics.spread; },
-                "`conserve`: number of parts of patches whose integral other nodes preserve"),
-            f(
-                "unconserved_materials", [](const S& r) { return r.statistics.unkept; },
-                "`conserve`: number of materials without a node for that"),
-            f("integrals", &S::integrals, "of each field"));
+    static void fields(auto& s, auto& f) {
+        f("method", s.method, "`interpolate` or `conserve`");
+        f("fields", s.names, "names of the fields");
+        f("unchanged", s.statistics.kept, "number of nodes with the same values to the bit");
+        f("interpolated", s.statistics.interpolated, "number of nodes inside the old mesh");
+        f("outside", s.statistics.outside, "number of nodes outside the old mesh");
+        f("largest_distance", s.statistics.largest_distance, "largest distance of such a node from it", unit("length"));
+        f("projected", s.statistics.projected, "`conserve`: number of nodes with projected values");
+        f("changed_elements", s.statistics.changed_elements,
+          "`conserve`: number of elements that the old mesh does not have");
+        f("patches", s.statistics.patches, "`conserve`: number of their connected patches");
+        f("redistributed", s.statistics.spread,
+          "`conserve`: number of parts of patches whose integral other nodes preserve");
+        f("unconserved_materials", s.statistics.unkept, "`conserve`: number of materials without a node for that");
+        f("integrals", s.integrals(), "of each field");
     }
 };
 
-/// What is short of what was asked for.
+/// Requests that the metric does not satisfy, a sentence each.
 [[nodiscard]] std::vector<std::string> solution_metric_notices(const SolutionMetricReport& report);
 
-}  // namespace camber::run
-
-export namespace camber::run {
+// ---------------------------------------------------------------- memory
 
 /// Largest resident memory of a run (elevate, curve, validate, relax, commit) on a mesh of that size, in bytes: what
 /// the program itself takes, and so much a vertex and an element. Fitted to the peaks that report.json gave where walls
@@ -296,14 +252,14 @@ struct AvailableMemory {
     std::string source;
 };
 
-/// What passes that split make of a mesh, and the largest resident memory of that (bytes).
+/// Size of the mesh that passes make, and its largest resident memory (bytes).
 struct Growth {
     double elements = 0;  ///< that the metric asks for
     std::size_t peak_bytes = 0;
 };
 
 inline constexpr double bytes_of_program = 13e6;
-/// Of a mesh that passes changed, where it is made one as any other.
+/// Memory of an element while the mesh that passes changed is compacted.
 [[nodiscard]] constexpr double bytes_of_element(int dimension, int degree) {
     return (dimension == 2 ? 347 : 263) * (degree == 2 ? 1.7 : 1);
 }
@@ -322,29 +278,27 @@ inline constexpr double bytes_of_program = 13e6;
     return {elements, static_cast<std::size_t>(bytes < most ? bytes : most)};
 }
 
-/// How many elements passes may make with so many bytes.
+/// Number of elements that passes may make within a memory limit.
 [[nodiscard]] inline std::size_t max_elements_within(std::size_t bytes, int dimension, int degree) {
     const double room = static_cast<double>(bytes) - bytes_of_program;
     return room > 0 ? static_cast<std::size_t>(room / bytes_of_element(dimension, degree)) : 0;
 }
 
-}  // namespace camber::run
+// ---------------------------------------------------------------- numbers of a file
 
-/// How the file that a mesh is from calls its vertices, elements and references. One numbering for all reports: a
-/// vertex has the number of its file (of Gmsh's the tag), an element its place among the file's, from 1; a tag that
-/// differs from it stands beside.
-export namespace camber::run {
+// All reports have one numbering: a vertex has the number of its file (of Gmsh's the tag), an element its place among
+// the file's, from 1; a tag that differs from it stands beside.
 
 struct FileNumbers {
     Column<std::uint32_t> nodes = {};  ///< DecodedMesh::node_numbers
     FileTags tags = {};
 
-    /// Of a vertex, or of one of the nodes that follow them.
+    /// Number of a vertex, or of one of the nodes that follow them.
     [[nodiscard]] std::size_t operator()(std::size_t node) const {
         if (!nodes.empty()) return nodes[node];
         return node < tags.vertices.size() ? tags.vertices[node] : node + 1;
     }
-    /// Of a simplex of a dimension, by its place from 1; 0: it has none beside its place.
+    /// Tag of a simplex of a dimension, by its place from 1; 0: it has none beside its place.
     [[nodiscard]] std::uint64_t tag(int dimension, std::size_t place) const {
         const auto& all = tags.simplices[static_cast<std::size_t>(dimension)];
         return place > 0 && place <= all.size() ? all[place - 1] : 0;
@@ -364,19 +318,16 @@ using Groups = std::vector<Group>;
 [[nodiscard]] FileNumbers numbers_of(const DecodedMesh& mesh);
 [[nodiscard]] Groups groups_of(const AnyMesh& mesh);
 
-}  // namespace camber::run
+// ---------------------------------------------------------------- order of stages
 
-/// Which stage may come after which: one table.
-export namespace camber::run {
-
-/// What a run holds, as far as the order of its stages goes; each holds more than the one before.
+/// Content of a run's state, as far as the order of its stages goes; each has more than the one before.
 enum class Holds : std::uint8_t {
     straight_mesh,
     curved_mesh,    ///< of degree 2
     planned_nodes,  ///< and places for its nodes; a mesh that was read with its curves begins so: its own nodes
 };
 
-/// What a stage does about places that are planned for nodes and are not the mesh's.
+/// Effect of a stage on planned positions that are not committed.
 enum class Places : std::uint8_t {
     keeps,
     plans,  ///< makes or changes them
@@ -409,13 +360,13 @@ inline constexpr std::tuple step_table{
     Step<config::Remesh>{"remesh", Holds::straight_mesh, Holds::planned_nodes, {}, Places::refuses},
 };
 
-/// Whether a stage is a pass that changes the topology.
+/// True if a stage is a pass that changes the topology.
 template <class Options>
 [[nodiscard]] constexpr bool changes_topology() {
     return std::get<Step<Options>>(step_table).places == Places::refuses;
 }
 
-/// Whether these stages can run one after the other on a mesh of that degree, before anything is done. Errors name the
+/// Checks that these stages can run one after the other on a mesh of that degree. Errors name the
 /// stage's JSON path: usage (a stage that must come before it is missing, or one is there that must not), or without
 /// the path input (the mesh is of degree 1, or of degree 2, and its stages take it as it is).
 [[nodiscard]] Outcome<Done> check_order(std::span<const config::Stage> stages, int degree);

@@ -28,16 +28,6 @@ namespace camber::run {
 
 namespace {
 
-template <int D>
-Outcome<Vec<D>> vec(const std::vector<double>& numbers, const char* what) {
-    if (numbers.size() != D)
-        return fail(ErrorKind::usage, std::string(what) + " has " + std::to_string(numbers.size()) +
-                                          " coordinates, the mesh " + std::to_string(D));
-    Vec<D> v;
-    for (std::size_t i = 0; i < D; ++i) v[i] = numbers[i];
-    return v;
-}
-
 /// A field as the config has it, with vectors of the mesh's dimension.
 template <int D, class Field>
 Outcome<AnalyticField<D>> of_dimension(const Field& field) {
@@ -212,7 +202,7 @@ Outcome<SourcedMetric<D>> apply_operations(SourcedMetric<D> field, const MetricI
 
 namespace {
 
-/// Of the mesh's vertices and edges: their rows in the file, from 1; 0: none. Empty where there is another number of
+/// Rows of the mesh's vertices and edges in the file, from 1; 0: none. Empty where there is another number of
 /// rows than the file has nodes.
 template <int D>
 std::vector<std::uint32_t> rows_of_nodes(const Mesh<D>& mesh, const Column<std::uint32_t>& numbers, std::size_t rows) {
@@ -418,19 +408,10 @@ Outcome<SourcedMetric<D>> sampled_file(const MetricFile& file, const Column<Vec<
                                        const Execution& execution) {
     const auto field = field_of_file<D>(file, points, part_of(execution, 0, 0.5));
     if (!field) return fail(field.error());
-    return guarded([&]() -> Outcome<SourcedMetric<D>> {
-        Buffer<LogMetric<D>> logs(points.size());
-        auto done = each_chunk(part_of(execution, 0.5, 1), points.size(), [&](std::size_t begin, std::size_t end) {
-            ElementId hint;
-            for (std::size_t v = begin; v < end; ++v) {
-                const FieldSample<D> sample = sample_value(field->back, points[v], hint);
-                hint = sample.location.element;
-                logs[v] = sample.log_metric;
-            }
-        });
-        if (!done) return fail(done.error());
-        return SourcedMetric<D>{Column<LogMetric<D>>(std::move(logs)), field->report, field->notices};
-    });
+    const auto point_at = [&](std::size_t v) { return points[v]; };
+    auto logs = sampled_logs(field->back, points.size(), point_at, part_of(execution, 0.5, 1));
+    if (!logs) return fail(logs.error());
+    return SourcedMetric<D>{std::move(*logs), field->report, field->notices};
 }
 
 namespace {
@@ -474,7 +455,7 @@ Outcome<SourcedMetric<D>> field_of(const MetricInput<D>& input, const config::Pi
     return with_extent(input.mesh, std::move(*made), part_of(execution, 0.5, 1));
 }
 
-/// Whether the config asks for the mesh's own metric: that is another where the mesh has curves, no other is.
+/// True if the config requests the mesh's own metric, which differs where the mesh has curves.
 template <int D>
 bool asks_for_natural(const MetricInput<D>& input, const config::Pipeline& config) {
     if (input.inherited) return false;

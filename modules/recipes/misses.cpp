@@ -6,6 +6,7 @@ module;
 #include <cstdlib>
 #include <limits>
 #include <optional>
+#include <ranges>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -25,11 +26,7 @@ std::string grouped(std::size_t n) {
     return digits;
 }
 
-std::string place_text(const ReportedPlace& place) {
-    std::string text;
-    for (const double x : place) text += (text.empty() ? "" : ", ") + fmt::format("{:.4g}", x);
-    return "(" + text + ")";
-}
+std::string place_text(const ReportedPlace& place) { return fmt::format("({:.4g})", fmt::join(place, ", ")); }
 
 std::string lower_bound_text(double x) {
     std::string text = fmt::format("{:.4g}", x);
@@ -60,12 +57,10 @@ std::string crossing_message(const WallsReport& walls, int dimension) {
 std::string overlap_message(const Report& report) {
     const OverlappingReport& o = report.overlaps;
     if (o.overlapping == 0) return {};
-    std::string at;
-    for (const double x : o.point) at += (at.empty() ? "" : ", ") + fmt::format("{:.6g}", x);
     return fmt::format(
-        "elements overlap in {} {}, one at ({}): cut one body out of the other, or remove a copy "
+        "elements overlap in {} {}, one at ({:.6g}): cut one body out of the other, or remove a copy "
         "(camber check lists them)",
-        grouped(o.overlapping), o.overlapping == 1 ? "place" : "places", at);
+        grouped(o.overlapping), o.overlapping == 1 ? "place" : "places", fmt::join(o.point, ", "));
 }
 
 namespace {
@@ -73,9 +68,7 @@ namespace {
 /// "3, 17, 18 and 240 more".
 std::string listed(const std::vector<std::size_t>& elements) {
     constexpr std::size_t shown = 10;
-    std::string text;
-    for (std::size_t i = 0; i < std::min(shown, elements.size()); ++i)
-        text += (i > 0 ? ", " : "") + std::to_string(elements[i]);
+    std::string text = fmt::format("{}", fmt::join(elements | std::views::take(shown), ", "));
     if (elements.size() > shown) text += fmt::format(" and {} more", elements.size() - shown);
     return text;
 }
@@ -161,12 +154,6 @@ NodeCauses causes_of(const Report& r) {
     return causes;
 }
 
-std::string vertices_missed(const DeviationReport& d, const char* remedy) {
-    return deviation_missed(d, "vertices") + "; remedy: " + remedy;
-}
-constexpr const char* other_mesh = "a mesh of this geometry";
-constexpr const char* move_vertices_first = "--cad-vertices move, or a mesh of this geometry";
-
 /// True if the boundary has a prescribed geometry, on which its nodes may slide.
 bool slides_on_geometry(const Report& r) {
     return r.origin && (r.origin->geometry == "cad" || r.origin->geometry == "analytic");
@@ -182,12 +169,12 @@ std::vector<std::string> misses(const Report& report) {
     const BoundaryReport& boundary = *report.boundary;
     if (!report.keeps_geometry_error()) all.push_back(geometry_error_missed(report));
     const auto is_off = [](const std::optional<DeviationReport>& d) { return d && d->off > 0; };
-    const int dimension = report.mesh.dimension;
     if (is_off(boundary.node_deviation)) all.push_back(nodes_missed(*boundary.node_deviation, causes_of(report)));
     if (is_off(boundary.vertex_deviation))
-        all.push_back(vertices_missed(*boundary.vertex_deviation,
-                                      boundary.cad && !boundary.cad->moves ? move_vertices_first : other_mesh));
-    if (!report.walls_hold()) all.push_back(crossing_message(*boundary.walls, dimension));
+        all.push_back(deviation_missed(*boundary.vertex_deviation, "vertices") +
+                      "; remedy: " + (boundary.cad && !boundary.cad->moves ? "--cad-vertices move, or " : "") +
+                      "a mesh of this geometry");
+    if (!report.walls_hold()) all.push_back(crossing_message(*boundary.walls, report.mesh.dimension));
     return all;
 }
 

@@ -74,7 +74,7 @@ class RowsBefore {
     Buffer<RowId> rows_;
 };
 
-/// Of the rows of fields at nodes and at cells the ones that they were.
+/// Original rows of fields at nodes and at cells.
 struct FieldRows {
     Column<RowId> nodes, cells;
 };
@@ -113,7 +113,7 @@ Outcome<Done> renumber_rows(Solution& solution, const Column<VertexId>& before, 
     return Done{};
 }
 
-/// Of a mesh that comes out the edges as they were; none in degree 1.
+/// Original edges of a mesh that comes out; none in degree 1.
 template <int D>
 Outcome<Column<EdgeId>> renumber(Mesh<D>& mesh, const Renumbering& order, const Execution& execution) {
     if (mesh.degree == 1) {

@@ -130,14 +130,6 @@ namespace {
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
-template <int D>
-MeshField element_field(const LinearMesh<D>& mesh, std::string name, const auto& values, auto rest) {
-    using T = decltype(rest);
-    Buffer<T> column(mesh.elements.size() + mesh.facets.size() + mesh.edges.size());
-    for (std::size_t c = 0; c < column.size(); ++c) column[c] = c < values.size() ? static_cast<T>(values[c]) : rest;
-    return {std::move(name), Centring::cell, FieldKind::scalar, Column<T>(std::move(column))};
-}
-
 /// A value an edge, and at each vertex the mean of the edges that count.
 template <int D>
 MeshField edge_field_with_means(const QuadraticMesh<D>& mesh, std::string name, std::span<const double> values,
@@ -157,16 +149,6 @@ MeshField edge_field_with_means(const QuadraticMesh<D>& mesh, std::string name, 
     for (std::size_t v = 0; v < vertices; ++v)
         if (around[v] > 0) column[v] /= around[v];
     return {std::move(name), Centring::node, FieldKind::scalar, Column<double>(std::move(column))};
-}
-
-template <int D>
-MeshField node_kinds(const QuadraticMesh<D>& mesh, const Features<D>& features) {
-    const std::size_t vertices = mesh.linear.points.size();
-    Buffer<std::int32_t> column(vertices + mesh.edges.size());
-    for (std::size_t v = 0; v < vertices; ++v) column[v] = static_cast<std::int32_t>(features.vertex_kinds[v]);
-    for (std::size_t e = 0; e < mesh.edges.size(); ++e)
-        column[vertices + e] = static_cast<std::int32_t>(features.edge_kinds[e]);
-    return {"node_kind", Centring::node, FieldKind::scalar, Column<std::int32_t>(std::move(column))};
 }
 
 template <int D>
@@ -208,24 +190,17 @@ template <int D>
 Outcome<MeshField> metrics(const QuadraticMesh<D>& mesh, const BackMesh<D>& back, const Incidence<ElementId>& shells,
                            const Execution& execution) {
     const std::size_t vertices = mesh.linear.points.size();
-    Buffer<double> column((vertices + mesh.edges.size()) * sym_size<D>);
-    auto done = each(execution, vertices + mesh.edges.size(), [&](std::size_t n) {
-        LogMetric<D> log_metric;
-        if (n < vertices) {
-            log_metric = back->vertex(VertexId(n)).log_metric;
-        } else {
-            const std::size_t e = n - vertices;
-            const auto& [a, b] = mesh.edges.vertices[e];
-            // An edge that no element holds lies in no field: its ends' mean.
-            log_metric = shells[e].empty()
-                             ? LogMetric<D>{0.5 * (back->vertex(a).log_metric.l + back->vertex(b).log_metric.l)}
-                             : sample_value(back, mesh.mid_nodes[e].point, shells[e][0]).log_metric;
-        }
-        const Sym<D> m = exp(log_metric).m;
-        std::copy(m.c.begin(), m.c.end(), column.begin() + static_cast<std::ptrdiff_t>(n * sym_size<D>));
+    const auto log_at = [&](std::size_t n) -> LogMetric<D> {
+        if (n < vertices) return back->vertex(VertexId(n)).log_metric;
+        const std::size_t e = n - vertices;
+        const auto& [a, b] = mesh.edges.vertices[e];
+        // An edge that no element holds lies in no field: its ends' mean.
+        return shells[e].empty() ? LogMetric<D>{0.5 * (back->vertex(a).log_metric.l + back->vertex(b).log_metric.l)}
+                                 : sample_value(back, mesh.mid_nodes[e].point, shells[e][0]).log_metric;
+    };
+    return tensor_rows<D>(vertices + mesh.edges.size(), log_at, execution).map([](Column<double> column) {
+        return MeshField{"metric", Centring::node, FieldKind::symmetric_tensor, std::move(column)};
     });
-    if (!done) return fail(std::move(done.error()));
-    return MeshField{"metric", Centring::node, FieldKind::symmetric_tensor, Column<double>(std::move(column))};
 }
 
 }  // namespace
@@ -238,8 +213,8 @@ Outcome<MeshFields> mesh_fields(const Quadratic<D>& end, const BackMesh<D>* fiel
     MeshFields fields;
     if (const Validation<D>* validation = end.validation())
         fields = std::move(fields)
-                     .with(element_field(mesh.linear, "scaled_jacobian", validation->min_scaled_jacobian, nan))
-                     .with(element_field(mesh.linear, "verdict", validation->verdicts, std::int32_t{-1}));
+                     .with(cell_field(mesh.linear, "scaled_jacobian", 0, validation->min_scaled_jacobian, nan))
+                     .with(cell_field(mesh.linear, "verdict", 0, validation->verdicts, std::int32_t{-1}));
     if (plan) fields = std::move(fields).with(node_kinds(mesh, plan->features()));
     fields = std::move(fields).with(edge_field_with_means(mesh, "curvature", curvatures<D>(mesh, mesh.mid_nodes.view()),
                                                           [](std::size_t) { return true; }));
@@ -264,15 +239,11 @@ Outcome<MeshFields> mesh_fields(const Quadratic<D>& end, const BackMesh<D>* fiel
 
 template <int D>
 Outcome<Solution> metric_solution(const Column<LogMetric<D>>& log_metrics, const Execution& execution) {
-    constexpr std::size_t width = D * (D + 1) / 2;
-    const std::size_t vertices = log_metrics.size();
-    Buffer<double> values(vertices * width);
-    auto done = each(execution, vertices, [&](std::size_t v) {
-        const Sym<D> m = exp(log_metrics[v]).m;
-        std::copy(m.c.begin(), m.c.end(), values.begin() + static_cast<std::ptrdiff_t>(v * width));
-    });
-    if (!done) return fail(std::move(done.error()));
-    return Solution{D, {FieldKind::symmetric_tensor}, vertices, std::move(values)};
+    const std::size_t rows = log_metrics.size();
+    return tensor_rows<D>(
+               rows, [&](std::size_t n) { return log_metrics[n]; }, execution)
+        .map(
+            [&](Column<double> values) { return Solution{D, {FieldKind::symmetric_tensor}, rows, std::move(values)}; });
 }
 
 template <int D>
@@ -286,19 +257,11 @@ Outcome<Solution> metric_solution(const BackMesh<D>& field, const Execution& exe
 template <int D>
 Outcome<Solution> metric_solution(const BackMesh<D>& field, const QuadraticMesh<D>& mesh, const Execution& execution) {
     const std::size_t vertices = mesh.linear.points.size();
-    return guarded([&]() -> Outcome<Solution> {
-        Buffer<LogMetric<D>> logs(vertices + mesh.edges.size());
-        auto done = each_chunk(execution, logs.size(), [&](std::size_t begin, std::size_t end) {
-            ElementId hint;
-            for (std::size_t n = begin; n < end; ++n) {
-                const Vec<D>& p = n < vertices ? mesh.linear.points[n] : mesh.mid_nodes[n - vertices].point;
-                const FieldSample<D> sample = sample_value(field, p, hint);
-                hint = sample.location.element;
-                logs[n] = sample.log_metric;
-            }
-        });
-        if (!done) return fail(std::move(done.error()));
-        return metric_solution<D>(Column<LogMetric<D>>(std::move(logs)), execution);
+    const auto node = [&](std::size_t n) {
+        return n < vertices ? mesh.linear.points[n] : mesh.mid_nodes[n - vertices].point;
+    };
+    return sampled_logs(field, vertices + mesh.edges.size(), node, execution).and_then([&](const auto& logs) {
+        return metric_solution<D>(logs, execution);
     });
 }
 

@@ -29,7 +29,6 @@ namespace camber::run {
 
 namespace {
 
-/// What repair goes by.
 template <int D>
 Outcome<RepairGuide<D>> guide_for(const Plan<D>& plan, const JudgedProposal<D>& judged, const BackMesh<D>* field,
                                   const RepairOptions& options, const Execution& execution) {
@@ -63,7 +62,7 @@ void count_slides(const JudgedProposal<D>& before, const JudgedProposal<D>& afte
     }
 }
 
-/// Those that are a failure: what is only below a bound that nobody asked for is counted.
+/// Remaining elements that are a failure; elements below a bound that is not required are only counted.
 template <int D>
 std::vector<RemainingReport> remaining_report(std::vector<RemainingElement> elements, const Validation<D>& validation,
                                               const JacobianBound& bound) {
@@ -104,7 +103,6 @@ Outcome<Relaxed<D>> relax_plan(const JudgedProposal<D>& judged, const RepairGuid
                       std::move(uncrossed->crossings)};
 }
 
-/// Whether everything that was asked holds.
 template <int D>
 bool holds(const Repaired<D>& repaired, const JacobianBound& bound) {
     const Validation<D>& validation = repaired.judged.validation();
@@ -234,7 +232,6 @@ Outcome<Done> apply(Runner<D>& run, const config::Validate& options) {
 
 namespace {
 
-/// What passes put nodes of inner edges for.
 RemeshedNodesReport remeshed_nodes(CurvingAim aim) {
     const Objective objective = aim == CurvingAim::accuracy ? Objective::accuracy
                                 : aim == CurvingAim::energy ? Objective::energy
@@ -242,7 +239,7 @@ RemeshedNodesReport remeshed_nodes(CurvingAim aim) {
     return {.objective = std::string(word_of(objective))};
 }
 
-/// Whether a stage after the last pass places inner edges' nodes anew.
+/// True if a stage after the last pass places inner edges' nodes anew.
 bool places_nodes_anew(const config::Pipeline& pipeline) {
     bool anew = false;
     for (const config::Stage& stage : pipeline.stages)
@@ -261,7 +258,6 @@ std::vector<Histogram> with_after(std::vector<Histogram> histograms, const std::
     return histograms;
 }
 
-/// What ranks share in the end stays with them.
 template <int D>
 Outcome<Done> finish_rows(Runner<D>& run, Changing<D>& changing) {
     BroughtRows<D> brought = std::move(*changing.shared);

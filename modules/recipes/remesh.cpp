@@ -66,7 +66,7 @@ RemeshedSimplices remeshed_simplices(const LinearMesh<D>& mesh) {
     return {mesh.elements.size(), D};
 }
 
-/// Whether there is room for what passes will make of the mesh, and 32 bits can number it.
+/// Errors: the mesh that passes will make exceeds the memory or 32-bit numbers.
 template <int D>
 Outcome<std::optional<Growth>> check_growth(const Runner<D>& run, double complexity, RemeshedSimplices given,
                                             int degree) {
@@ -142,8 +142,7 @@ Outcome<Done> go_on_with(Runner<D>& run, const Mesh& mesh, OwnField<D> field, co
     return Done{};
 }
 
-/// What passes go by: the boundary is described and the field made before anything is done, and there is room for what
-/// it asks for.
+/// Targets of passes, made before anything is changed.
 template <int D>
 struct Aims {
     Boundary<D> boundary;

@@ -1,26 +1,22 @@
 module;
-#include <array>
 #include <cstddef>
-#include <cstdint>
 #include <optional>
 #include <string>
-#include <string_view>
-#include <tuple>
 #include <utility>
 #include <vector>
 export module camber.recipes:report;
+export import :boundary_report;
+export import :step_reports;
 import camber.core;
 import camber.metric;
 import camber.validity;
-import camber.operation;
-import camber.curving;
 import camber.repair;
 import camber.stages;
 import camber.distributed;
 import :fields;
 import :measurements;
 
-/// What a run tells: plain numbers, printed as a table and written as report.json.
+/// Report of a run: plain numbers, printed as a table and written as report.json.
 export namespace camber::run {
 
 /// Format number of report.json, check --json and geometry --json. It rises when a key is removed, renamed or
@@ -36,54 +32,14 @@ struct OriginReport {
     std::string config;    ///< the pipeline with every default, as JSON
     std::string geometry;  ///< "surrogate", "straight", "mesh", "analytic" or "cad"
 
-    [[nodiscard]] std::optional<std::string> mesh_file() const {
-        return mesh.empty() ? std::nullopt : std::optional(mesh);
-    }
-    [[nodiscard]] std::optional<std::string> metric_file() const {
-        return metric.empty() ? std::nullopt : std::optional(metric);
-    }
-    [[nodiscard]] static constexpr auto fields() {
-        using S = OriginReport;
-        constexpr Fields<S> f;
-        return std::tuple(f("mesh", &S::mesh_file, "file that was read; null: the mesh was generated").or_null(),
-                          f("metric", &S::metric_file, "file of the metric; null: none").or_null(),
-                          f("dimension", &S::dimension, "dimension of that mesh: 2 or 3"),
-                          f("degree", &S::degree, "degree of that mesh: 1 straight, 2 curved"),
-                          f("vertices", &S::vertices, "number of vertices of that mesh, before `prepare`"),
-                          f("elements", &S::elements, "number of its elements, before `prepare`"),
-                          f("facets", &S::facets, "number of its facets, before `prepare`"));
-    }
-};
-
-/// Volume edges on the true field, by a 12-point rule: length reduction L_straight/L − 1 (paper eq. 8) and curvature
-/// |P^l − M_11|/|P_20 − P_02|.
-struct EdgeReport {
-    double mean_length_reduction = 0, largest_length_reduction = 0;
-    double mean_curvature = 0, largest_curvature = 0;
-    std::size_t measured = 0, longer = 0;
-
-    [[nodiscard]] static constexpr auto fields() {
-        using S = EdgeReport;
-        constexpr Fields<S> f;
-        return std::tuple(
-            f("mean_length_reduction", &S::mean_length_reduction, "mean of L_straight/L − 1 over volume edges")
-                .unit("1")
-                .of_volume(),
-            f("largest_length_reduction", &S::largest_length_reduction, "largest L_straight/L − 1 of a volume edge")
-                .unit("1")
-                .of_volume(),
-            f("mean_curvature", &S::mean_curvature,
-              "mean distance of an edge's node from the middle of its chord, by the chord's length")
-                .unit("1"),
-            f("largest_curvature", &S::largest_curvature, "largest such distance").unit("1"),
-            f("measured_edges", &S::measured,
-              "number of edges whose lengths were measured: all volume edges, or about 131 072 of a larger mesh, or "
-              "all where the output shows fields")
-                .of_volume(),
-            f("longer_edges", &S::longer,
-              "number of edges that are longer than their chords in the metric; with the criterion accuracy this is no "
-              "defect")
-                .of_volume());
+    static void fields(auto& s, auto& f) {
+        f("mesh", only_if(!s.mesh.empty(), s.mesh), "file that was read; null: the mesh was generated", or_null);
+        f("metric", only_if(!s.metric.empty(), s.metric), "file of the metric; null: none", or_null);
+        f("dimension", s.dimension, "dimension of that mesh: 2 or 3");
+        f("degree", s.degree, "degree of that mesh: 1 straight, 2 curved");
+        f("vertices", s.vertices, "number of vertices of that mesh, before `prepare`");
+        f("elements", s.elements, "number of its elements, before `prepare`");
+        f("facets", s.facets, "number of its facets, before `prepare`");
     }
 };
 
@@ -91,763 +47,11 @@ struct EdgeReport {
 struct ReorderedReport {
     double scatter = 0;
 
-    [[nodiscard]] static constexpr auto fields() {
-        using S = ReorderedReport;
-        constexpr Fields<S> f;
-        return std::tuple(f("scatter", &S::scatter,
-                            "scatter of the input's order in memory; output and report are in the order of the input "
-                            "([space-filling-order.md](algorithms/space-filling-order.md))")
-                              .unit("1"));
-    }
-};
-
-struct MeshReport {
-    int dimension = 3, degree = 1;
-    std::size_t vertices = 0, nodes = 0, elements = 0, facets = 0, feature_edges = 0;
-
-    /// A surface in space without elements: its triangles are judged.
-    [[nodiscard]] bool is_surface_alone() const { return dimension == 3 && elements == 0 && facets > 0; }
-    [[nodiscard]] std::size_t judged() const { return is_surface_alone() ? facets : elements; }
-    [[nodiscard]] int judged_dimension() const { return is_surface_alone() ? 2 : dimension; }
-
-    [[nodiscard]] static constexpr auto fields() {
-        using S = MeshReport;
-        constexpr Fields<S> f;
-        return std::tuple(
-            f("dimension", &S::dimension, "2 or 3"), f("degree", &S::degree, "degree of the elements: 1 or 2"),
-            f("vertices", &S::vertices, "number of vertices"),
-            f("nodes", &S::nodes, "number of nodes: vertices and, in degree 2, one node an edge"),
-            f("elements", &S::elements, "number of elements: triangles in 2D, tetrahedra in 3D"),
-            f("facets", &S::facets, "number of edges (2D) or triangles (3D) of the boundary and of interfaces"),
-            f("feature_edges", &S::feature_edges, "number of edges that the file lists in 3D"),
-            f("standalone_surface", &S::is_surface_alone, "true: a surface in space without elements").unless_empty());
-    }
-};
-
-struct GradationReport {
-    int sweeps = 0;
-    std::size_t changed = 0;
-    bool converged = true;
-
-    [[nodiscard]] static constexpr auto fields() {
-        using S = GradationReport;
-        constexpr Fields<S> f;
-        return std::tuple(
-            f("sweeps", &S::sweeps, "sweeps over all edges of an operation `gradation`"),
-            f("changed_vertices", &S::changed, "number of vertices whose metric it refined"),
-            f("converged", &S::converged, "false: the limit of sweeps was reached before the gradation was satisfied"));
-    }
-};
-
-struct MetricReport {
-    std::string source;
-    double largest_anisotropy = 1;
-    double complexity = 0;                    ///< after the operations
-    std::vector<GradationReport> gradations;  ///< in the order of the config
-    std::size_t floored = 0;
-
-    [[nodiscard]] static constexpr auto fields() {
-        using S = MetricReport;
-        constexpr Fields<S> f;
-        return std::tuple(
-            f("source", &S::source, "`natural` (mesh-implied), or the source that the config names"),
-            f("largest_anisotropy", &S::largest_anisotropy,
-              "largest ratio of the longest to the shortest size at a vertex")
-                .unit("1"),
-            f("complexity", &S::complexity, "∫ √det M: proportional to the number of elements of unit size").unit("1"),
-            f("corrected_tensors", &S::floored,
-              "number of tensors of the file that rounding had made indefinite, and that were corrected"),
-            f("gradations", &S::gradations, "one entry for each operation `gradation`").unless_empty());
-    }
-};
-
-/// A position on the boundary; an invalid one has no coordinates.
-using ReportedPlace = std::vector<double>;
-
-/// Number of boundary nodes that `curve` moved back towards their chords until no walls crossed (repair:method).
-struct RelaxedWallsReport {
-    std::size_t nodes = 0;
-    double largest = 0;             ///< distance of a node from its target (model units)
-    ReportedPlace largest_at = {};  ///< position of that node
-
-    [[nodiscard]] static constexpr auto fields() {
-        using S = RelaxedWallsReport;
-        constexpr Fields<S> f;
-        return std::tuple(
-            f("nodes", &S::nodes,
-              "number of boundary nodes that `curve` moved back towards their chords until no walls crossed"),
-            f("largest_distance", &S::largest, "largest distance of such a node from its target").unit("length"),
-            f("point", &S::largest_at, "position of that node").unit("length"));
-    }
-};
-
-/// The first pair of facets that crosses.
-struct FirstCrossing {
-    std::array<std::size_t, 2> facets{};
-    ReportedPlace near;
-
-    [[nodiscard]] static constexpr auto fields() {
-        using S = FirstCrossing;
-        constexpr Fields<S> f;
-        return std::tuple(
-            f("facets", &S::facets, "the first pair of facets that crosses, from 1; any pair makes the exit code 1"),
-            f("point", &S::near, "centre of the overlap of their boxes").unit("length"));
-    }
-};
-
-/// Pairs of facets that cross, curved as they are in the end (crossing:crossings).
-struct WallsReport {
-    std::size_t crossing = 0, touching = 0, undecided = 0;
-    std::size_t first = 0, other = 0;                ///< the first pair that crosses, from 1; 0: none
-    ReportedPlace first_at = {};                     ///< centre of the overlap of their boxes
-    std::size_t crossing_before = 0;                 ///< pairs that crossed in the input already
-    std::optional<RelaxedWallsReport> relaxed = {};  ///< where nodes were moved back
-
-    [[nodiscard]] std::optional<FirstCrossing> first_crossing() const {
-        return crossing > 0 ? std::optional(FirstCrossing{{first, other}, first_at}) : std::nullopt;
-    }
-    [[nodiscard]] static constexpr auto fields() {
-        using S = WallsReport;
-        constexpr Fields<S> f;
-        return std::tuple(
-            f("crossing_pairs", &S::crossing,
-              "pairs of facets that pass through each other in the end ([crossing.md](algorithms/crossing.md))"),
-            f("touching_pairs", &S::touching, "pairs of facets that touch"),
-            f("undecided_pairs", &S::undecided, "pairs of facets that are too near to each other for a decision"),
-            f("first_crossing", &S::first_crossing, "the first pair that crosses"),
-            f("crossing_pairs_of_input", &S::crossing_before, "pairs that crossed in the input already").unless_empty(),
-            f("relaxed_for_crossing", &S::relaxed, "boundary nodes that were moved back"));
-    }
-};
-
-/// Elements that overlap in the end (crossing:crossings).
-struct OverlappingReport {
-    std::size_t overlapping = 0;  ///< places where they do; 0: none
-    std::vector<double> point;    ///< one of them (model units)
-
-    [[nodiscard]] static constexpr auto fields() {
-        using S = OverlappingReport;
-        constexpr Fields<S> f;
-        return std::tuple(f("overlapping", &S::overlapping,
-                            "number of places where elements of the result overlap; the exit code is then 1 "
-                            "([crossing.md](algorithms/crossing.md#elements-that-overlap))"),
-                          f("point", &S::point, "one of these places").unit("length"));
-    }
-};
-
-/// Vertices that were moved onto a CAD model before all stages.
-struct CadMovesReport {
-    std::size_t moved = 0, held = 0;
-    double largest = 0;  ///< (model units)
-
-    [[nodiscard]] static constexpr auto fields() {
-        using S = CadMovesReport;
-        constexpr Fields<S> f;
-        return std::tuple(
-            f("moved_vertices", &S::moved,
-              "with `geometry/cad/vertices` = `move`: number of vertices that were moved onto the model before all "
-              "stages"),
-            f("partly_moved_vertices", &S::held,
-              "number of vertices that stopped short of the model, since an element would have been flat"),
-            f("largest_vertex_move", &S::largest, "largest of these moves").unit("length"));
-    }
-};
-
-/// Faces of a CAD model (in 2D edges) that meet smoothly and that a mesh treats as one, by their numbers from 1.
-struct JoinedFacesReport {
-    bool are_edges = false;
-    std::vector<std::vector<std::size_t>> lists = {};
-
-    [[nodiscard]] static constexpr auto fields() {
-        using S = JoinedFacesReport;
-        constexpr Fields<S> f;
-        return std::tuple(f("virtual_faces", &S::lists,
-                            "lists of faces (in 2D edges) of the model that meet smoothly and that the mesh treats as "
-                            "one, by numbers from 1 ([cad.md](algorithms/cad.md#virtual-faces))")
-                              .unless_empty());
-    }
-};
-
-/// Facets of a mesh that span ridges of a CAD model.
-struct AcrossRidgesReport {
-    std::size_t count = 0;
-    std::size_t first = 0;           ///< from 1; 0: none
-    std::vector<double> place = {};  ///< of the ridge that this one spans
-
-    [[nodiscard]] static constexpr auto fields() {
-        using S = AcrossRidgesReport;
-        constexpr Fields<S> f;
-        return std::tuple(
-            f("facets_across_ridges", &S::count, "number of facets that span a ridge of the model").unless_empty(),
-            f("first_facet_across_ridges", &S::first, "the first of them, from 1").unless_empty(),
-            f("first_ridge_point", &S::place, "a point of the ridge that it spans").unit("length").unless_empty());
-    }
-};
-
-/// Relation of a mesh's boundary to a CAD model.
-struct CadReport {
-    std::string unit, file_unit;
-    bool is_in_file_unit = true;
-    bool is_unit_found = false;
-    std::size_t faces = 0, edges = 0, vertices = 0;
-    std::size_t faces_met = 0, edges_met = 0, vertices_met = 0;
-    std::size_t facets = 0, analytic_facets = 0, surrogate_facets = 0;
-    std::vector<Reference> within_materials = {};
-    std::size_t coincident_facets = 0;
-    std::size_t doubtful_facets = 0, settled_facets = 0, doubtful_edges = 0, doubtful_vertices = 0;
-    double largest_vertex_distance = 0;
-    std::optional<double> largest_node_distance;
-    std::optional<CadMovesReport> moves = {};
-    std::size_t lost_faces = 0, failed_entities = 0, open_shells = 0;
-    JoinedFacesReport joined = {};
-    AcrossRidgesReport across = {};
-
-    [[nodiscard]] static constexpr auto fields() {
-        using S = CadReport;
-        constexpr Fields<S> f;
-        return std::tuple(
-            f("unit", &S::unit,
-              "unit of the mesh's coordinates, to which the model is converted ([cad.md](algorithms/cad.md))"),
-            f("file_unit", &S::file_unit, "unit as the CAD file names it; empty: the file names none (mm)"),
-            f("unit_found", &S::is_unit_found, "true: `auto` took another unit than that of the file"),
-            f("faces", &S::faces, "number of faces of the CAD model"),
-            f("edges", &S::edges, "number of edges of the CAD model"),
-            f("vertices", &S::vertices, "number of vertices of the CAD model"),
-            f("failed_faces", &S::lost_faces, "number of faces of the CAD file for which no surface could be made"),
-            f("failed_entities", &S::failed_entities, "number of entities of the CAD file whose transfer failed"),
-            f("open_shells", &S::open_shells, "number of shells of solids that are not closed"),
-            f("matched_faces", &S::faces_met, "number of faces of the model with facets of the mesh on them"),
-            f("matched_edges", &S::edges_met, "number of edges of the model with edges of the mesh on them"),
-            f("matched_vertices", &S::vertices_met,
-              "number of vertices of the model with a vertex of the mesh on them"),
-            f("facets", &S::facets, "number of facets of the mesh on the model, by `geometry/cad`"),
-            f("analytic_facets", &S::analytic_facets, "number of facets on analytic surfaces"),
-            f("surrogate_facets", &S::surrogate_facets, "number of facets on the surrogate"),
-            f("coincident_facets", &S::coincident_facets,
-              "number of facets where two faces of the model coincide (solids that touch); they are on the first of "
-              "them"),
-            f("ambiguous_facets", &S::doubtful_facets,
-              "number of facets that two faces, which do not meet smoothly, fit almost equally well"),
-            f("resolved_facets", &S::settled_facets,
-              "number of these that the other facets of their reference decided"),
-            f("ambiguous_edges", &S::doubtful_edges,
-              "number of edges between facets of two faces that have no common edge nearby"),
-            f("ambiguous_vertices", &S::doubtful_vertices,
-              "number of vertices where three or more faces meet, without a vertex of the model nearby"),
-            f("largest_vertex_distance", &S::largest_vertex_distance,
-              "largest distance of a boundary vertex from its CAD entity: of the final mesh where passes changed it, "
-              "else of the input")
-                .unit("length"),
-            f("references_within_materials", &S::within_materials,
-              "references of facets that lie within one material and not on the model; they have no CAD geometry and "
-              "are counted in `surrogate_facets`")
-                .unless_empty(),
-            f("largest_node_distance", &S::largest_node_distance,
-              "largest distance of a node of a boundary edge on the model from its CAD entity, in the end")
-                .unit("length"),
-            f.merged(&S::joined), f.merged(&S::across), f.merged(&S::moves));
-    }
-};
-
-/// Vertices that are not on the analytic surface of their facets' reference, and stay where they are.
-struct OffSurfacesReport {
-    std::size_t vertices = 0;
-    double largest = 0;  ///< distance (model units)
-
-    [[nodiscard]] static constexpr auto fields() {
-        using S = OffSurfacesReport;
-        constexpr Fields<S> f;
-        return std::tuple(f("vertices_off_surfaces", &S::vertices,
-                            "number of vertices that are farther from the analytic surface of a facet's reference than "
-                            "10⁻⁵ of the facet; they stay ([cad.md](algorithms/cad.md#agreement))"),
-                          f("largest_vertex_distance", &S::largest, "largest of their distances").unit("length"));
-    }
-};
-
-/// Deviation of the boundary's nodes, or of its vertices, from the geometry (surface:boundary_deviation).
-struct DeviationReport {
-    std::size_t measured = 0, off = 0;  ///< off: farther than the tolerance
-    double largest = 0;                 ///< largest distance (model units)
-    double share = 0;                   ///< largest distance as a share of the local edge length
-    double tolerance = 0;               ///< limit of that share
-    /// Place of the largest share: the vertex or the ends of the edge, from 1 (0: none), and its coordinates.
-    std::array<std::size_t, 2> vertices{};
-    ReportedPlace at = {};
-
-    [[nodiscard]] std::vector<std::size_t> named_vertices() const {
-        std::vector<std::size_t> named;
-        for (const std::size_t v : vertices)
-            if (v != 0) named.push_back(v);
-        return named;
-    }
-    [[nodiscard]] ReportedPlace named_place() const { return vertices[0] == 0 ? ReportedPlace{} : at; }
-    [[nodiscard]] static constexpr auto fields() {
-        using S = DeviationReport;
-        constexpr Fields<S> f;
-        return std::tuple(
-            f("measured", &S::measured,
-              "number of nodes of boundary edges, or of boundary vertices, that have a geometry; required ones stay "
-              "and are not counted"),
-            f("beyond_tolerance", &S::off,
-              "number of those farther from it than the tolerance; the exit code is then 1"),
-            f("largest", &S::largest, "largest distance from the geometry").unit("length"),
-            f("largest_share", &S::share,
-              "largest distance as a share of the edge's length, of a vertex of its longest boundary edge")
-                .unit("1"),
-            f("tolerance", &S::tolerance, "limit of that share (`geometry_tolerance`)").unit("1"),
-            f("vertices", &S::named_vertices,
-              "place of the largest share: the vertex or the ends of the edge, as the file numbers them")
-                .unless_empty(),
-            f("point", &S::named_place, "its coordinates").unit("length").unless_empty());
-    }
-};
-
-/// Nodes of boundary edges with a target other than the projected middle.
-struct BoundaryNodesReport : PlacementStatistics {
-    std::string by = {};
-
-    [[nodiscard]] static constexpr auto fields() {
-        using S = BoundaryNodesReport;
-        constexpr Fields<S> f;
-        return std::tuple(
-            f("criterion", &S::by,
-              "criterion of nodes of boundary edges: `length` or `accuracy` "
-              "([surface.md](algorithms/surface.md#nodes-by-length))"),
-            f("edges", &S::edges,
-              "number of boundary edges with a target: not required, and not on a line (`accuracy`: nor in a plane)"),
-            f("moved", &S::placed, "number of edges whose node moved"),
-            f("no_improvement", &S::best,
-              "number of edges for which nothing better than the projected middle was found"),
-            f("off_geometry", &S::off,
-              "number of edges that keep the projected middle, since it is not on the geometry of the edge"),
-            f("too_far", &S::far, "number of edges that keep it, since a shorter curve leaves the geometry"),
-            f("limited_by_elements", &S::elements,
-              "number of edges that keep it, since the elements around allow no move"),
-            f("on_other_facets", &S::walked,
-              "number of placed nodes on a facet of the surrogate that is not at their edge"),
-            f("limited", &S::limited, "number of placed nodes that went a part of their way only"),
-            f("mean_reduction", &S::mean_reduction,
-              "length (`accuracy`: root mean square distance) with the projected middle by that with the node, minus "
-              "1, of the sums")
-                .unit("1"),
-            f("largest_reduction", &S::largest_reduction, "the same of one edge, at most").unit("1"));
-    }
-};
-
-/// Of a mesh that was read with curves, the patches that have curves of their own.
-struct CurvedPatchesReport {
-    std::size_t smooth = 0, as_read = 0;
-    double mean_angle = 0, largest_angle = 0;
-
-    [[nodiscard]] static constexpr auto fields() {
-        using S = CurvedPatchesReport;
-        constexpr Fields<S> f;
-        return std::tuple(
-            f("smooth", &S::smooth,
-              "number of curved patches of the input whose geometry is one smooth surface through vertices and nodes"),
-            f("as_read", &S::as_read,
-              "number of curved patches whose facets stay as they are in the file, with their kinks"),
-            f("mean_angle", &S::mean_angle, "root mean square of the angle between pieces of the smooth surfaces")
-                .unit("degrees"),
-            f("largest_angle", &S::largest_angle, "largest such angle").unit("degrees"));
-    }
-};
-
-/// Largest distance between the boundary in the end and its geometry, by the bound that the run requires
-/// (recipes:remesh_mesh).
-struct GeometryErrorReport {
-    double required = 0, reached = 0;  ///< of the facet that is farthest by its bound (model units)
-    std::size_t far_facets = 0;        ///< number of facets that exceed their bounds
-    std::size_t facet = 0;             ///< that facet, from 1; 0: no facet has a bound
-    std::vector<double> at;            ///< where it is
-    bool is_required = true;           ///< by the config; else the bound is that of the expected error
-
-    [[nodiscard]] bool is_met() const { return !(reached > required); }
-    [[nodiscard]] std::string origin() const { return is_required ? "config" : "expected_error"; }
-    [[nodiscard]] static constexpr auto fields() {
-        using S = GeometryErrorReport;
-        constexpr Fields<S> f;
-        return std::tuple(
-            f("required", &S::required,
-              "bound on the distance between the boundary and its geometry (`--geometry-error`; with bounds by "
-              "reference, of the facet whose distance is the largest share of its bound)")
-                .unit("length"),
-            f("reached", &S::reached,
-              "largest such distance in the end, both ways; above `required` the exit code is 1, unless the bound is "
-              "that of the expected error ([distances.md](algorithms/distances.md))")
-                .unit("length"),
-            f("facets_beyond_bound", &S::far_facets, "number of facets that exceed their bounds"),
-            f("facet", &S::facet, "the facet of that distance, from 1; 0: no facet has a bound"),
-            f("point", &S::at, "its position").unit("length"),
-            f("origin", &S::origin,
-              "`config`: the bound is that of `--geometry-error`; `expected_error`: in a cycle of `camber adapt`, the "
-              "bound of the [expected error](algorithms/adaptation.md#the-geometry-and-the-error)"));
-    }
-};
-
-struct BoundaryReport {
-    std::size_t surface_edges = 0, ridge_edges = 0, corners = 0, patches = 0;
-    std::optional<double> straight_distance = {}, curved_distance = {};
-    ReportedPlace curved_distance_near = {};
-    std::optional<WallsReport> walls = {};
-    std::optional<CadReport> cad = {};
-    std::optional<DistancesReport> distances = {};
-    std::optional<BoundaryNodesReport> nodes = {};
-    std::optional<CurvedPatchesReport> curved_patches = {};
-    std::optional<OffSurfacesReport> off_surfaces = {};
-    std::optional<GeometryErrorReport> geometry_error = {};
-    std::optional<DeviationReport> node_deviation = {}, vertex_deviation = {};
-    std::string geometry = {};
-
-    [[nodiscard]] static constexpr auto fields() {
-        using S = BoundaryReport;
-        constexpr Fields<S> f;
-        return std::tuple(
-            f("surface_edges", &S::surface_edges,
-              "number of edges on smooth pieces of the boundary (of the mesh before where a run remeshes and does not "
-              "curve)"),
-            f("ridge_edges", &S::ridge_edges, "number of edges on ridges"),
-            f("corners", &S::corners, "number of corners"), f("patches", &S::patches, "number of smooth pieces"),
-            f("largest_distance_straight", &S::straight_distance,
-              "largest distance of the boundary of the input from the geometry (of a straight mesh: of its facets)")
-                .unit("length"),
-            f("largest_distance", &S::curved_distance,
-              "largest distance of the boundary from the geometry in the end (of `cad`: from the model's faces and the "
-              "other surfaces of its facets)")
-                .unit("length"),
-            f("largest_distance_point", &S::curved_distance_near, "centre of the facet with that distance")
-                .unit("length")
-                .unless_empty(),
-            f("cad", &S::cad, "relation to the CAD model"), f.merged(&S::off_surfaces),
-            f("node_deviation", &S::node_deviation, "nodes of boundary edges off their geometry"),
-            f("vertex_deviation", &S::vertex_deviation, "boundary vertices off their geometry"),
-            f("geometry_error", &S::geometry_error, "distance bound of the run"),
-            f("distances", &S::distances, "distances both ways, by entity, with `output/distances=both`"),
-            f("nodes", &S::nodes, "nodes of boundary edges with a target other than the projected middle"),
-            f("curved_patches", &S::curved_patches, "curved patches of the input that passes took"),
-            f.merged(&S::walls),
-            f("geometry", &S::geometry,
-              "geometry of the boundary: `surrogate` (made from the mesh), `straight` (its facets), `mesh` (the "
-              "boundary "
-              "of another mesh), `analytic` or `cad`")
-                .unless_empty());
-    }
-};
-
-/// Inner nodes for accuracy.
-struct NodesByReport {
-    std::string metric_kind;
-    double size_share = 0;
-    std::size_t walls = 0, metric = 0, held_back = 0;
-
-    [[nodiscard]] static constexpr auto fields() {
-        using S = NodesByReport;
-        constexpr Fields<S> f;
-        return std::tuple(
-            f("metric_kind", &S::metric_kind, "kind of the metric that places nodes"),
-            f("size_share", &S::size_share, "share σ of the metric’s sizes by which nodes may move").unit("1"),
-            f("moved_by_walls", &S::walls,
-              "number of inner nodes that curved walls move by more than 1/1000 of the chord"),
-            f("moved_by_metric", &S::metric, "number of inner nodes that the metric moves by more than that"),
-            f("limited", &S::held_back,
-              "number of inner nodes that move by less than half of the way to their targets, since smooth functions "
-              "would lose more than `max_smooth_error_increase`"));
-    }
-};
-
-/// Expected errors of the solution before and after nodes were placed for it (curving).
-struct ExpectedErrorsReport {
-    double before = 0, after = 0;
-    int rounds = 0;
-
-    [[nodiscard]] static constexpr auto fields() {
-        using S = ExpectedErrorsReport;
-        constexpr Fields<S> f;
-        return std::tuple(f("by_shape", &S::before,
-                            "expected L2 error of the interpolated solution with nodes by the objective `shape`; all "
-                            "fields in units in which their ranges are about 1"),
-                          f("by_solution", &S::after, "expected error with nodes by the objective `solution`"),
-                          f("rounds", &S::rounds, "number of rounds"));
-    }
-};
-
-struct CurveReport : CurveStatistics {
-    std::size_t edges = 0;
-    EdgeReport before = {};                             ///< correction
-    std::optional<NodesByReport> by = {};               ///< for accuracy
-    std::optional<ExpectedErrorsReport> expected = {};  ///< of the objective solution
-    std::optional<EdgeReport> after = {};
-    std::optional<EdgeReport> in_straight_field = {};  ///< after correction, where the back mesh is curved
-    double edges_per_second = 0;
-    std::string objective = {};  ///< word of the configuration
-
-    [[nodiscard]] static constexpr auto fields() {
-        using S = CurveReport;
-        constexpr Fields<S> f;
-        return std::tuple(
-            f("edges", &S::edges, "number of edges"),
-            f("volume_edges", &S::volume_edges, "number of edges inside the volume").of_volume(),
-            f("curved_edges", &S::curved_edges, "number of edges whose node is not in the middle of the chord"),
-            f("pattern_searches", &S::polished,
-              "criteria energy and length: number of searches that stopped at a kink of the field and were completed "
-              "by a pattern search")
-                .of_volume(),
-            f("not_converged", &S::exhausted,
-              "criteria energy and length: number of searches that reached the limit of iterations")
-                .of_volume(),
-            f("shortened", &S::shortened,
-              "criteria energy and length: number of edges that the finer rule found longer than their chords, and "
-              "whose offset was reduced")
-                .of_volume(),
-            f("outside", &S::outside, "number of edges with samples outside the back mesh").of_volume(),
-            f("not_located", &S::lost, "number of edges with samples that were not located in the back mesh")
-                .of_volume(),
-            f("limited_nodes", &S::drawn_back,
-              "criterion accuracy: number of nodes in the volume, or sliding within planes, that move a part of their "
-              "way or none of it, since an element would fall below `min_jacobian`")
-                .of_volume(),
-            f("edges_per_second", &S::edges_per_second, "edges curved per second").unit("1/s").of_volume(),
-            f("before_correction", &S::before, "lengths and curvatures as `curve` proposed them"),
-            f("inner_nodes", &S::by, "inner nodes for accuracy").of_volume(),
-            f("expected_error", &S::expected, "expected error of the solution (objective `solution`)").of_volume(),
-            f("after_correction", &S::after, "lengths and curvatures that `relax` left"),
-            f("in_straight_field", &S::in_straight_field,
-              "the same in the field of the straight back mesh, where the back mesh is curved")
-                .of_volume());
-    }
-};
-
-struct ValidityReport {
-    double bound = 0;
-    bool is_asked = false;
-    std::size_t invalid = 0, undecided = 0, below_bound = 0, straight_inverted = 0;
-    double smallest = 1;
-    std::size_t worst = 0;
-    std::uint64_t worst_tag = 0;
-
-    [[nodiscard]] static constexpr auto fields() {
-        using S = ValidityReport;
-        constexpr Fields<S> f;
-        return std::tuple(
-            f("bound", &S::bound, "lower bound of the scaled Jacobian that is required or recommended").unit("1"),
-            f("bound_is_required", &S::is_asked, "true: the bound is required; false: it is recommended"),
-            f("invalid", &S::invalid, "number of elements where det J ≤ 0 at a point"),
-            f("undecided", &S::undecided, "number of elements without a certified answer"),
-            f("below_bound", &S::below_bound,
-              "number of elements that are valid, and whose scaled Jacobian is not certified to reach the bound"),
-            f("straight_inverted", &S::straight_inverted,
-              "number of elements that are inverted or flat with straight edges"),
-            f("min_scaled_jacobian", &S::smallest, "lower bound of the scaled Jacobian over all elements, to 10⁻³")
-                .unit("1"),
-            f("worst_element", &S::worst, "its element, from 1; 0: no element"),
-            f("worst_element_tag", &S::worst_tag, "its number in the input's file, where that is another one")
-                .unless_empty());
-    }
-};
-
-struct RelaxReport {
-    std::string method;
-    std::size_t corrected_elements = 0, raised_elements = 0;
-    std::size_t relaxed_volume_edges = 0, relaxed_surface_edges = 0, slid_surface_edges = 0;
-    std::size_t moved_vertices = 0, slid_vertices = 0;
-    double work = 0;
-    std::size_t given_up = 0;
-
-    [[nodiscard]] static constexpr auto fields() {
-        using S = RelaxReport;
-        constexpr Fields<S> f;
-        return std::tuple(
-            f("method", &S::method,
-              "method of the correction: `extension`, `cavity`, `edge`, `segment` or `backtracking` "
-              "([repair.md](algorithms/repair.md))"),
-            f("corrected_elements", &S::corrected_elements, "number of elements that the correction made valid"),
-            f("raised_elements", &S::raised_elements,
-              "number of elements, valid before, whose scaled Jacobian was raised to the target"),
-            f("relaxed_volume_edges", &S::relaxed_volume_edges,
-              "number of edges inside the volume whose node was moved"),
-            f("relaxed_surface_edges", &S::relaxed_surface_edges,
-              "number of boundary edges whose node was moved towards the chord"),
-            f("slid_surface_edges", &S::slid_surface_edges,
-              "number of other boundary edges whose node slid on the geometry ([cad.md](algorithms/cad.md))"),
-            f("moved_vertices", &S::moved_vertices, "number of vertices that were moved"),
-            f("slid_vertices", &S::slid_vertices,
-              "number of these on the boundary, which slid on a prescribed geometry"),
-            f("work", &S::work, "optimisation problems solved, in the unit of the option `effort`"),
-            f("unrepaired_elements", &S::given_up, "number of elements left when that work was spent"));
-    }
-};
-
-/// The boundary of a mesh that was read with its curves.
-struct InputBoundaryReport {
-    double tolerance = 0;
-    std::optional<double> sufficient_tolerance = {};
-    std::size_t moved_nodes = 0;
-    double largest_shift = 0, largest_relative_shift = 0;
-
-    [[nodiscard]] static constexpr auto fields() {
-        using S = InputBoundaryReport;
-        constexpr Fields<S> f;
-        return std::tuple(
-            f("tolerance", &S::tolerance,
-              "of a mesh that was read with its curves: limit of the moves of boundary nodes")
-                .unit("length"),
-            f("sufficient_tolerance", &S::sufficient_tolerance,
-              "where elements remain and no geometry is given: a tolerance by which all of them become valid, tried; "
-              "null: none is known")
-                .unit("length")
-                .or_null(),
-            f("moved_nodes", &S::moved_nodes, "number of boundary nodes that moved"),
-            f("largest_shift", &S::largest_shift, "largest move of a node").unit("length"),
-            f("largest_relative_shift", &S::largest_relative_shift, "the same by the length of the edge's chord")
-                .unit("1"));
-    }
-};
-
-/// An element of such a mesh that could not be repaired.
-struct RemainingReport {
-    std::size_t element = 0;
-    std::string reason;
-    std::size_t at = 0;        ///< the vertex where it is, from 1; 0: nowhere in particular, or the reason has its name
-    bool is_given_up = false;  ///< the work was spent; likewise
-    std::uint64_t tag = 0;
-
-    [[nodiscard]] static constexpr auto fields() {
-        using S = RemainingReport;
-        constexpr Fields<S> f;
-        return std::tuple(f("element", &S::element, "an element that could not be repaired, from 1"),
-                          f("tag", &S::tag, "its number in the input's file, where that is another one").unless_empty(),
-                          f("reason", &S::reason, "the reason, in words; vertices as the input's file numbers them"));
-    }
-};
-
-struct ReinsertReport {
-    std::size_t sweeps = 0, rounds = 0, patches = 0;
-    std::size_t rejected_not_valid = 0, rejected_no_gain = 0;
-
-    [[nodiscard]] static constexpr auto fields() {
-        using S = ReinsertReport;
-        constexpr Fields<S> f;
-        return std::tuple(
-            f("sweeps", &S::sweeps, "sweeps of the stage `reinsert` over the vertices"),
-            f("rounds", &S::rounds, "rounds of cavities that do not overlap"),
-            f("patches", &S::patches, "number of cavities that were committed"),
-            f("rejected_not_valid", &S::rejected_not_valid, "number of cavities rejected for invalid elements"),
-            f("rejected_no_gain", &S::rejected_no_gain, "number of cavities rejected since nothing improves"));
-    }
-};
-
-/// Closeness of the straight form of a mesh to a unit mesh in a metric (metric:unit_mesh).
-struct UnitMeshReport {
-    std::string metric;
-    std::size_t edges = 0;
-    std::size_t unit_edges = 0, short_edges = 0, long_edges = 0;
-    double shortest = 0, longest = 0, mean_length = 0;
-    double worst_quality = 0, mean_quality = 0;
-    std::size_t worst_element = 0;
-
-    [[nodiscard]] static constexpr auto fields() {
-        using S = UnitMeshReport;
-        constexpr Fields<S> f;
-        return std::tuple(f("metric", &S::metric, "the metric: a file, or its source"),
-                          f("edges", &S::edges, "number of edges"),
-                          f("unit_edges", &S::unit_edges, "number of edges of a length from 1/√2 to √2 in the metric"),
-                          f("short_edges", &S::short_edges, "number of shorter edges"),
-                          f("long_edges", &S::long_edges, "number of longer edges"),
-                          f("shortest", &S::shortest,
-                            "length of the shortest edge in the metric, (a − b)/ln(a/b) of its lengths a, b by the "
-                            "metrics of both ends; of degree 2 along the curves")
-                              .unit("1"),
-                          f("longest", &S::longest, "length of the longest edge in the metric").unit("1"),
-                          f("mean_length", &S::mean_length, "mean length of edges in the metric").unit("1"),
-                          f("min_quality", &S::worst_quality,
-                            "smallest mean ratio of an element in the metric: 1 unit, 0 flat; of degree 2 by the [mean "
-                            "distortion](algorithms/distortion.md), 0: not valid")
-                              .unit("1"),
-                          f("mean_quality", &S::mean_quality, "mean of these").unit("1"),
-                          f("worst_element", &S::worst_element, "element of the smallest, from 1; 0: no element"));
-    }
-};
-
-/// All passes of one kind.
-struct PassReport : PassStatistics {
-    std::string pass = {};
-    double seconds = 0;
-
-    [[nodiscard]] std::vector<std::pair<std::string, std::size_t>> rejected_by_reason() const;
-    [[nodiscard]] static constexpr auto fields() {
-        using S = PassReport;
-        constexpr Fields<S> f;
-        return std::tuple(
-            f("pass", &S::pass, "`collapse`, `split`, `swap`, `smooth` or `improve`: all passes of the kind together"),
-            f("rounds", &S::rounds, "number of commits"),
-            f("proposals", &S::proposals, "number of operations with a reason"),
-            f("planned", &S::planned, "number of operations that satisfy the pass's own criteria of length and shape"),
-            f("accepted", &S::accepted, "number of operations that were done"),
-            f("rejected", &S::rejected_by_reason,
-              "number of operations that were not done, by reason: `empty`, `required`, `surface`, `line`, `ball` and "
-              "`exists` (topology), `volume`, `quality`, `length`, `height`, `geometry`, `wall`, `crossing`, `gain` "
-              "(no noticeable change), `deferred` (counted again later) "
-              "([cavity-operator.md](algorithms/cavity-operator.md))"),
-            f("corrections", &S::corrections, "number of times that elements joined or left a cavity"),
-            f("shortened", &S::shortened, "number of trials in which a point moved a part of the way to the geometry"),
-            f("off_target", &S::drawn_back, "degree 2: number of operations with nodes off the target of the metric"),
-            f("neighbour_moves", &S::bent_around, "degree 2: number of operations that move nodes around their cavity"),
-            f("optimisation_problems", &S::programmes, "degree 2: number of optimisation problems solved for nodes"),
-            f("moved_nodes", &S::moved_nodes,
-              "degree 2: number of nodes of inner edges that `smooth` moved by distortion"),
-            f("straight_inverted", &S::straight_inverted,
-              "degree 2: number of accepted operations that a test of straight elements would reject"),
-            f("straight_positive", &S::straight_positive,
-              "degree 2: number of operations rejected as `volume` that this test would accept"),
-            f("farthest_facet", &S::farthest_facet,
-              "largest distance of a facet made by a swap or a collapse from the geometry, by its longest edge")
-                .unit("1"),
-            f("seconds", &S::seconds, "elapsed time").unit("s"));
-    }
-};
-
-/// Objective of the nodes of inner edges of a remeshed mesh of degree 2.
-struct RemeshedNodesReport {
-    std::string objective;
-
-    [[nodiscard]] static constexpr auto fields() {
-        using S = RemeshedNodesReport;
-        constexpr Fields<S> f;
-        return std::tuple(f("objective", &S::objective, "degree 2: objective of the nodes of inner edges"));
-    }
-};
-
-/// Boundary facets where the default bound on the distance from the geometry acts.
-struct BoundedFacetsReport {
-    std::size_t limited = 0, far = 0;
-
-    [[nodiscard]] static constexpr auto fields() {
-        using S = BoundedFacetsReport;
-        constexpr Fields<S> f;
-        return std::tuple(
-            f("limited_facets", &S::limited,
-              "number of facets that the [default bound](algorithms/cavity-operator.md#the-default-bound) keeps finer "
-              "than the metric requests (mesh whole on one process): edges below 0.73, and a distance that exceeds the "
-              "bound in a facet of twice the size"),
-            f("facets_beyond_bound", &S::far,
-              "number of facets that exceed the bound, as facets of the mesh before did"));
-    }
-};
-
-struct RemeshReport {
-    UnitMeshReport before, after;
-    std::vector<PassReport> passes;
-    std::optional<RemeshedNodesReport> nodes = {};
-    std::optional<BoundedFacetsReport> bounded_facets = {};
-
-    [[nodiscard]] static constexpr auto fields() {
-        using S = RemeshReport;
-        constexpr Fields<S> f;
-        return std::tuple(f("before", &S::before, "the mesh before the passes, in the metric"),
-                          f("after", &S::after, "the mesh after the passes, in the metric"),
-                          f("passes", &S::passes, "one entry for each kind of pass"),
-                          f("nodes", &S::nodes, "nodes of inner edges"),
-                          f("geometry_bound", &S::bounded_facets, "facets where the default distance bound acts"));
+    static void fields(auto& s, auto& f) {
+        f("scatter", s.scatter,
+          "scatter of the input's order in memory; output and report are in the order of the input "
+          "([space-filling-order.md](algorithms/space-filling-order.md))",
+          unit("1"));
     }
 };
 
@@ -856,13 +60,10 @@ struct StageTime {
     double seconds = 0;
     std::size_t peak_bytes = 0;
 
-    [[nodiscard]] static constexpr auto fields() {
-        using S = StageTime;
-        constexpr Fields<S> f;
-        return std::tuple(
-            f("stage", &S::stage, "each step in order, reading and writing included"),
-            f("seconds", &S::seconds, "elapsed time").unit("s"),
-            f("peak_bytes", &S::peak_bytes, "peak memory of the process until the end of this step").unit("bytes"));
+    static void fields(auto& s, auto& f) {
+        f("stage", s.stage, "each step in order, reading and writing included");
+        f("seconds", s.seconds, "elapsed time", unit("s"));
+        f("peak_bytes", s.peak_bytes, "peak memory of the process until the end of this step", unit("bytes"));
     }
 };
 
@@ -870,13 +71,11 @@ struct StageTime {
 struct BlocksReport {
     std::size_t number = 0, elements = 0, extension_iterations = 0;
 
-    [[nodiscard]] static constexpr auto fields() {
-        using S = BlocksReport;
-        constexpr Fields<S> f;
-        return std::tuple(f("number", &S::number, "number of blocks"),
-                          f("elements", &S::elements, "requested number of elements in a block"),
-                          f("extension_iterations", &S::extension_iterations,
-                            "number of iterations that extended the displacement of the boundary"));
+    static void fields(auto& s, auto& f) {
+        f("number", s.number, "number of blocks");
+        f("elements", s.elements, "requested number of elements in a block");
+        f("extension_iterations", s.extension_iterations,
+          "number of iterations that extended the displacement of the boundary");
     }
 };
 
@@ -887,14 +86,12 @@ struct RanksReport {
     std::vector<double> processor_seconds;
     std::vector<std::size_t> sent_bytes;
 
-    [[nodiscard]] static constexpr auto fields() {
-        using S = RanksReport;
-        constexpr Fields<S> f;
-        return std::tuple(f("number", &S::number, "number of ranks"),
-                          f("rounds", &S::rounds, "number of exchanges between ranks"),
-                          f("peak_bytes", &S::peak_bytes, "peak memory of each rank").unit("bytes"),
-                          f("cpu_seconds", &S::processor_seconds, "CPU time of each rank").unit("s"),
-                          f("sent_bytes", &S::sent_bytes, "data that each rank sent").unit("bytes"));
+    static void fields(auto& s, auto& f) {
+        f("number", s.number, "number of ranks");
+        f("rounds", s.rounds, "number of exchanges between ranks");
+        f("peak_bytes", s.peak_bytes, "peak memory of each rank", unit("bytes"));
+        f("cpu_seconds", s.processor_seconds, "CPU time of each rank", unit("s"));
+        f("sent_bytes", s.sent_bytes, "data that each rank sent", unit("bytes"));
     }
 };
 
@@ -924,20 +121,41 @@ struct Report {
     std::vector<StageTime> times;
     int threads = 0;  ///< that were really used
 
-    [[nodiscard]] std::optional<OverlappingReport> overlapping() const {
-        return overlaps.overlapping > 0 ? std::optional(overlaps) : std::nullopt;
+    static void fields(auto& s, auto& f) {
+        f("reordered", s.reordered, "order of the mesh, where stages worked in another one");
+        f("mesh", s.mesh, "the mesh in the end");
+        f("solution_metric", s.solution_metric, "the metric that was made for the solution");
+        f("metric", s.metric, "the metric");
+        f("remesh", s.remesh, "passes that changed the mesh");
+        f("boundary", s.boundary, "the boundary and its geometry");
+        f("curve", s.curve, "the stage `curve`");
+        f("validity_before_correction", s.validity_before, "verdicts of the elements that `curve` proposed");
+        f("relax", s.relax, "the stage `relax`");
+        f("input_boundary", s.input_boundary, "boundary of a mesh that was read with its curves");
+        f("remaining_elements", only_if(s.input_boundary || !s.remaining.empty(), s.remaining),
+          "elements that could not be repaired");
+        f("reinsert", s.reinsert, "the stage `reinsert`");
+        f("validity", s.validity, "verdicts of the elements in the end");
+        f("overlaps", only_if(s.overlaps.overlapping > 0, s.overlaps), "elements of the result that overlap");
+        f("transfer", s.transfer, "fields of the solution on the new mesh ([transfer.md](algorithms/transfer.md))");
+        f("blocks", s.blocks, "blocks of a mesh that was curved by blocks");
+        f("ranks", s.ranks, "costs of each rank");
+        f("histograms", s.histograms, "see below", unless_empty);
+        f("invalid_elements", s.invalid_elements, "elements that are not valid in the end, from 1");
+        f("undecided_elements", s.undecided_elements, "elements without a certified answer, from 1");
+        f("elements_below_bound", s.elements_below_bound, "valid elements below the bound, from 1");
+        f("committed", s.committed, "true: `commit` made the proposed positions the mesh's");
+        f("notices", s.notices, "notes on what was corrected, left out or lost, a sentence each");
+        f("misses", misses(s),
+          "reasons for which the result is not the requested one, a sentence each with its place; empty: the exit code "
+          "is "
+          "0");
+        f("threads", s.threads, "number of threads that were used");
+        f("stages", s.times, "steps with their times");
     }
-    [[nodiscard]] std::optional<std::vector<RemainingReport>> remaining_elements() const {
-        return input_boundary || !remaining.empty() ? std::optional(remaining) : std::nullopt;
-    }
-    [[nodiscard]] std::vector<std::string> misses() const;
-    [[nodiscard]] static constexpr auto fields();
 
     /// True if every element is certified valid, above the bound where one is requested.
-    [[nodiscard]] bool has_valid_elements() const {
-        return !validity || (validity->invalid == 0 && validity->undecided == 0 &&
-                             (validity->below_bound == 0 || !validity->is_asked));
-    }
+    [[nodiscard]] bool has_valid_elements() const { return not_valid() == 0; }
     /// Number of elements that are not certified valid, above the bound where one is requested.
     [[nodiscard]] std::size_t not_valid() const {
         if (!validity) return 0;
@@ -973,37 +191,6 @@ struct Report {
 /// One sentence for each cause for which a result is not the requested one, with its place; empty if it is.
 [[nodiscard]] std::vector<std::string> misses(const Report& report);
 
-inline std::vector<std::string> Report::misses() const { return run::misses(*this); }
-constexpr auto Report::fields() {
-    using S = Report;
-    constexpr Fields<S> f;
-    return std::tuple(
-        f("reordered", &S::reordered, "order of the mesh, where stages worked in another one"),
-        f("mesh", &S::mesh, "the mesh in the end"),
-        f("solution_metric", &S::solution_metric, "the metric that was made for the solution"),
-        f("metric", &S::metric, "the metric"), f("remesh", &S::remesh, "passes that changed the mesh"),
-        f("boundary", &S::boundary, "the boundary and its geometry"), f("curve", &S::curve, "the stage `curve`"),
-        f("validity_before_correction", &S::validity_before, "verdicts of the elements that `curve` proposed"),
-        f("relax", &S::relax, "the stage `relax`"),
-        f("input_boundary", &S::input_boundary, "boundary of a mesh that was read with its curves"),
-        f("remaining_elements", &S::remaining_elements, "elements that could not be repaired"),
-        f("reinsert", &S::reinsert, "the stage `reinsert`"),
-        f("validity", &S::validity, "verdicts of the elements in the end"),
-        f("overlaps", &S::overlapping, "elements of the result that overlap"),
-        f("transfer", &S::transfer, "fields of the solution on the new mesh ([transfer.md](algorithms/transfer.md))"),
-        f("blocks", &S::blocks, "blocks of a mesh that was curved by blocks"),
-        f("ranks", &S::ranks, "costs of each rank"), f("histograms", &S::histograms, "see below").unless_empty(),
-        f("invalid_elements", &S::invalid_elements, "elements that are not valid in the end, from 1"),
-        f("undecided_elements", &S::undecided_elements, "elements without a certified answer, from 1"),
-        f("elements_below_bound", &S::elements_below_bound, "valid elements below the bound, from 1"),
-        f("committed", &S::committed, "true: `commit` made the proposed positions the mesh's"),
-        f("notices", &S::notices, "notes on what was corrected, left out or lost, a sentence each"),
-        f("misses", &S::misses,
-          "reasons for which the result is not the requested one, a sentence each with its place; empty: the exit code "
-          "is 0"),
-        f("threads", &S::threads, "number of threads that were used"),
-        f("stages", &S::times, "steps with their times"));
-}
 /// Elements that are valid, but below the recommended bound; empty if there are none or the bound is requested.
 [[nodiscard]] std::string recommended_bound_note(const Report& report);
 /// "16 pairs of boundary triangles pass through each other …"; empty where no walls cross.
@@ -1011,23 +198,20 @@ constexpr auto Report::fields() {
 /// "elements overlap in 3 places …"; empty where none do.
 [[nodiscard]] std::string overlap_message(const Report& report);
 
-}  // namespace camber::run
-
-/// Parts of the report that several steps add.
-export namespace camber::run {
+// ---------------------------------------------------------------- parts that several steps add
 
 using Notices = std::vector<std::string>;
 
-/// Of all elements, at the bound asked for.
+/// Verdicts of all elements.
 struct VerdictsReport {
     ValidityReport summary;
     std::vector<std::size_t> invalid, undecided, below_bound;  ///< elements, from 1
 };
-/// `is_asked`: whether somebody did for the bound.
+/// `is_asked`: the bound is required.
 template <int D>
 [[nodiscard]] VerdictsReport verdicts_report(const Validation<D>& validation, bool is_asked);
 
-/// What a repair came to; `given_up`: elements on which the work was spent in vain.
+/// `given_up`: number of elements left when the work was spent.
 [[nodiscard]] RelaxReport relax_report(const RepairStatistics& statistics, std::size_t given_up, RepairMethod method);
 
 /// Reports nodes that were moved back because walls crossed.
@@ -1036,7 +220,6 @@ template <int D>
     return {moved.nodes, moved.largest, {moved.largest_at.c.begin(), moved.largest_at.c.end()}};
 }
 
-/// Of a correction.
 struct CorrectionReport {
     RelaxReport relax;
     std::optional<InputBoundaryReport> input_boundary;
@@ -1052,19 +235,16 @@ void add(Report& report, const CorrectionReport& part);
 void add(Report& report, const PassReport& part);
 void add(std::vector<Histogram>& all, std::vector<Histogram> part);
 
-}  // namespace camber::run
+// ---------------------------------------------------------------- closeness to a unit mesh
 
-/// How near to unit a straight mesh is in a metric: `camber check --metric`, and before and after passes that change
-/// it.
-export namespace camber::run {
-
-/// The report, and what it counts, one a unique edge and one an element.
-struct UnitMesh {
-    UnitMeshReport report;
+/// A report, and the lengths of unique edges and qualities of elements that it counts.
+template <class R>
+struct MeasuredInMetric {
+    R report;
     std::vector<double> lengths, qualities;
 };
+using UnitMesh = MeasuredInMetric<UnitMeshReport>;
 
-/// Of lengths, one an edge, and qualities, one an element.
 [[nodiscard]] UnitMeshReport unit_mesh_report(std::string metric, const std::vector<double>& lengths,
                                               const std::vector<double>& qualities);
 
@@ -1074,32 +254,26 @@ template <int D>
                                                   const Column<LogMetric<D>>& log_metrics, std::string metric,
                                                   const Execution& execution);
 
-/// Of a mesh of degree 2: along its curves, and by the mean distortion of its elements.
+/// The same of degree 2: along the curves, and by the mean distortion of the elements.
 template <int D>
 [[nodiscard]] Outcome<UnitMesh> measure_unit_mesh(const QuadraticMesh<D>& mesh, const Column<LogMetric<D>>& log_metrics,
                                                   std::string metric, const Execution& execution);
 
-/// Its histograms, by one series of that name each.
+/// Histograms with one series of that name each.
 [[nodiscard]] std::vector<Histogram> histograms_of(const UnitMesh& measured, const std::string& series);
 
-}  // namespace camber::run
-
-/// How near to unit a mesh of degree 2 is in a metric, along its curves: `camber check --metric`.
-export namespace camber::run {
-
+/// Closeness of a mesh of degree 2 to a unit mesh along its curves.
 struct CurvedUnitMeshReport {
     /// Quality of an element.
     struct Element {
         std::size_t number = 0;
         double quality = 0, least = 0, bound = 0;
 
-        [[nodiscard]] static constexpr auto fields() {
-            using S = Element;
-            constexpr Fields<S> f;
-            return std::tuple(f("element", &S::number, "element, from 1"),
-                              f("quality", &S::quality, "its quality by the mean distortion").unit("1"),
-                              f("least", &S::least, "lowest quality that was found at a point").unit("1"),
-                              f("bound", &S::bound, "certified lower bound of its quality at all points").unit("1"));
+        static void fields(auto& s, auto& f) {
+            f("element", s.number, "element, from 1");
+            f("quality", s.quality, "its quality by the mean distortion", unit("1"));
+            f("least", s.least, "lowest quality that was found at a point", unit("1"));
+            f("bound", s.bound, "certified lower bound of its quality at all points", unit("1"));
         }
     };
     UnitMeshReport unit_mesh;  ///< lengths along the curves, mean qualities
@@ -1107,31 +281,18 @@ struct CurvedUnitMeshReport {
     double bound = 0;
     std::vector<Element> worst;  ///< of the lowest mean qualities, the worst first
 
-    [[nodiscard]] std::optional<double> bound_of_elements() const {
-        return lowest.number > 0 ? std::optional(bound) : std::nullopt;
-    }
-    [[nodiscard]] std::optional<Element> lowest_element() const {
-        return lowest.number > 0 ? std::optional(lowest) : std::nullopt;
-    }
-    [[nodiscard]] static constexpr auto fields() {
-        using S = CurvedUnitMeshReport;
-        constexpr Fields<S> f;
-        return std::tuple(
-            f.merged(&S::unit_mesh),
-            f("bound", &S::bound_of_elements,
-              "certified lower bound of the quality (with the sign of det J) at all points of the mesh; −1: no bound "
-              "above 0 was found")
-                .unit("1"),
-            f("lowest", &S::lowest_element, "element of the lowest quality at a point"),
-            f("worst", &S::worst, "elements of the lowest mean qualities, the worst first, as many as `worst`"));
+    static void fields(auto& s, auto& f) {
+        f.merged(s.unit_mesh);
+        f("bound", only_if(s.lowest.number > 0, s.bound),
+          "certified lower bound of the quality (with the sign of det J) at all points of the mesh; −1: no bound above "
+          "0 was found",
+          unit("1"));
+        f("lowest", only_if(s.lowest.number > 0, s.lowest), "element of the lowest quality at a point");
+        f("worst", s.worst, "elements of the lowest mean qualities, the worst first, as many as `worst`");
     }
 };
 
-/// The report, and what it counts, one a unique edge and one an element.
-struct CurvedUnitMesh {
-    CurvedUnitMeshReport report;
-    std::vector<double> lengths, qualities;
-};
+using CurvedUnitMesh = MeasuredInMetric<CurvedUnitMeshReport>;
 
 /// `metric`: the name of what the logs, one a vertex, are; `worst`: how many elements to name.
 template <int D>
@@ -1142,7 +303,7 @@ template <int D>
 
 [[nodiscard]] std::vector<Histogram> histograms_of(const CurvedUnitMesh& measured, const std::string& series);
 
-/// Of a mesh that ranks share: as of one as a whole, but for the last digits of means, which are summed rank by rank.
+/// Closeness of a mesh that ranks share: as of the whole mesh, but for the last digits of means.
 struct UnitMeshOfRanks {
     UnitMeshReport report;
     std::vector<Histogram> histograms;

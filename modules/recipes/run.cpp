@@ -34,7 +34,7 @@ namespace camber::run {
 
 namespace {
 
-/// Where an error of a stage happened, unless the stage itself says it.
+/// The error with the path of its stage, unless it has one.
 Error at(Error error, const std::string& path) {
     if (error.where.empty() && error.kind == ErrorKind::usage) error.where = path;
     return error;
@@ -208,7 +208,7 @@ MetricFile file_of(NamedField metric, const config::SolutionMetric& asked, const
     return file;
 }
 
-/// Where in the config, and of which file, an error of a solution's metric is.
+/// An error of a solution's metric with its path in the config, or its file.
 Error of_solution(Error error, const std::string& path, const std::string& file) {
     if (error.kind == ErrorKind::usage && !error.where.starts_with("/"))
         error.where = error.where.empty() || error.where == "solution" ? path : path + "/" + error.where;
@@ -245,7 +245,7 @@ Outcome<Done> carry(Run& run, const AnyMesh& old_mesh, std::vector<NamedField> f
     return Done{};
 }
 
-/// Whether all nodes are in the middles of chords, to what text files keep of digits: of the places, which may be far
+/// True if all nodes are in the middles of chords, to what text files keep of digits: of the places, which may be far
 /// out, and of the chords.
 template <int D>
 bool has_straight_edges(const Mesh<D>& mesh) {

@@ -77,10 +77,7 @@ class Runner {
     const Around& around_;
 };
 
-}  // namespace camber::run
-
-/// The steps of a run: each takes what its stage needs from the run's state, and puts there and tells what it made.
-export namespace camber::run {
+// ---------------------------------------------------------------- steps, which change the state of a run
 
 /// Runs one step: one overload for each row of `step_table`. Errors: those of its verb, and stopped.
 template <int D>
@@ -136,7 +133,7 @@ template <int D>
 template <int D>
 [[nodiscard]] BoundedDistances bounded_distances(const Runner<D>& run);
 
-/// What was told of the config's metric when it was made.
+/// Report of the config's metric when it is made.
 struct MetricTold {
     std::optional<MetricReport> report;
     Notices notices;
@@ -146,7 +143,7 @@ struct MetricTold {
 template <int D>
 [[nodiscard]] MetricSource<D> metric_for_curving(const Runner<D>& run, const QuadraticMesh<D>& mesh,
                                                  const Boundary<D>& boundary, MetricTold& told);
-/// The same as a field on the mesh itself, straight or with its curves, and what was told of it.
+/// The same as a field on the mesh itself, straight or with its curves.
 template <int D>
 struct OwnField {
     BackMesh<D> back;
@@ -193,7 +190,6 @@ template <int D>
 template <int D>
 void report_verdicts(Runner<D>& run, const Validation<D>& validation);
 
-/// Reports proposed curves.
 template <int D>
 void report_curves(Runner<D>& run, const ProposedCurves<D>& made, const ProposeOptions& options);
 
@@ -205,9 +201,7 @@ template <int D>
 template <int D>
 [[nodiscard]] Outcome<std::optional<EdgeLengths>> measure(Runner<D>& run);
 
-}  // namespace camber::run
-
-export namespace camber::run {
+// ---------------------------------------------------------------- runs
 
 /// A metric that is made for the run's solution.
 struct SolutionMetricInput {
@@ -216,7 +210,7 @@ struct SolutionMetricInput {
     std::string path;                 ///< in the config, for errors
 };
 
-/// What the shell hands to a run beside the config: files already read.
+/// Inputs of a run beside the config: files already read.
 struct Inputs {
     DecodedMesh mesh;
     std::optional<Solution> metric = {};         ///< of the metric file, when the config names one
@@ -254,32 +248,29 @@ struct Run {
     std::optional<Solution> metric = {};  ///< at the vertices, if the config's output wants it and the stages made one
     std::vector<NamedField> solution = {};  ///< the input's fields, if the config's output has a place for them
     std::vector<std::string> details = {};  ///< notices of the report that are printed with --verbose only
-    /// Of a run that ends in rows, those of this rank: the mesh is empty then.
+    /// Rows of this rank, of a run that ends in rows; the mesh is empty then.
     std::variant<std::monostate, FinishedRows<2>, FinishedRows<3>> rows = {};
 };
 
-/// Whether several ranks may end a run of it with a share of the mesh each: nothing but the mesh is asked for, and
-/// blocks are the last that changes it.
+/// True if several ranks may end a run with a share of the mesh each: nothing but the mesh is requested, and blocks
+/// are the last that changes it.
 [[nodiscard]] bool may_end_in_rows(const config::Pipeline& pipeline);
 
-/// Whether an output shows fields of the run: a VTU file, a page.
+/// True if an output shows fields of the run: a VTU file, a page.
 [[nodiscard]] bool shows_fields(const config::Output& output);
-/// Whether it has a place for fields of a solution: a file of their own, or with the mesh.
+/// True if it has a place for fields of a solution: a file of their own, or with the mesh.
 [[nodiscard]] bool carries_fields(const config::Output& output);
-/// Whether a stage places nodes by the solution.
 [[nodiscard]] bool places_by_solution(const config::Pipeline& pipeline);
-/// Whether no stage is a pass that changes the topology.
 [[nodiscard]] bool keeps_elements(const config::Pipeline& pipeline);
 
-/// Whether the mesh is of degree 2 and not straight: no stage `elevate` takes it.
+/// True if the mesh is of degree 2 and not straight: no stage `elevate` takes it.
 [[nodiscard]] bool is_curved(const AnyMesh& mesh);
 
 /// The mesh prepared, then the stages of a config, one after the other. Errors name the stage's JSON path.
 [[nodiscard]] Outcome<Run> run_pipeline(const config::Pipeline& pipeline, Inputs inputs, const Around& around);
 
-/// What passes will make of the mesh, by the metric that they go by, where no stage but `elevate` comes before them;
-/// none: no stage splits, or the metric is not known before others are done. Errors: those of the run so far, and
-/// memory: the same as where the run comes there.
+/// Predicts the mesh that passes make, where no stage but `elevate` comes before them; none: no stage splits, or the
+/// metric is not known before other stages run. Errors: those of the run so far, and memory.
 [[nodiscard]] Outcome<std::optional<Growth>> planned_growth(const config::Pipeline& pipeline, Inputs inputs,
                                                             const Around& around);
 
@@ -295,7 +286,7 @@ struct MadeMetric {
 /// The mesh of a config's shape.
 [[nodiscard]] Outcome<DecodedMesh> generate_shape(const config::Shape& shape, const Execution& execution = {});
 
-/// How large a run is before anything was done.
+/// Size of a run before its first step.
 struct PlanSize {
     int dimension = 3, degree = 1;
     std::size_t vertices = 0, elements = 0, facets = 0;
@@ -304,11 +295,9 @@ struct PlanSize {
 };
 [[nodiscard]] PlanSize plan_size(const AnyMesh& mesh);
 
-}  // namespace camber::run
+// ---------------------------------------------------------------- order of the mesh
 
-/// Where a mesh is in an order that makes stages slow they work on it in another, and nobody sees it: all that goes in
-/// is renumbered at one place, before the first stage, and all that comes out at one, after the last.
-export namespace camber::run {
+// A mesh in an order that makes stages slow is renumbered before the first stage, and its results after the last one.
 
 /// The order to work in; nothing where the mesh's own will do, or where stages change the straight mesh: what they make
 /// has an order of its own. Errors: memory, stopped.
@@ -318,25 +307,21 @@ template <int D>
                                                                 const OrderingOptions& options,
                                                                 const Execution& execution);
 
-/// What stages take, by the numbers to work by. Metric files whose rows are not the mesh's vertices stay: they are
-/// refused later. Errors: memory, stopped.
+/// Renumbers the inputs. Metric files whose rows are not the mesh's vertices stay: they are refused later. Errors:
+/// memory, stopped.
 template <int D>
 [[nodiscard]] Outcome<StageInputs<D>> in_working_order(StageInputs<D> inputs, const Renumbering& order,
                                                        const Execution& execution);
 
-/// What stages made, by the user's numbers: mesh, fields, metric, and the elements that the report names. Errors:
-/// memory, stopped.
+/// Renumbers the results as the input: mesh, fields, metric, and elements of the report. Errors: memory, stopped.
 template <int D>
 [[nodiscard]] Outcome<MeshRun<D>> in_given_order(MeshRun<D> run, const Renumbering& order, const Execution& execution);
 
-/// Why they made nothing: the entity that the error names.
+/// Renumbers the entity of an error.
 template <int D>
 [[nodiscard]] Error in_given_order(Error error, const Renumbering& order);
 
-}  // namespace camber::run
-
-/// Runs on meshes in blocks: the same steps, on a state that ranks share.
-export namespace camber::run {
+// ---------------------------------------------------------------- meshes in blocks
 
 /// Returns the options of the first stage `curve` for blocks; none: the pipeline requests no blocks.
 [[nodiscard]] std::optional<CurveByBlocks> requested_blocks(const config::Pipeline& pipeline);
@@ -348,7 +333,7 @@ struct BlockSources {
     BlockOptions blocks = {};
     std::shared_ptr<Ranks> ranks = one_rank();
 };
-/// What this rank has of the result; the report is that of the whole mesh.
+/// Share of this rank in the result; the report is that of the whole mesh.
 template <int D>
 struct BlocksRun {
     CurvedBlocks<D> curved;

@@ -99,7 +99,7 @@ Outcome<TransferredFields> brought(const AnyMesh& to, const AnyMesh& from, std::
     return TransferredFields{std::move(fields), {options.method, std::move(names), std::move(made->statistics)}};
 }
 
-/// Of the nodes of a mesh: how many are vertices, and the ends of the edges that have others; none of a straight one.
+/// Nodes of a mesh: the number of vertices, and the ends of edges with nodes; none of a straight one.
 struct NodesOfMesh {
     std::size_t vertices = 0;
     Column<std::array<VertexId, 2>> edges;
@@ -243,13 +243,11 @@ Outcome<NamedField> as_field(const QuadraticMesh<D>& mesh, const Column<LogMetri
         joined.insert(joined.end(), nodal->mid_nodes.begin(), nodal->mid_nodes.end());
         all = Column<LogMetric<D>>(std::move(joined));
     }
-    Buffer<double> values;
-    values.reserve(all.size() * sym_size<D>);
-    for (const LogMetric<D>& log_metric : all) {
-        const Sym<D> tensor = exp(log_metric).m;
-        values.insert(values.end(), tensor.c.begin(), tensor.c.end());
-    }
-    return NamedField{"metric", FieldKind::symmetric_tensor, {sym_size<D>, degree, Column<double>(std::move(values))}};
+    return tensor_rows<D>(
+               all.size(), [&](std::size_t n) { return all[n]; }, execution)
+        .map([&](Column<double> values) {
+            return NamedField{"metric", FieldKind::symmetric_tensor, {sym_size<D>, degree, std::move(values)}};
+        });
 }
 
 MetricOfSolutionOptions options_of(const config::SolutionMetric& asked, bool at_nodes, double ridge_angle) {
@@ -456,24 +454,6 @@ Outcome<Solution> hessians_of(const AnyMesh& mesh, const NamedField& field, cons
         mesh);
 }
 
-namespace {
-
-/// Of a field, all materials and components: by how much an integral changed, and how large one is.
-struct Change {
-    double change = 0, size = 0;
-};
-Change change_of(const std::vector<MaterialIntegrals>& integrals) {
-    Change out;
-    for (const MaterialIntegrals& of : integrals)
-        for (std::size_t c = 0; c < of.before.size(); ++c) {
-            out.change = std::max(out.change, std::abs(of.after[c] - of.before[c]));
-            out.size = std::max(out.size, std::abs(of.before[c]));
-        }
-    return out;
-}
-
-}  // namespace
-
 std::vector<std::string> solution_metric_notices(const SolutionMetricReport& r) {
     std::vector<std::string> notices;
     if (r.is_fixed_alone)
@@ -496,8 +476,12 @@ std::vector<std::string> solution_metric_notices(const SolutionMetricReport& r) 
 std::vector<std::pair<std::string, IntegralReport>> TransferReport::integrals() const {
     std::vector<std::pair<std::string, IntegralReport>> all;
     for (std::size_t i = 0; i < names.size() && i < statistics.integrals.size(); ++i) {
-        const auto [change, size] = change_of(statistics.integrals[i]);
-        all.emplace_back(names[i], IntegralReport{size, change});
+        IntegralReport& report = all.emplace_back(names[i], IntegralReport{}).second;
+        for (const MaterialIntegrals& of : statistics.integrals[i])
+            for (std::size_t c = 0; c < of.before.size(); ++c) {
+                report.largest = std::max(report.largest, std::abs(of.before[c]));
+                report.largest_change = std::max(report.largest_change, std::abs(of.after[c] - of.before[c]));
+            }
     }
     return all;
 }

@@ -33,17 +33,13 @@ import :values;
 
 export namespace camber::run {
 
-/// What the shell has read of a config's geometry, where that is in a file.
+/// Files of a config's geometry, already read.
 struct GeometrySource {
     std::optional<CadModel> cad = {};
     std::shared_ptr<const AnyMesh> mesh = {};
 };
 
-}  // namespace camber::run
-
-/// What a run holds between two stages: a sum of what can be, so that a stage which finds its input there has all of
-/// it.
-export namespace camber::run {
+// ---------------------------------------------------------------- state of a run between two stages
 
 /// A plan that began with the nodes that the mesh was read with.
 template <int D>
@@ -103,11 +99,10 @@ struct Quadratic {
     std::variant<Unplanned<D>, Plan<D>> plan;
 
     [[nodiscard]] const Plan<D>* planned() const { return std::get_if<Plan<D>>(&plan); }
-    /// Of the plan, or of the mesh where there is none; null when nothing was judged.
+    /// Verdicts of the plan, or of the mesh where there is none; null when nothing was judged.
     [[nodiscard]] const Validation<D>* validation() const;
-    /// Whether the boundary's nodes are the file's: they stay, unless analytic surfaces are given.
+    /// True if the boundary's nodes are the file's: they stay, unless analytic surfaces are given.
     [[nodiscard]] bool boundary_is_given() const;
-    /// Whether there are planned places that are not the mesh's.
     [[nodiscard]] bool has_uncommitted() const;
 };
 
@@ -121,7 +116,6 @@ template <int D>
 struct Corrected {
     Validation<D> before;
 };
-/// What verdicts in the end are compared with.
 template <int D>
 using History = std::variant<Uncorrected<D>, Corrected<D>>;
 
@@ -136,7 +130,7 @@ struct Changing {
     std::optional<BroughtRows<D>> shared = {};
 };
 
-/// What a mesh that was remeshed has of the one before: its facets approximate the same geometry, and its vertices know
+/// Inheritance of a remeshed mesh from the one before: its facets approximate the same geometry, and its vertices know
 /// their metric.
 template <int D>
 struct Inherited {
@@ -165,10 +159,10 @@ struct State {
     Column<Vec<D>> given_points;  ///< of the vertices as they were read: where the rows of metric files speak
     Column<LagrangeNode<D>> given_nodes = {};  ///< of a mesh of degree 2 its nodes, likewise: what came is told beside
     std::optional<BackMesh<D>> field;          ///< the last that was made
-    /// Where that is on a curved back mesh: the metric of the straight mesh at its vertices.
+    /// If that is on a curved back mesh: the metric of the straight mesh at its vertices.
     std::optional<Column<LogMetric<D>>> straight_log_metrics;
     std::optional<Inherited<D>> inherited;
-    /// Of the boundary that the stage `remesh` left, against the bounds of the config; empty once a stage changes it.
+    /// Boundary that the stage `remesh` left, against the bounds of the config; empty once a stage changes it.
     std::optional<ReachedDistance<D>> reached;
     std::optional<FinishedRows<D>> rows;              ///< what this rank has in the end: the mesh is empty then
     std::optional<CadMovesReport> cad_moves;          ///< of vertices, before the first stage
@@ -181,18 +175,13 @@ struct State {
     CurveOptions curving = {};  ///< of the last stage that curved: passes have new edges find their nodes alike
 };
 
-/// How a run begins. Errors: unsupported (no simplices of degree 1 or 2).
+/// State of a run before its first stage. Errors: unsupported (no simplices of degree 1 or 2).
 template <int D>
 [[nodiscard]] Outcome<State<D>> beginning_with(Mesh<D> mesh);
 
-}  // namespace camber::run
+// ---------------------------------------------------------------- values that several stages take or make
 
-/// What more than one stage takes or makes. A stage itself is in stages/NAME.cpp: a function from the values that it
-/// needs to what it makes, with its part of the report, and its step, which takes them from the run's state and puts
-/// them there (camber.run:pipeline). What must come before it is in camber.run:measurements.
-export namespace camber::run {
-
-/// Who has what a run makes: each rank all of it, or its rows.
+/// Distribution of a run's result: each rank has all of it, or its rows.
 enum class RunEnd : std::uint8_t { whole, rows };
 
 /// The mesh that a metric file speaks of, where its rows are not at the input's vertices.
@@ -210,7 +199,6 @@ struct MetricFile {
     std::optional<config::SolutionMetric> made_by = {};  ///< none: of a file
     std::vector<DistanceBound> bounds = {};              ///< of the boundary, by the error that the solution expects
 
-    /// Whether that metric is meant.
     [[nodiscard]] bool is_of(const config::Metric& metric) const {
         if (const auto* file = std::get_if<config::FilePath>(&metric)) return !made_by && name == file->path;
         const auto* solution_metric = std::get_if<config::SolutionMetric>(&metric);
@@ -227,12 +215,8 @@ struct RowsByNodes {
 };
 [[nodiscard]] Outcome<RowsByNodes> rows_by_nodes(Solution solution, const DecodedMesh& mesh,
                                                  const Execution& execution);
-/// Of rows at all nodes of that mesh those at its vertices; others as they are.
+/// Rows at the vertices, of rows at all nodes of that mesh; others as they are.
 [[nodiscard]] Solution rows_at_vertices(RowsByNodes rows, const AnyMesh& mesh);
-
-}  // namespace camber::run
-
-export namespace camber::run {
 
 /// Input of a run that its order of work renumbers: a mesh, and metric files with one row per vertex.
 template <int D>
@@ -252,7 +236,7 @@ template <int D>
 [[nodiscard]] Outcome<Sound<D>> prepare_stage(StageInputs<D> given, std::span<const config::Stage> stages,
                                               const OrderingOptions& ordering, const Execution& execution);
 
-/// What a field of log-metrics at the vertices of the straight mesh is made from.
+/// Input of a field of log-metrics at the vertices of the straight mesh.
 template <int D>
 struct MetricInput {
     const LinearMesh<D>& mesh;
@@ -317,7 +301,6 @@ template <int D>
 [[nodiscard]] Outcome<GeometrySource> in_unit_of_mesh(const config::Geometry& geometry, GeometrySource source,
                                                       const LinearMesh<D>& mesh, const Execution& execution);
 
-/// Whether facets of a reference lie on the model.
 [[nodiscard]] bool lies_on_model(const config::Cad& cad, Reference reference);
 /// Vertices that are off the model brought onto it, and beside the analytic surfaces onto the curve of both. Errors: as
 /// of make_cad_mixture.
@@ -354,8 +337,8 @@ struct SourcedMetric {
     MetricReport report;
     Notices notices;
 };
-/// Of a file: a tensor or a size a vertex. Errors (input): of another dimension or number of rows, values that are no
-/// metric.
+/// Metric of a file: a tensor or a size a vertex. Errors (input): of another dimension or number of rows, values that
+/// are no metric.
 template <int D>
 [[nodiscard]] Outcome<SourcedMetric<D>> log_metrics_of_file(const MetricFile& file, std::size_t vertices,
                                                             const Execution& execution);
@@ -367,13 +350,11 @@ struct FileField {
     MetricReport report;
     Notices notices;
 };
-/// Where it is another mesh than `asked`, which is to take its metric, it must be in the same place: notices of
-/// vertices that are outside. Errors: those of log_metrics_of_file; a mesh of another dimension, or in another place
-/// (input).
+/// Another mesh than that of `asked` must be in the same place: notices of vertices that are outside. Errors: those of
+/// log_metrics_of_file; a mesh of another dimension, or in another place (input).
 template <int D>
 [[nodiscard]] Outcome<FileField<D>> field_of_file(const MetricFile& file, const Column<Vec<D>>& asked,
                                                   const Execution& execution);
-/// That field at points.
 template <int D>
 [[nodiscard]] Outcome<SourcedMetric<D>> sampled_file(const MetricFile& file, const Column<Vec<D>>& points,
                                                      const Execution& execution);
@@ -400,10 +381,7 @@ template <int D>
                                                          std::span<const config::MetricOperation> operations,
                                                          const Execution& execution);
 
-}  // namespace camber::run
-
-/// Fields that are known on a mesh: the metric that they ask for, and how they go along.
-export namespace camber::run {
+// ---------------------------------------------------------------- fields on a mesh
 
 /// A field at the vertices, or at all nodes, of a mesh.
 struct NamedField {
@@ -415,7 +393,7 @@ struct NamedField {
 /// Each component of each field, a value a node.
 [[nodiscard]] std::vector<Column<double>> scalars_of(std::span<const NamedField> fields);
 
-/// Those of these names, each once; no names: all. Errors: a name that there is not (usage), with `where`.
+/// The fields of these names, each once; no names: all. Errors: a name that there is not (usage), with `where`.
 [[nodiscard]] Outcome<std::vector<NamedField>> named(std::vector<NamedField> fields,
                                                      const std::vector<std::string>& names, const std::string& where);
 
@@ -460,19 +438,10 @@ struct TransferredFields {
 /// has the means of their ends.
 [[nodiscard]] MeshFields as_mesh_fields(const AnyMesh& mesh, std::span<const NamedField> fields);
 
-}  // namespace camber::run
-
-/// The solution of a run, for stages that place nodes by it.
-export namespace camber::run {
-
 /// An expression's values at the nodes of a mesh; a straight one has them in the middles of its edges. Errors (usage):
 /// one that cannot be read, or has no number at a node; stopped, memory.
 [[nodiscard]] Outcome<NamedField> field_of_expression(const AnyMesh& mesh, const std::string& expression,
                                                       const Execution& execution);
-
-}  // namespace camber::run
-
-export namespace camber::run {
 
 /// Fields on the mesh that was read, or an expression.
 struct SolutionSource {
@@ -519,20 +488,12 @@ template <int D>
 [[nodiscard]] Outcome<Solution> metric_solution(const BackMesh<D>& field, const QuadraticMesh<D>& mesh,
                                                 const Execution& execution);
 
-}  // namespace camber::run
-
-export namespace camber::run {
-
 /// A solution's fields at the nodes of its mesh: rows are those of the vertices; the nodes of edges get the mean of the
 /// edge's ends, log-Euclidean where both tensors are positive definite. A lone symmetric tensor is called `metric`, a
 /// lone size `size`, others `field_1` … Errors: input (rows or dimension are not those of the mesh; `name` is the
 /// file's), stopped.
 [[nodiscard]] Outcome<MeshFields> solution_fields(const Solution& solution, const std::string& name,
                                                   const AnyMesh& mesh, const Execution& execution);
-
-}  // namespace camber::run
-
-export namespace camber::run {
 
 /// L_straight/L − 1 (paper eq. 8) of each edge; 0 where there are no lengths.
 [[nodiscard]] std::vector<double> length_reductions(const Column<double>& straight, const Column<double>& lengths);
@@ -541,7 +502,7 @@ export namespace camber::run {
 template <int D>
 [[nodiscard]] std::vector<double> curvatures(const QuadraticMesh<D>& mesh, std::span<const LagrangeNode<D>> mid_nodes);
 
-/// Of which edges lengths are told: of all where the output shows them.
+/// Edges whose lengths are measured: all where the output shows them.
 [[nodiscard]] MeasuredEdges reported_lengths(const config::Output& output);
 
 /// Edges whose node is not in the middle of their chord.
@@ -553,10 +514,10 @@ template <int D>
 [[nodiscard]] EdgeReport edge_report(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal,
                                      const Column<double>& straight, const Column<double>& lengths);
 
-/// Of a run's end: length reductions, lengths and curvatures of the volume edges (where there are `lengths`, after
-/// correction), scaled Jacobians of the elements, "before" (as `curve` left them) and "after" (in the end); lengths
-/// also "straight". Without `curve` the Jacobians alone, as "count". Only what is known: no entry for a quantity that
-/// was not measured. Errors: memory, stopped.
+/// Histograms of a run's end: length reductions, lengths and curvatures of the volume edges (where there are `lengths`,
+/// after correction), scaled Jacobians of the elements, "before" (as `curve` left them) and "after" (in the end);
+/// lengths also "straight". Without `curve` the Jacobians alone, as "count". Only what is known: no entry for a
+/// quantity that was not measured. Errors: memory, stopped.
 template <int D>
 [[nodiscard]] Outcome<std::vector<Histogram>> run_histograms(const Quadratic<D>& end,
                                                              const std::optional<EdgeLengths>& lengths,
@@ -589,12 +550,8 @@ template <int D, class BoxOf>
     return report;
 }
 
-}  // namespace camber::run
-
-export namespace camber::run {
-
-/// What of a geometry stands over the facets of a mesh, as a surface of small straight facets to be looked at: of each
-/// facet a lattice of its own, so that normals may break between them. Fields: `normal` of points; of cells `facet`,
+/// Geometry over the facets of a mesh as a surface of small straight facets, for viewers. Each facet has its own
+/// lattice, so that normals may break between them. Fields: `normal` of points; of cells `facet`,
 /// the number of the mesh's facet, and `patch`.
 struct SurfaceMesh {
     AnyMesh mesh;
@@ -604,5 +561,77 @@ struct SurfaceMesh {
 template <int D>
 [[nodiscard]] Outcome<SurfaceMesh> surface_mesh(const QuadraticMesh<D>& mesh, const Features<D>& features,
                                                 const Geometry<D>& geometry, const Execution& execution);
+
+}  // namespace camber::run
+
+/// Functions that several files of the module use.
+namespace camber::run {
+
+/// Numbers of a config as a vector. Errors (usage): they are not D; `what` names them.
+template <int D>
+[[nodiscard]] Outcome<Vec<D>> vec(const std::vector<double>& numbers, const char* what) {
+    if (numbers.size() != D)
+        return fail(ErrorKind::usage, std::string(what) + " has " + std::to_string(numbers.size()) +
+                                          " coordinates, the mesh " + std::to_string(D));
+    Vec<D> v;
+    std::ranges::copy(numbers, v.c.begin());
+    return v;
+}
+
+/// `nodes`: their number in the mesh's degree.
+template <int D>
+[[nodiscard]] MeshReport mesh_report(const LinearMesh<D>& mesh, int degree, std::size_t nodes) {
+    return {D, degree, mesh.points.size(), nodes, mesh.elements.size(), mesh.facets.size(), mesh.edges.size()};
+}
+
+/// A field on cells: the values from the cell `first` on, and `none` on the other cells.
+template <int D, class T>
+[[nodiscard]] MeshField cell_field(const LinearMesh<D>& mesh, std::string name, std::size_t first, const auto& values,
+                                   T none) {
+    Buffer<T> column(mesh.elements.size() + mesh.facets.size() + mesh.edges.size(), none);
+    for (std::size_t i = 0; i < values.size(); ++i) column[first + i] = static_cast<T>(values[i]);
+    return {std::move(name), Centring::cell, FieldKind::scalar, Column<T>(std::move(column))};
+}
+
+template <int D>
+[[nodiscard]] MeshField node_kinds(const QuadraticMesh<D>& mesh, const Features<D>& features) {
+    const std::size_t vertices = mesh.linear.points.size();
+    Buffer<std::int32_t> column(vertices + mesh.edges.size());
+    for (std::size_t n = 0; n < column.size(); ++n)
+        column[n] = n < vertices ? static_cast<std::int32_t>(features.vertex_kinds[n])
+                                 : static_cast<std::int32_t>(features.edge_kinds[n - vertices]);
+    return {"node_kind", Centring::node, FieldKind::scalar, Column<std::int32_t>(std::move(column))};
+}
+
+/// Tensors of a metric in rows, by its logs `log_at(row)`. Errors: stopped.
+template <int D>
+[[nodiscard]] Outcome<Column<double>> tensor_rows(std::size_t rows, const auto& log_at, const Execution& execution) {
+    Buffer<double> values(rows * sym_size<D>);
+    auto done = each(execution, rows, [&](std::size_t n) {
+        const Sym<D> m = exp(log_at(n)).m;
+        std::ranges::copy(m.c, values.begin() + static_cast<std::ptrdiff_t>(n * sym_size<D>));
+    });
+    if (!done) return fail(std::move(done.error()));
+    return Column<double>(std::move(values));
+}
+
+/// Log-metrics of a field at the points `point_at(row)`. Errors: memory, stopped.
+template <int D>
+[[nodiscard]] Outcome<Column<LogMetric<D>>> sampled_logs(const BackMesh<D>& field, std::size_t rows,
+                                                         const auto& point_at, const Execution& execution) {
+    return guarded([&]() -> Outcome<Column<LogMetric<D>>> {
+        Buffer<LogMetric<D>> logs(rows);
+        auto done = each_chunk(execution, rows, [&](std::size_t begin, std::size_t end) {
+            ElementId hint;
+            for (std::size_t n = begin; n < end; ++n) {
+                const FieldSample<D> sample = sample_value(field, point_at(n), hint);
+                hint = sample.location.element;
+                logs[n] = sample.log_metric;
+            }
+        });
+        if (!done) return fail(std::move(done.error()));
+        return Column<LogMetric<D>>(std::move(logs));
+    });
+}
 
 }  // namespace camber::run

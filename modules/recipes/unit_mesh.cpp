@@ -29,7 +29,7 @@ double mean_of(const std::vector<double>& values) {
     return values.empty() ? 0 : std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
 }
 
-/// Of elements in the metrics `of(vertex)`; of a surface alone of its triangles.
+/// Qualities of elements (of a standalone surface mesh: of triangles) in the metrics `of(vertex)`.
 template <int D>
 Outcome<Buffer<double>> straight_qualities(const LinearMesh<D>& mesh, const auto& of, const Execution& execution) {
     const auto quality = [&](const auto& vertices, auto&& measure) {
@@ -58,7 +58,7 @@ Outcome<Buffer<double>> straight_qualities(const LinearMesh<D>& mesh, const auto
 
 UnitMeshReport unit_mesh_report(std::string metric, const std::vector<double>& lengths,
                                 const std::vector<double>& qualities) {
-    UnitMeshReport report{.metric = std::move(metric), .edges = lengths.size()};
+    UnitMeshReport report{{.edges = lengths.size()}, std::move(metric)};
     const auto count = [&](auto&& chosen) {
         return static_cast<std::size_t>(std::count_if(lengths.begin(), lengths.end(), chosen));
     };
@@ -80,6 +80,12 @@ UnitMeshReport unit_mesh_report(std::string metric, const std::vector<double>& l
     return report;
 }
 
+static UnitMesh measured(std::string metric, const Buffer<double>& lengths, const Buffer<double>& qualities) {
+    UnitMesh out{{}, {lengths.begin(), lengths.end()}, {qualities.begin(), qualities.end()}};
+    out.report = unit_mesh_report(std::move(metric), out.lengths, out.qualities);
+    return out;
+}
+
 template <int D>
 Outcome<UnitMesh> measure_unit_mesh(const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
                                     const Column<LogMetric<D>>& log_metrics, std::string metric,
@@ -95,9 +101,7 @@ Outcome<UnitMesh> measure_unit_mesh(const LinearMesh<D>& mesh, const EdgeSet<D>&
     if (!lengths) return fail(lengths.error());
     const auto qualities = straight_qualities(mesh, of, part_of(execution, 0.6, 0.9));
     if (!qualities) return fail(qualities.error());
-    UnitMesh out{{}, {lengths->begin(), lengths->end()}, {qualities->begin(), qualities->end()}};
-    out.report = unit_mesh_report(std::move(metric), out.lengths, out.qualities);
-    return out;
+    return measured(std::move(metric), *lengths, *qualities);
 }
 
 template <int D>
@@ -110,32 +114,34 @@ Outcome<UnitMesh> measure_unit_mesh(const QuadraticMesh<D>& mesh, const Column<L
         return curved_quality<D>(element.nodes, element_metric<D>(element.metrics)).mean;
     });
     if (!qualities) return fail(qualities.error());
-    UnitMesh out{{}, {lengths->begin(), lengths->end()}, {qualities->begin(), qualities->end()}};
-    out.report = unit_mesh_report(std::move(metric), out.lengths, out.qualities);
-    return out;
-}
-
-std::vector<Histogram> histograms_of(const UnitMesh& measured, const std::string& series) {
-    const auto histogram = [&](Quantity quantity, const std::vector<double>& values) {
-        auto limits = limits_of(quantity);
-        Series counts = counted(series, limits, values);
-        return Histogram{quantity, std::move(limits), {std::move(counts)}};
-    };
-    return {histogram(Quantity::edge_length, measured.lengths),
-            histogram(Quantity::metric_quality, measured.qualities)};
+    return measured(std::move(metric), *lengths, *qualities);
 }
 
 namespace {
 
-/// What a rank has, as a plain value.
-struct OfRank {
-    std::size_t edges = 0, short_edges = 0, long_edges = 0, unit_edges = 0, elements = 0, worst_element = 0;
-    double shortest = 0, longest = 0, mean_length = 0, worst_quality = 0, mean_quality = 0;
-};
-OfRank of_rank(const UnitMeshReport& r, std::size_t elements) {
-    return {r.edges,    r.short_edges, r.long_edges,  r.unit_edges,    elements,      r.worst_element,
-            r.shortest, r.longest,     r.mean_length, r.worst_quality, r.mean_quality};
+Histogram histogram(Quantity quantity, const std::vector<double>& values, const std::string& series) {
+    auto limits = limits_of(quantity);
+    Series counts = counted(series, limits, values);
+    return {quantity, std::move(limits), {std::move(counts)}};
 }
+
+}  // namespace
+
+std::vector<Histogram> histograms_of(const UnitMesh& measured, const std::string& series) {
+    return {histogram(Quantity::edge_length, measured.lengths, series),
+            histogram(Quantity::metric_quality, measured.qualities, series)};
+}
+std::vector<Histogram> histograms_of(const CurvedUnitMesh& measured, const std::string& series) {
+    return {histogram(Quantity::curved_edge_length, measured.lengths, series),
+            histogram(Quantity::curved_metric_quality, measured.qualities, series)};
+}
+
+namespace {
+
+/// Numbers of a rank, as a plain value.
+struct OfRank : UnitMeshNumbers {
+    std::size_t elements = 0;
+};
 
 double mean(double a, std::size_t of_a, double b, std::size_t of_b) {
     if (of_a + of_b == 0) return 0;
@@ -159,20 +165,6 @@ void add(OfRank& all, const OfRank& next) {
     all.long_edges += next.long_edges;
     all.unit_edges += next.unit_edges;
     all.elements += next.elements;
-}
-
-UnitMeshReport report_of(std::string metric, const OfRank& all) {
-    UnitMeshReport report{.metric = std::move(metric), .edges = all.edges};
-    report.short_edges = all.short_edges;
-    report.long_edges = all.long_edges;
-    report.unit_edges = all.unit_edges;
-    report.shortest = all.shortest;
-    report.longest = all.longest;
-    report.mean_length = all.mean_length;
-    report.worst_quality = all.worst_quality;
-    report.mean_quality = all.mean_quality;
-    report.worst_element = all.worst_element;
-    return report;
 }
 
 /// A series but for its name and its counts.
@@ -213,11 +205,13 @@ Outcome<Done> add_up(Series& series, Ranks& ranks) {
 
 Outcome<UnitMeshOfRanks> unit_mesh_of_ranks(std::string metric, const MeasuredRows& own, Ranks& ranks) {
     const UnitMesh here{unit_mesh_report(metric, own.lengths, own.qualities), own.lengths, own.qualities};
-    const auto of_all = gather_all(ranks, Outcome<std::vector<OfRank>>({of_rank(here.report, own.qualities.size())}));
+    const UnitMeshNumbers& numbers = here.report;
+    const auto of_all = gather_all(ranks, Outcome<std::vector<OfRank>>({OfRank{numbers, own.qualities.size()}}));
     if (!of_all) return fail(of_all.error());
     OfRank all;
     for (const OfRank& next : *of_all) add(all, next);
-    UnitMeshOfRanks made{report_of(std::move(metric), all), histograms_of(here, "remeshed")};
+    UnitMeshOfRanks made{{static_cast<const UnitMeshNumbers&>(all), std::move(metric)},
+                         histograms_of(here, "remeshed")};
     for (Histogram& histogram : made.histograms)
         if (auto added = add_up(histogram.series.front(), ranks); !added) return fail(added.error());
     return made;
@@ -227,7 +221,7 @@ namespace {
 
 using Element = CurvedUnitMeshReport::Element;
 
-/// Of each element whose bound might be the lowest.
+/// Limit for each element whose bound might be the lowest.
 constexpr int bisections_of_all = 64;
 
 std::vector<std::uint32_t> find_worst(const std::vector<double>& qualities, std::size_t n) {
@@ -281,16 +275,6 @@ Outcome<CurvedUnitMesh> measure_curved_unit_mesh(const QuadraticMesh<D>& mesh, c
     if (!described) return fail(described.error());
     out.report.worst.assign(described->begin(), described->end());
     return out;
-}
-
-std::vector<Histogram> histograms_of(const CurvedUnitMesh& measured, const std::string& series) {
-    const auto histogram = [&](Quantity quantity, const std::vector<double>& values) {
-        auto limits = limits_of(quantity);
-        Series counts = counted(series, limits, values);
-        return Histogram{quantity, std::move(limits), {std::move(counts)}};
-    };
-    return {histogram(Quantity::curved_edge_length, measured.lengths),
-            histogram(Quantity::curved_metric_quality, measured.qualities)};
 }
 
 #define CAMBER_INSTANTIATE(D)                                                                                          \

@@ -27,7 +27,7 @@ import camber.repair;
 import camber.stages;
 import camber.distributed;
 
-/// What a config says of adapting a mesh turn after turn, as plain values.
+/// Values of a config, which describe their options; some are options of a module.
 export namespace camber::config {
 
 /// Which cycle's mesh is the result of an adaptation.
@@ -106,10 +106,7 @@ struct FilePath {
 inline constexpr std::string_view in_memory = "memory:";
 [[nodiscard]] inline bool is_in_memory(std::string_view name) { return name.starts_with(in_memory); }
 
-}  // namespace camber::config
-
-/// What a config says of the metric, as plain values.
-export namespace camber::config {
+// ---------------------------------------------------------------- the metric
 
 struct NaturalMetric {
     friend bool operator==(const NaturalMetric&, const NaturalMetric&) = default;
@@ -237,7 +234,7 @@ struct SolutionMetric {
 using Metric = std::variant<NaturalMetric, FilePath, ConstantMetric, SurfaceMetric, FieldMetric, MetricExpression,
                             SizesMetric, GeometryMetric, SolutionMetric>;
 
-/// What is done to the metric, in this order, before edges follow it.
+/// Operations on the metric, in this order, before edges follow it.
 struct Intersect {
     Metric metric;
     friend bool operator==(const Intersect&, const Intersect&) = default;
@@ -266,11 +263,6 @@ struct Complexity {
 };
 using MetricOperation = std::variant<Intersect, Gradation, Bound, Complexity>;
 
-}  // namespace camber::config
-
-/// What a config says, as plain values, which describe their options themselves; some are options of a module.
-export namespace camber::config {
-
 // ---------------------------------------------------------------- where the mesh comes from
 
 using Shape = std::variant<ShellOptions<3>, ShellOptions<2>, BoxOptions<3>, BoxOptions<2>, BumpOptions>;
@@ -278,7 +270,7 @@ using Shape = std::variant<ShellOptions<3>, ShellOptions<2>, BoxOptions<3>, BoxO
 /// A file, or a shape to generate.
 using MeshSource = std::variant<FilePath, Shape>;
 
-/// What triangles alone in one plane z = constant are taken for.
+/// Interpretation of triangles alone in one plane z = constant.
 enum class Flat : std::uint8_t { plane, surface };
 [[nodiscard]] constexpr auto words(Flat) {
     return words_of(Word{Flat::plane, "plane"}, Word{Flat::surface, "surface"});
@@ -437,7 +429,7 @@ struct Cad {
 };
 using Geometry = std::variant<Surrogate, Straight, FilePath, Analytic, Cad>;
 
-/// What `FeatureOptions` have for either dimension, and what required entities of the boundary hold.
+/// Values of `FeatureOptions` for either dimension, and the policy for required entities of the boundary.
 struct Features {
     double ridge_angle = FeatureOptions<3>{}.ridge_angle_degrees;
     RequiredBoundary required_boundary = RequiredBoundary::keep;
@@ -495,7 +487,7 @@ using Split = SplitOptions;
 using Swap = SwapOptions;
 using Smooth = SmoothOptions;
 using Mend = MendOptions;
-/// Where passes that change a mesh of degree 2 put the nodes of inner edges.
+/// Objective of nodes of inner edges in passes that change a mesh of degree 2.
 enum class RemeshObjective : std::uint8_t {
     automatic,  ///< that of a stage curve before; accuracy
     accuracy,

@@ -111,8 +111,8 @@ struct LowPlace {
     double scaled_jacobian = 0;
 };
 
-/// Where det J is lowest; of an invalid element a point where the condition fails, proved. None if an invalid element
-/// has none.
+/// Point where det J is lowest; of an invalid element a point where the condition fails, proved. None if an invalid
+/// element has none.
 template <int K>
 std::optional<LowPlace<K>> find_low_place(const BoundedJacobian<K>& jacobian, const auto& nodes, Verdict verdict,
                                           double bound) {
@@ -125,7 +125,7 @@ std::optional<LowPlace<K>> find_low_place(const BoundedJacobian<K>& jacobian, co
     return LowPlace<K>{failure->at, flat ? failure->jacobian : failure->scaled};
 }
 
-/// What the element's two faces on a smooth wall say; empty without.
+/// Text on the element's two faces on a smooth wall; empty without.
 template <int D>
 std::string describe_wall(const Judged<D>& judged, ElementId e) {
     const auto& walls = judged.soundness.wall_elements;

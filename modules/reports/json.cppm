@@ -1,6 +1,8 @@
 module;
 #include <concepts>
+#include <cstddef>
 #include <functional>
+#include <optional>
 #include <string>
 #include <type_traits>
 #include <vector>
@@ -66,8 +68,7 @@ template <class T>
 [[nodiscard]] T value_of_json(const Json& json) {
     T value{};
     if constexpr (HasFields<T>) {
-        each_field<T>([&](const auto& field) {
-            auto& member = std::invoke(field.get, value);
+        each_field(value, [&](const Field& field, auto& member) {
             using Member = std::remove_reference_t<decltype(member)>;
             const std::string key(field.key);
             const bool may_be_absent = is_optional<Member> || field.presence != Presence::always;
@@ -89,10 +90,9 @@ template <class T>
 template <class AnyJson, class T>
 void read_json(const AnyJson& json, T& value) {
     if constexpr (HasFields<T>) {
-        each_field<T>([&](const auto& field) {
-            if constexpr (std::is_member_object_pointer_v<decltype(field.get)>)
-                if (const auto at = json.find(std::string(field.key)); at != json.end())
-                    read_json(*at, value.*field.get);
+        each_field(value, [&](const Field& field, auto&& member) {
+            if constexpr (std::is_lvalue_reference_v<decltype(member)>)
+                if (const auto at = json.find(std::string(field.key)); at != json.end()) read_json(*at, member);
         });
     } else if constexpr (requires { requires HasFields<typename T::value_type>; }) {
         for (const AnyJson& item : json) read_json(item, value.emplace_back());

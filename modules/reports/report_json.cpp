@@ -5,7 +5,6 @@ module;
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
-#include <functional>
 #include <iterator>
 #include <limits>
 #include <optional>
@@ -169,8 +168,8 @@ struct Properties {
 template <class S>
 [[nodiscard]] Properties properties_of() {
     Properties all;
-    each_field<S>([&](const auto& field) {
-        using T = std::remove_cvref_t<decltype(std::invoke(field.get, std::declval<const S&>()))>;
+    each_field_of<S>([&](const Field& field, const auto& value) {
+        using T = std::remove_cvref_t<decltype(value)>;
         if (!field.key.empty()) {
             Json property = schema_of<T>();
             property["description"] = field.meaning;
@@ -257,8 +256,8 @@ Json schema_with(std::string_view title, Json first) {
 template <class T>
 void add_keys(const std::string& path, std::vector<ReportKey>& keys) {
     if constexpr (HasFields<T>)
-        each_field<T>([&](const auto& field) {
-            using Value = std::remove_cvref_t<decltype(std::invoke(field.get, std::declval<const T&>()))>;
+        each_field_of<T>([&](const Field& field, const auto& value) {
+            using Value = std::remove_cvref_t<decltype(value)>;
             const std::string key =
                 field.key.empty() ? path : path + (path.empty() ? "" : ".") + std::string(field.key);
             if (!field.key.empty()) keys.push_back({key, field.meaning, field.unit_name});

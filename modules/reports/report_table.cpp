@@ -32,8 +32,8 @@ std::string short_row(std::string_view name, std::string_view value) {
 namespace {
 
 std::string text_of_unit(const CadReport& c) {
-    if (c.is_in_file_unit) return c.unit + ", as the CAD file";
-    return fmt::format("{}{}; the CAD file is in {}", c.unit, c.is_unit_found ? ", found by the boundary" : "",
+    if (c.is_in_file_unit) return c.mesh_unit + ", as the CAD file";
+    return fmt::format("{}{}; the CAD file is in {}", c.mesh_unit, c.is_unit_found ? ", found by the boundary" : "",
                        c.file_unit.empty() ? "mm" : c.file_unit);
 }
 
