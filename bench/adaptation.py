@@ -62,11 +62,11 @@ def spread(last):
 
 
 class Bench:
-    def __init__(self, given):
-        self.camber = Program(os.path.abspath(given.camber))
-        self.cycles, self.threads = given.cycles, given.threads
+    def __init__(self, arguments):
+        self.camber = Program(os.path.abspath(arguments.camber))
+        self.cycles, self.threads = arguments.cycles, arguments.threads
         self.options = {way: [] for way in WAYS}
-        for one in given.set:
+        for one in arguments.set:
             way, _, setting = one.partition(":")
             if way not in WAYS:
                 raise SystemExit(f"adaptation.py: --set {one}: there is no way '{way}'; there are {', '.join(WAYS)}")
@@ -80,9 +80,9 @@ class Bench:
             if wall:
                 self.camber("curve", mesh, "-o", "wall.meshb", "--objective", "shape", *wall)
                 mesh = "wall.meshb"
-        told = json.loads(self.camber("check", mesh, "--field", field, "--json", "--worst", 0, "--threads", self.threads))
-        found = told["interpolation"][0][JUDGED[way]]
-        return {"unknowns": told["nodes"], "invalid": told["invalid"] + told["undecided"],
+        report = json.loads(self.camber("check", mesh, "--field", field, "--json", "--worst", 0, "--threads", self.threads))
+        found = report["interpolation"][0][JUDGED[way]]
+        return {"unknowns": report["nodes"], "invalid": report["invalid"] + report["undecided"],
                 **{error: found[error]["value"] for error in ERRORS}}
 
     def run(self, name, way, complexity):
@@ -111,14 +111,14 @@ def rate(rows, error):
     return -slope, mean_y - slope * mean_x
 
 
-def unknowns_at(rows, error, wanted):
+def unknowns_at(rows, error, level):
     """Along the lines between neighbours, where they first meet the error."""
     for one, other in zip(rows, rows[1:]):
         a, b = one[error], other[error]
-        if min(a, b) <= wanted <= max(a, b):
-            share = math.log(a / wanted) / math.log(a / b) if a != b else 0
+        if min(a, b) <= level <= max(a, b):
+            share = math.log(a / level) / math.log(a / b) if a != b else 0
             return one["unknowns"] * (other["unknowns"] / one["unknowns"]) ** share
-    raise ValueError(f"no {error} of {wanted}")
+    raise ValueError(f"no {error} of {level}")
 
 
 def fewer(rows, curved, error):
@@ -166,7 +166,7 @@ def further(complexities, doublings):
     return [*complexities, *(complexities[-1] * 2 ** turn for turn in range(1, doublings + 1))]
 
 
-def told(name, way, row):
+def print_row(name, way, row):
     print(f"adaptation.py: {name}, {row['complexity']:g}, {way}: {cell(row)}", file=sys.stderr, flush=True)
     return row
 
@@ -175,13 +175,13 @@ def dimension(name):
     return next(key for key, names in OF_DIMENSION.items() if name in names)
 
 
-def chosen(parser, given):
+def chosen(parser, arguments):
     """{field: complexities}"""
-    names = [name for word in given.fields.split(",") for name in OF_DIMENSION.get(word, (word,))]
+    names = [name for word in arguments.fields.split(",") for name in OF_DIMENSION.get(word, (word,))]
     for name in names:
         if name not in FIELDS:
             parser.error(f"there is no field '{name}'; there are 2D, 3D, {', '.join(FIELDS)}")
-    own = [float(word) for word in given.complexities.split(",")] if given.complexities else None
+    own = [float(word) for word in arguments.complexities.split(",")] if arguments.complexities else None
     return {name: own or COMPLEXITIES[dimension(name)] for name in names}
 
 
@@ -196,14 +196,14 @@ def main():
     parser.add_argument("--set", action="append", default=[], metavar="WAY:PATH=VALUE", help="an option of a way's runs")
     parser.add_argument("--threads", default=1, help="results do not depend on it, seconds do (%(default)s)")
     parser.add_argument("--json", help="also write everything into this file")
-    given = parser.parse_args()
-    fields, bench, found = chosen(parser, given), Bench(given), {}
-    target = given.json and os.path.abspath(given.json)
+    arguments = parser.parse_args()
+    fields, bench, found = chosen(parser, arguments), Bench(arguments), {}
+    target = arguments.json and os.path.abspath(arguments.json)
     for name, complexities in fields.items():
         found[name] = {}
         for way in WAYS:
-            own = complexities if way == "curved" else further(complexities, FURTHER[dimension(name)] if given.further is None else given.further)
-            found[name][way] = [told(name, way, bench.run(name, way, complexity)) for complexity in own]
+            own = complexities if way == "curved" else further(complexities, FURTHER[dimension(name)] if arguments.further is None else arguments.further)
+            found[name][way] = [print_row(name, way, bench.run(name, way, complexity)) for complexity in own]
         if target:
             with open(target, "w", encoding="utf-8") as file:
                 json.dump(found, file, indent=1)

@@ -59,15 +59,15 @@ def own_cases():
     return cases | {f"random {seed}": {"mesh": SQUARE, "field": random_field(seed), "options": []} for seed in range(1, 6)}
 
 
-def measured(camber, case, way, given, folder):
+def measured(camber, case, way, arguments, folder):
     """The rows of all cycles, and the notices of a smaller step."""
     mesh = case["mesh"]
     if not isinstance(mesh, str):
         camber("generate", *mesh, "-o", f"{folder}/begin.meshb")
         mesh = f"{folder}/begin.meshb"
     printed = camber("adapt", mesh, "-o", f"{folder}/made.meshb", "--folder", f"{folder}/cycles", "--field", case["field"], "--complexity",
-                     f"{given.complexity / 2:g},{given.complexity:g}", "--cycles", given.cycles, "--convergence-tolerance", 0, "--threads", given.threads,
-                     *case["options"], *given.options.split(), *WAYS[way])
+                     f"{arguments.complexity / 2:g},{arguments.complexity:g}", "--cycles", arguments.cycles, "--convergence-tolerance", 0, "--threads", arguments.threads,
+                     *case["options"], *arguments.options.split(), *WAYS[way])
     with open(f"{folder}/cycles/cycles.json", encoding="utf-8") as file:
         return json.load(file)["cycles"], printed.count("not certified")
 
@@ -76,9 +76,9 @@ def ratio(values):
     return f"{max(values) / min(values):.2f}" if values and min(values) > 0 else "-"
 
 
-def line(name, way, rows, given):
+def line(name, way, rows, arguments):
     error = lambda row, which: row["interpolation_error"][which]
-    late = [row for row in rows if row["cycle"] >= given.first] or rows[-1:]
+    late = [row for row in rows if row["cycle"] >= arguments.first] or rows[-1:]
     judged = [row for row in late if "expected_error" in row]
     best = min(judged or late, key=lambda row: row.get("expected_error", error(row, "l2")))
     shares = [row["expected_error"] / error(row, "l2") for row in judged if error(row, "l2") > 0]
@@ -101,26 +101,26 @@ def main():
     parser.add_argument("--threads", type=int, default=1)
     parser.add_argument("--options", default="", help="words for `camber adapt` in all cases")
     parser.add_argument("--json", metavar="FILE")
-    given = parser.parse_args()
+    arguments = parser.parse_args()
     cases = own_cases()
-    if given.more:
-        with open(given.more, encoding="utf-8") as file:
+    if arguments.more:
+        with open(arguments.more, encoding="utf-8") as file:
             cases |= {name: {"options": []} | case for name, case in json.load(file).items()}
-    names = given.cases.split(";") if given.cases else list(cases)
+    names = arguments.cases.split(";") if arguments.cases else list(cases)
     for name in names:
         if name not in cases:
             parser.error(f"there is no case '{name}'; there are {', '.join(cases)}")
-    camber, every = Program(os.path.abspath(given.camber)), {}
-    print(f"| case | way | unknowns | L2, H1 | largest/smallest of cycles {given.first} to {given.cycles}: L2, H1 | expected/true L2 | quality | unit edges, % | s |")
+    camber, every = Program(os.path.abspath(arguments.camber)), {}
+    print(f"| case | way | unknowns | L2, H1 | largest/smallest of cycles {arguments.first} to {arguments.cycles}: L2, H1 | expected/true L2 | quality | unit edges, % | s |")
     print("|---|---|---|---|---|---|---|---|---|")
     for name in names:
-        for way in given.ways.split(","):
+        for way in arguments.ways.split(","):
             with tempfile.TemporaryDirectory() as folder:
-                rows, again = measured(camber, cases[name], way, given, folder)
+                rows, again = measured(camber, cases[name], way, arguments, folder)
             every[f"{name}, {way}"] = rows
-            print(line(name, way, rows, given) + (f" {again} not certified" if again else ""), flush=True)
-    if given.json:
-        with open(given.json, "w", encoding="utf-8") as file:
+            print(line(name, way, rows, arguments) + (f" {again} not certified" if again else ""), flush=True)
+    if arguments.json:
+        with open(arguments.json, "w", encoding="utf-8") as file:
             json.dump(every, file, indent=1)
 
 

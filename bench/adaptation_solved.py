@@ -27,9 +27,9 @@ WAYS = ("chords", "walls", "curved")
 
 
 class Bench:
-    def __init__(self, given):
-        self.camber, self.poisson = Program(os.path.abspath(given.camber)), Program(os.path.abspath(given.poisson))
-        self.cycles = given.cycles
+    def __init__(self, options):
+        self.camber, self.poisson = Program(os.path.abspath(options.camber)), Program(os.path.abspath(options.poisson))
+        self.cycles = options.cycles
         self.solve = [self.poisson.path, "{mesh}", "--field", FIELD, "--solution", "{solution}", "--threads", "1"]
 
     def config(self, complexity):
@@ -50,7 +50,7 @@ class Bench:
         self.camber("adapt", "first.meshb", "--field", FIELD, *own, "--complexity", complexity, "--cycles", self.cycles, "--convergence-tolerance", 0,
                     "--geometry", json.dumps(SPHERES), "--threads", 1, "--folder", "cycles", "-o", "last.meshb")
 
-    def told(self, way):
+    def errors_by_cycle(self, way):
         """Errors of what is solved, by cycle."""
         if way == "chords":
             for cycle in range(1, len(cycles_of("cycles"))):
@@ -66,7 +66,7 @@ class Bench:
             begin = time.perf_counter()
             self.adapt(way, complexity)
             seconds = time.perf_counter() - begin
-            every = [row for row in self.told(way) if "l2" in row]
+            every = [row for row in self.errors_by_cycle(way) if "l2" in row]
             os.chdir("/")
         last = every[-LAST:]
         return ({key: last[-1][key] for key in ("unknowns", *ERRORS)} | spread(last)
@@ -80,12 +80,12 @@ def main():
     parser.add_argument("--complexities", default="200,400,800,1600,3200", help="divided by commas (%(default)s)")
     parser.add_argument("--cycles", type=int, default=8, help="of each run (%(default)s)")
     parser.add_argument("--json", help="also write everything into this file")
-    given = parser.parse_args()
-    bench = Bench(given)
+    options = parser.parse_args()
+    bench = Bench(options)
     found = {way: [] for way in WAYS}
-    target = given.json and os.path.abspath(given.json)
+    target = options.json and os.path.abspath(options.json)
     print(f"| complexity | {' | '.join(WAYS)} |\n" + "|---" * (1 + len(WAYS)) + "|")
-    for complexity in map(float, given.complexities.split(",")):
+    for complexity in map(float, options.complexities.split(",")):
         for way in WAYS:
             found[way].append(bench.run(way, complexity))
         print(f"| {complexity:g} | {' | '.join(cell(found[way][-1]) for way in WAYS)} |", flush=True)

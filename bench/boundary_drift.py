@@ -118,31 +118,31 @@ def main():
     arguments.add_argument('--radii', default='1=2,2=1')
     arguments.add_argument('--size', type=float, default=0.3)
     arguments.add_argument('--geometry', nargs='+', default=['surrogate', 'first', 'analytic'])
-    given = arguments.parse_args()
-    radii = {int(reference): float(radius) for reference, radius in (part.split('=') for part in given.radii.split(','))}
+    options = arguments.parse_args()
+    radii = {int(reference): float(radius) for reference, radius in (part.split('=') for part in options.radii.split(','))}
     with tempfile.TemporaryDirectory() as temporary:
         folder = pathlib.Path(temporary)
-        mesh = given.mesh
+        mesh = options.mesh
         if not mesh:
             mesh = folder / 'straight.mesh'
-            shape = {'outer_radius': max(radii.values()), 'inner_radius': min(radii.values()), 'inner_size': given.size, 'outer_size': 2 * given.size}
-            run(given.camber, 'generate', json.dumps({'shell' if given.dimension == 3 else 'annulus': shape}), '-o', mesh)
+            shape = {'outer_radius': max(radii.values()), 'inner_radius': min(radii.values()), 'inner_size': options.size, 'outer_size': 2 * options.size}
+            run(options.camber, 'generate', json.dumps({'shell' if options.dimension == 3 else 'annulus': shape}), '-o', mesh)
         first = folder / 'first.meshb'
-        run(given.camber, 'curve', mesh, '-o', first)
+        run(options.camber, 'curve', mesh, '-o', first)
         spheres = {'analytic': [{'references': [r], 'sphere': {'radius': radius}} for r, radius in radii.items()]}
         named = {'analytic': spheres, 'first': {'mesh': str(first)}}
         print('| geometry | run | facets | rms | largest | vertices | nodes | volume − exact |\n|---|---|---|---|---|---|---|---|')
-        for geometry in given.geometry:
+        for geometry in options.geometry:
             words = json.dumps(named[geometry]) if geometry in named else geometry
             before = first
-            for k in range(given.runs + 1):
+            for k in range(options.runs + 1):
                 if k > 0:
                     after = folder / f'run-{k % 2}.meshb'
-                    size = given.size * (0.7 if k % 2 == 1 else 1)
-                    run(given.camber, 'remesh', before, '-o', after, '--metric', json.dumps(sized(size, given.dimension)), '--geometry', words)
+                    size = options.size * (0.7 if k % 2 == 1 else 1)
+                    run(options.camber, 'remesh', before, '-o', after, '--metric', json.dumps(sized(size, options.dimension)), '--geometry', words)
                     before = after
-                nodes, references = boundary_of(given.camber, before, folder, given.dimension)
-                j = judge(nodes, references, radii, given.dimension)
+                nodes, references = boundary_of(options.camber, before, folder, options.dimension)
+                j = judge(nodes, references, radii, options.dimension)
                 print(f"| {geometry} | {k} | {len(nodes)} | {j['rms']:.2e} | {j['largest']:.2e} | {j['vertices']:.2e} | {j['nodes']:.2e} | "
                       f"{j['volume'] - j['exact']:+.3e} |", flush=True)
 

@@ -273,15 +273,15 @@ def ways_of_camber(part, folder, tolerance):
             "straight mesh, `shape`, CAD, 0.2": ("shape", ("curve", straight, "--cad", model, "--objective", "shape", "--min-scaled-jacobian", "0.2"))}
 
 
-def row(part, given):
+def row(part, options):
     """The cells of one part."""
-    original = boundary_of(given.folder / f"{part}.mesh")
-    elements, invalid, _ = check(given.camber, given.folder / f"{part}.mesh")
+    original = boundary_of(options.folder / f"{part}.mesh")
+    elements, invalid, _ = check(options.camber, options.folder / f"{part}.mesh")
     cells = [part, elements, invalid]
-    for name, arguments in ways_of_camber(part, given.folder, given.tolerance).values():
-        cells.append(by_camber(given.camber, original, given.folder / f"{part}-camber-{name}.mesh", *arguments))
-    for name in OPTIMISERS if given.optimise else ():
-        cells.append(by_optimiser(part, name, given.folder, given.camber, original, given.limit))
+    for name, arguments in ways_of_camber(part, options.folder, options.tolerance).values():
+        cells.append(by_camber(options.camber, original, options.folder / f"{part}-camber-{name}.mesh", *arguments))
+    for name in OPTIMISERS if options.optimise else ():
+        cells.append(by_optimiser(part, name, options.folder, options.camber, original, options.limit))
     return cells
 
 

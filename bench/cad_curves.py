@@ -72,14 +72,14 @@ def main():
     arguments = argparse.ArgumentParser()
     arguments.add_argument("folder", type=Path)
     arguments.add_argument("--camber", required=True)
-    given = arguments.parse_args()
-    given.folder.mkdir(parents=True, exist_ok=True)
+    options = arguments.parse_args()
+    options.folder.mkdir(parents=True, exist_ok=True)
     print("| model | triangles | edges, vertices met | doubtful | vertices off | nodes off | invalid | straight to curved |")
     print("|---|---|---|---|---|---|---|---|")
     for name, model in (("airfoil", airfoil), ("hole", hole), ("seam", seam)):
-        make(given.folder, name, model)
-        file = lambda ending: str(given.folder / f"{name}{ending}")
-        subprocess.run([given.camber, "curve", file(".msh"), "-o", file("-p2.meshb"), "--cad", file(".step"),
+        make(options.folder, name, model)
+        file = lambda ending: str(options.folder / f"{name}{ending}")
+        subprocess.run([options.camber, "curve", file(".msh"), "-o", file("-p2.meshb"), "--cad", file(".step"),
                         "--report", file(".json")], check=True, capture_output=True)
         report = json.loads(Path(file(".json")).read_text())
         boundary, cad = report["boundary"], report["boundary"]["cad"]

@@ -94,17 +94,17 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("camber", type=lambda path: str(Path(path).resolve()), help="the program")
     parser.add_argument("--paper", action="store_true", help="the paper's cases")
-    given = parser.parse_args()
-    titles = TITLES_OF_PAPER if given.paper else TITLES
+    options = parser.parse_args()
+    titles = TITLES_OF_PAPER if options.paper else TITLES
     line(titles)
     line(["---"] * len(titles))
-    if given.paper:
+    if options.paper:
         for case in PAPER:
-            for cells in rows_of_paper(given.camber, case):
+            for cells in rows_of_paper(options.camber, case):
                 line(cells)
         return
     for config in sorted(path.stem for path in (ROOT / "configs").glob("*.json") if path.stem != "schema"):
-        line(row(config, report_of(given.camber, config)))
+        line(row(config, report_of(options.camber, config)))
 
 
 if __name__ == "__main__":

@@ -75,7 +75,7 @@ def gains_of(rows):
     return math.exp(sum(math.log(ratio) for ratio, _ in every) / len(every)), min(every)
 
 
-def told(what, rows, written):
+def print_rows(what, rows, written):
     """The rows, printed as they come."""
     print(f"| mesh | field | {' | '.join(f'{error}: {what}' for error in ERRORS)} |\n" + "|---" * (2 + len(ERRORS)) + "|")
     for name, label, ratios in rows:
@@ -87,14 +87,14 @@ def told(what, rows, written):
 def safe(bench, names, settings):
     """Above 1 the default is worse than shape."""
     rows = compared(bench, names, ("smooth",), settings)
-    loss, what = worst_of(told("default/shape", rows, lambda ratio: f"{1 / ratio:.3f}"))
+    loss, what = worst_of(print_rows("default/shape", rows, lambda ratio: f"{1 / ratio:.3f}"))
     print(f"\nworst: {loss:.3f} ({what})")
 
 
 def layers(bench, names, settings):
     """Above 1 the default is better than shape."""
     rows = compared(bench, names, OF_LAYERS, settings)
-    mean, (least, what) = gains_of(told("shape/default", rows, lambda ratio: f"{ratio:.2f}"))
+    mean, (least, what) = gains_of(print_rows("shape/default", rows, lambda ratio: f"{ratio:.2f}"))
     print(f"\nmean: {mean:.2f}; least: {least:.2f} ({what})")
 
 

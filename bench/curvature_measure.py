@@ -42,14 +42,14 @@ class Bench:
         self.camber = Path(camber).resolve()
         self.poisson = self.camber.with_name("poisson")
         self.meshes, self.threads = Path(meshes).resolve(), str(threads)
-        self.made = tempfile.TemporaryDirectory()
-        self.folder = Path(self.made.name)
-        self.kept = {}
+        self.temporary = tempfile.TemporaryDirectory()
+        self.folder = Path(self.temporary.name)
+        self.cache = {}
 
     def once(self, key, make):
-        if key not in self.kept:
-            self.kept[key] = make()
-        return self.kept[key]
+        if key not in self.cache:
+            self.cache[key] = make()
+        return self.cache[key]
 
     def file(self, *words):
         return self.folder / "-".join(map(str, words))
@@ -110,11 +110,11 @@ class Bench:
         self.call(self.camber, "metric", self.linear(name), "--solution", solution, "-o", metric, *METRIC)
         return metric
 
-    def source(self, name, told):
+    def source(self, name, options):
         """Metric and geometry of a case as `camber curve` takes them, where it is not told a metric."""
         case, metric = CASES[name], self.meshes / f"{name}.solb"
         words = ["--metric", metric if metric.exists() and not case.shape else case.metric]
-        words = [] if "--metric" in told else words
+        words = [] if "--metric" in options else words
         return words + (["--cad", self.file(f"{case.part}.step")] if case.part else ["--geometry", case.geometry])
 
     def curved(self, name, words, mesh):
@@ -146,9 +146,9 @@ class Bench:
         same = {label: text for label, (_, text) in fields.items() if label not in boundary}
         runs = [(same, [])] + [({label: fields[label][1]}, ["--boundary", boundary[label]]) for label in fields if label in boundary]
         found = {}
-        for texts, given in runs:
+        for texts, boundary_words in runs:
             if texts:
-                rows = self.call(self.poisson, mesh, "--json", *given, *(word for text in texts.values() for word in ("--field", text)))
+                rows = self.call(self.poisson, mesh, "--json", *boundary_words, *(word for text in texts.values() for word in ("--field", text)))
                 found |= {label: {"solved L2": row["l2"], "solved H1": row["h1"]} for label, row in zip(texts, json.loads(rows))}
         return found
 

@@ -35,9 +35,9 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("program", help="bench_edge")
     parser.add_argument("--repeats", type=int, default=3)
-    given = parser.parse_args()
+    options = parser.parse_args()
     print("| field, edges | " + " | ".join(f"`{method}`" for method in METHODS) + " |\n" + "|---" * (1 + len(METHODS)) + "|")
-    for field, rows in measured(given.program, given.repeats).items():
+    for field, rows in measured(options.program, options.repeats).items():
         reference = rows["paper_reference"]
         edges = f"{reference['edges']:,.0f}".replace(",", " ")
         cells = [cell(rows[method], reference["edges_per_second"]) for method in METHODS]

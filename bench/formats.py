@@ -57,11 +57,11 @@ def timed(*command):
     return time.perf_counter() - begin, done
 
 
-def best_of_three(made, *command):
+def best_of_three(result_file, *command):
     """The least seconds of a command that makes this file, each time anew."""
     seconds = []
     for _ in range(3):
-        made.unlink(missing_ok=True)
+        result_file.unlink(missing_ok=True)
         seconds.append(timed(*command)[0])
     return min(seconds)
 
@@ -139,9 +139,9 @@ def part(camber, folder):
         wrote, _ = timed(camber, "convert", folder / "curved.msh", "-o", path, "--format", kind)
         read, _ = timed(camber, "convert", path, "-o", back)
         again = gmf.read(back)
-        kept = names_of(camber, path)
+        restored = names_of(camber, path)
         print(f"| {kind} | {path.stat().st_size} | {wrote:.2f} | {read:.2f} | {difference(reference, again)} | "
-              f"{tags(reference, again)} | {sum(kept.get(k) == n for k, n in names.items())} of {len(names)} | "
+              f"{tags(reference, again)} | {sum(restored.get(k) == n for k, n in names.items())} of {len(names)} | "
               f"{opinion(path, kind, folder)} |", flush=True)
 
 
@@ -166,8 +166,8 @@ def large(camber, folder, millions, kinds):
             read = best_of_three(back, camber, "convert", path, "-o", back)
             print(f"| {degree} | {kind} | {size:.0f} | {copied:.2f} | {read:.2f} | {size / read:.0f} | {read / copied:.1f} | "
                   f"{wrote:.2f} | {size / wrote:.0f} | {wrote / copied:.1f} |", flush=True)
-            for made in (path, copy, back):
-                made.unlink()
+            for result_file in (path, copy, back):
+                result_file.unlink()
 
 
 def main():

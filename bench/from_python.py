@@ -28,9 +28,9 @@ import numpy as np
 import camber
 mesh, out, way, threads = sys.argv[1], sys.argv[2], sys.argv[3], int(sys.argv[4])
 if "arrays shared" in sys.argv[5] or "arrays copied" in sys.argv[5]:
-    given = camber.read(mesh)
-    points, cells, references = (np.array(a) for a in (given.points, given.corners["tetra"], given.references["tetra"]))
-    del given
+    source = camber.read(mesh)
+    points, cells, references = (np.array(a) for a in (source.points, source.corners["tetra"], source.references["tetra"]))
+    del source
     for a in (points, cells, references):
         a.flags.writeable = False
 if "nodes of degree 2" in sys.argv[5]:

@@ -192,11 +192,11 @@ class Camber:
             self.in_time = False
             return
         program = time.perf_counter() - start
-        told = json.loads(report.read_text())
-        stage = {row["stage"]: row["seconds"] for row in told["stages"]}
+        content = json.loads(report.read_text())
+        stage = {row["stage"]: row["seconds"] for row in content["stages"]}
         call = sum(stage[name] for name in ("curve", "validate", "relax", "commit"))
         self.seconds.append((call, sum(stage.values()) - stage["read"] - stage["write"], program))
-        before = told["validity_before_correction"]
+        before = content["validity_before_correction"]
         self.before = f"{before['invalid'] + before['undecided']}, {before['min_scaled_jacobian']:.3f}"
         run(camber, "convert", curved, "-o", folder / f"{self.name}.mesh")
 
@@ -228,7 +228,7 @@ def row(camber, case, folder, repeats, limit, layers):
     radii = spheres_of(case, blocks[0], blocks[2])
     gmsh_apart(classify, blocks, radii, folder / "linear.msh")
     spheres = [{"references": [reference], "sphere": {"radius": radius}} for reference, radius in radii.items()]
-    alone, two, given = ways = (Camber("alone", 1), Camber("two", 2),
+    one_thread, two_threads, with_spheres = ways = (Camber("alone", 1), Camber("two", 2),
                                 Camber("given", 1, json.dumps({"analytic": spheres})))
     by_gmsh = {DEFAULT_LAYERS: [], layers: []}
     for _ in range(repeats):
@@ -249,9 +249,9 @@ def row(camber, case, folder, repeats, limit, layers):
     camber_cell = lambda way: (f"{way.before} → {verdict(way.name)}; " if way.in_time else "") + seconds(way)
     distance = lambda name: off(folder / f"{name}.mesh", radii)
     return (case if case in GENERATED else Path(case).stem, len(blocks[1]), verdict("order2"),
-            gmsh_cell(DEFAULT_LAYERS), gmsh_cell(layers), camber_cell(alone), seconds(two), camber_cell(given),
+            gmsh_cell(DEFAULT_LAYERS), gmsh_cell(layers), camber_cell(one_thread), seconds(two_threads), camber_cell(with_spheres),
             ", ".join([distance(f"layers{layers}")] + [distance(way.name) if way.in_time else "–"
-                                                       for way in (alone, given)]))
+                                                       for way in (one_thread, with_spheres)]))
 
 
 def main():

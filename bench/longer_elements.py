@@ -190,11 +190,11 @@ def main():
     parser.add_argument('--camber', default=ROOT / 'build/bin/camber', type=pathlib.Path)
     parser.add_argument('--keep', type=pathlib.Path, help='a folder for the meshes')
     parser.add_argument('--bend-around', type=int, help='edges around a cavity that may follow')
-    given = parser.parse_args()
-    more = () if given.bend_around is None else ('--set', f'stages/remesh/collapse/neighbour_edges={given.bend_around}')
-    camber = Program(given.camber.resolve())
-    with tempfile.TemporaryDirectory() as made:
-        base = given.keep or pathlib.Path(made)
+    options = parser.parse_args()
+    more = () if options.bend_around is None else ('--set', f'stages/remesh/collapse/neighbour_edges={options.bend_around}')
+    camber = Program(options.camber.resolve())
+    with tempfile.TemporaryDirectory() as temporary:
+        base = options.keep or pathlib.Path(temporary)
 
         def place(name):
             (base / name).mkdir(parents=True, exist_ok=True)

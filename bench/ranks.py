@@ -87,26 +87,26 @@ def within_memory(camber, mesh, out, memory):
             (group / "cgroup.procs").write_text(str(os.getpid()))
 
     seconds = timed([camber, "curve", mesh, "-o", out, "--memory", memory, "--report", out.with_suffix(".json"), "--quiet"], preexec_fn=enter)
-    made = row(f"within {memory}" + (" (control group)" if group else ""), seconds, report_of(out.with_suffix(".json")))
+    cells = row(f"within {memory}" + (" (control group)" if group else ""), seconds, report_of(out.with_suffix(".json")))
     if group is not None:
         group.rmdir()
-    return made
+    return cells
 
 
-def generated(asked, mesh, ranks):
+def generated(options, mesh, ranks):
     """Makes the mesh on so many ranks; what that took, as the program tells it."""
-    program = [asked.bin / "camber"] if ranks is None else ["mpirun", "-n", ranks, asked.bin / "camber-mpi"]
-    line = [*program, "generate", "shell", "--structure", "prisms", "--elements", asked.elements, "--set", "inner_layer/count=5", "-o", mesh]
+    program = [options.bin / "camber"] if ranks is None else ["mpirun", "-n", ranks, options.bin / "camber-mpi"]
+    line = [*program, "generate", "shell", "--structure", "prisms", "--elements", options.elements, "--set", "inner_layer/count=5", "-o", mesh]
     begin = time.perf_counter()
     run = subprocess.Popen(list(map(str, line)), stdout=subprocess.PIPE, text=True, env=os.environ | ROOT_OPTIONS)
     text = run.stdout.read()
     _, status, usage = os.wait4(run.pid, 0)
     if status != 0:
         sys.exit(f"{' '.join(map(str, line))}\n{text}")
-    told = next(line.strip() for line in text.splitlines() if "generated" in line)
+    summary = next(line.strip() for line in text.splitlines() if "generated" in line)
     if ranks is None:  # of the whole process, that the mesh is written by too
-        told += f"; at most {usage.ru_maxrss / 1024:.1f} MiB"
-    print(f"generate, {'as a whole' if ranks is None else ranks}: {time.perf_counter() - begin:.1f} s, {told}")
+        summary += f"; at most {usage.ru_maxrss / 1024:.1f} MiB"
+    print(f"generate, {'as a whole' if ranks is None else ranks}: {time.perf_counter() - begin:.1f} s, {summary}")
 
 
 def on_paper(report, elements, ranks):
@@ -145,38 +145,38 @@ def main():
     parser.add_argument("--memory")
     parser.add_argument("--on", default="1e9,1000")
     parser.add_argument("--folder", type=Path, default=Path("."))
-    asked = parser.parse_args()
-    camber, camber_mpi = asked.bin / "camber", asked.bin / "camber-mpi"
-    mesh = asked.folder / "ranks.meshb"
-    generated(asked, mesh, None)
-    for ranks in asked.ranks.split(","):
-        ranks, again = ranks.partition(":")[0], asked.folder / "again.meshb"
-        generated(asked, again, ranks)
+    options = parser.parse_args()
+    camber, camber_mpi = options.bin / "camber", options.bin / "camber-mpi"
+    mesh = options.folder / "ranks.meshb"
+    generated(options, mesh, None)
+    for ranks in options.ranks.split(","):
+        ranks, again = ranks.partition(":")[0], options.folder / "again.meshb"
+        generated(options, again, ranks)
         if not filecmp.cmp(mesh, again, shallow=False):
             sys.exit(f"{ranks} ranks generate OTHER BYTES")
         again.unlink()
-    rows = [whole(camber, mesh, asked.folder / "whole.meshb")]
+    rows = [whole(camber, mesh, options.folder / "whole.meshb")]
     first = report = None
     sys.stdout.reconfigure(line_buffering=True)
-    for text in asked.ranks.split(","):
+    for text in options.ranks.split(","):
         ranks, _, memory = text.partition(":")
-        out = asked.folder / f"ranks-{ranks}{memory}.meshb"
-        told = asked.folder / "ranks.json"
+        out = options.folder / f"ranks-{ranks}{memory}.meshb"
+        report_file = options.folder / "ranks.json"
         within = ["--memory", memory] if memory else []
-        seconds = timed(["mpirun", "-n", ranks, camber_mpi, "curve", mesh, "-o", out, "--blocks", 262144, "--threads", 1, "--report", told, *within])
-        report = report_of(told)
+        seconds = timed(["mpirun", "-n", ranks, camber_mpi, "curve", mesh, "-o", out, "--blocks", 262144, "--threads", 1, "--report", report_file, *within])
+        report = report_of(report_file)
         rows.append(row(f"{ranks} rank{'s' if ranks != '1' else ''}" + (f", {memory} each" if memory else ""), seconds, report))
         if first is None:
             first = out
         else:
             print(f"{text} ranks: {'the same bytes' if filecmp.cmp(first, out, shallow=False) else 'OTHER BYTES'}")
             out.unlink()
-    if asked.memory:
-        out = asked.folder / "memory.meshb"
-        rows.append(within_memory(camber, mesh, out, asked.memory))
-        print(f"within {asked.memory}: {'the same bytes' if filecmp.cmp(first, out, shallow=False) else 'OTHER BYTES'}")
+    if options.memory:
+        out = options.folder / "memory.meshb"
+        rows.append(within_memory(camber, mesh, out, options.memory))
+        print(f"within {options.memory}: {'the same bytes' if filecmp.cmp(first, out, shallow=False) else 'OTHER BYTES'}")
     shown(rows)
-    elements, ranks = asked.on.split(",")
+    elements, ranks = options.on.split(",")
     on_paper(report, float(elements), int(ranks))
 
 

@@ -76,12 +76,12 @@ def found(name, folder):
     return shutil.which(name, path=os.path.expanduser(folder) if folder else None)
 
 
-def remeshers(given):
-    camber = os.path.abspath(given.camber)
+def remeshers(options):
+    camber = os.path.abspath(options.camber)
     all_of = [Remesher("Camber", {2: camber, 3: camber}, camber_words),
               Remesher("Camber, degree 2", {2: camber, 3: camber}, curved_words),
-              Remesher("Mmg", {d: found(f"mmg{d}d_O3", given.mmg) for d in (2, 3)}, mmg_words),
-              Remesher("refine", {d: found("ref", given.refine) for d in (2, 3)}, refine_words)]
+              Remesher("Mmg", {d: found(f"mmg{d}d_O3", options.mmg) for d in (2, 3)}, mmg_words),
+              Remesher("refine", {d: found("ref", options.refine) for d in (2, 3)}, refine_words)]
     for one in all_of:
         if not any(one.of_dimension.values()):
             print(f"remeshers.py: {one.name} is not installed: left out", file=sys.stderr)
@@ -190,13 +190,13 @@ def main():
     parser.add_argument("--mmg", help="the folder of Mmg's programs; default: the PATH")
     parser.add_argument("--refine", help="the folder of refine's ref; default: the PATH")
     parser.add_argument("--cases", default=",".join(CASES), help="divided by commas (%(default)s)")
-    given = parser.parse_args()
-    all_of, bench = remeshers(given), Bench(given.camber)
+    options = parser.parse_args()
+    all_of, bench = remeshers(options), Bench(options.camber)
     print("Elements, seconds, unit edges, smallest and mean quality, lengths:\n")
     print("| case | " + " | ".join(one.name for one in all_of) + " |\n|" + "---|" * (1 + len(all_of)))
     with tempfile.TemporaryDirectory() as folder:
         os.chdir(folder)
-        for case in given.cases.split(","):
+        for case in options.cases.split(","):
             print(f"| {case} | " + " | ".join(cell(bench.row(case, one)) for one in all_of) + " |", flush=True)
         os.chdir("/")
 

@@ -49,7 +49,7 @@ def files(folder, references):
         return
     for reference in references:
         mesh = meshio.read(reference)
-        wanted = counts(reference)
+        expected = counts(reference)
         quadratic = any(cells.type in ("triangle6", "tetra10") for cells in mesh.cells)
         for number, (ending, options, knows_quadratic) in enumerate(WAYS):
             if quadratic and not knows_quadratic:
@@ -60,6 +60,6 @@ def files(folder, references):
             except Exception as error:  # what meshio cannot write is no file of the sample
                 print(f"meshio does not write {path.name}: {error}")
                 continue
-            yield "meshio " + ending, path, wanted
+            yield "meshio " + ending, path, expected
         if not quadratic:
             yield from stl(folder, reference)

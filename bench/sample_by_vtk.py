@@ -14,12 +14,12 @@ def grid(n, array, quadratic=False):
     cut = vtk.vtkDataSetTriangleFilter()
     cut.SetInputData(source)
     cut.Update()
-    made = vtk.vtkUnstructuredGrid()
-    made.SetPoints(cut.GetOutput().GetPoints())
+    cut_mesh = vtk.vtkUnstructuredGrid()
+    cut_mesh.SetPoints(cut.GetOutput().GetPoints())
     corners = [cut.GetOutput().GetCell(c).GetPointIds() for c in range(cut.GetOutput().GetNumberOfCells())]
     cells = [[ids.GetId(k) for k in range(4)] for ids in (cut.GetOutput().GetCell(c).GetPointIds() for c in range(len(corners)))]
     if quadratic:
-        mid, points = {}, made.GetPoints()
+        mid, points = {}, cut_mesh.GetPoints()
 
         def node(a, b):
             key = (min(a, b), max(a, b))
@@ -29,7 +29,7 @@ def grid(n, array, quadratic=False):
             return mid[key]
         cells = [[*c, *(node(c[a], c[b]) for a, b in ((0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)))] for c in cells]
     for cell in cells:
-        made.InsertNextCell(24 if quadratic else 10, len(cell), cell)
+        cut_mesh.InsertNextCell(24 if quadratic else 10, len(cell), cell)
     whole, real, flow = vtk.vtkIntArray(), vtk.vtkDoubleArray(), vtk.vtkFloatArray()
     whole.SetName(array)
     real.SetName("T")
@@ -37,21 +37,21 @@ def grid(n, array, quadratic=False):
     flow.SetNumberOfComponents(3)
     for c in range(len(cells)):
         whole.InsertNextValue(1 + c % 3)
-    for p in range(made.GetNumberOfPoints()):
+    for p in range(cut_mesh.GetNumberOfPoints()):
         real.InsertNextValue(0.1 * p)
         flow.InsertNextTuple3(p, 1, 0)
-    made.GetCellData().AddArray(whole)
-    made.GetPointData().AddArray(real)
-    made.GetPointData().AddArray(flow)
-    return made, len(cells)
+    cut_mesh.GetCellData().AddArray(whole)
+    cut_mesh.GetPointData().AddArray(real)
+    cut_mesh.GetPointData().AddArray(flow)
+    return cut_mesh, len(cells)
 
 
 def pieces(folder):
     """As a parallel run leaves them: pieces of one file, without and with cells of their neighbours."""
     for number, ghosts in ((2, 0), (3, 0), (3, 1)):
-        made, cells = grid(3, "RegionId")
+        cut_mesh, cells = grid(3, "RegionId")
         cut = vtk.vtkExtractUnstructuredGridPiece()
-        cut.SetInputData(made)
+        cut.SetInputData(cut_mesh)
         writer = vtk.vtkXMLUnstructuredGridWriter()
         writer.SetInputConnection(cut.GetOutputPort())
         writer.SetNumberOfPieces(number)
@@ -85,9 +85,9 @@ def files(folder):
     for compress in ("None", "ZLib", "LZ4", "LZMA"):
         for mode in ("Ascii", "Binary", "Appended"):
             for big in (False, True):
-                made, cells = grid(2, ARRAYS[number % len(ARRAYS)], number % 2 == 1)
+                cut_mesh, cells = grid(2, ARRAYS[number % len(ARRAYS)], number % 2 == 1)
                 writer = vtk.vtkXMLUnstructuredGridWriter()
-                writer.SetInputData(made)
+                writer.SetInputData(cut_mesh)
                 getattr(writer, "SetCompressorTypeTo" + compress)()
                 getattr(writer, "SetDataModeTo" + mode)()
                 writer.SetByteOrderToBigEndian() if big else writer.SetByteOrderToLittleEndian()
@@ -101,9 +101,9 @@ def files(folder):
     for version in (42, 51):
         for quadratic in (False, True):
             for array in ARRAYS:
-                made, cells = grid(2, array, quadratic)
+                cut_mesh, cells = grid(2, array, quadratic)
                 writer = vtk.vtkUnstructuredGridWriter()
-                writer.SetInputData(made)
+                writer.SetInputData(cut_mesh)
                 writer.SetFileVersion(version)
                 writer.SetFileTypeToBinary() if array in ARRAYS[:2] else writer.SetFileTypeToASCII()
                 path = folder / f"vtk-{version}-{quadratic}-{array}.vtk"

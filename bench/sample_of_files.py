@@ -78,12 +78,12 @@ def by_gmsh(folder):
 def stl_by_gmsh(folder):
     """Surfaces as STL: one solid, one a surface, in binary."""
     for name in ("ball", "two-solids", "surface", "no-groups"):
-        wanted = sample_by_meshio.triangles(folder / f"{name}-1-reference.msh")
+        expected = sample_by_meshio.triangles(folder / f"{name}-1-reference.msh")
         for way, options in (("one", []), ("solids", ["-setnumber", "Mesh.StlOneSolidPerSurface", "1"]), ("bin", ["-bin"])):
             path = folder / f"gmsh-{name}-{way}.stl"
             gmsh(folder / (name + ".geo"), "-2", *options, "-o", path)
             if path.exists():
-                yield "Gmsh stl", path, wanted
+                yield "Gmsh stl", path, expected
 
 
 def files_in(folder):
@@ -104,14 +104,14 @@ def verdict(camber, path, counts, scratch):
     info = run(camber, "info", path, "--json")
     if info.returncode != 0:
         return "refused", info.stderr.strip()
-    told = json.loads(info.stdout)
-    if "not_held" in told:
+    content = json.loads(info.stdout)
+    if "not_held" in content:
         return "counted by kind", ""
     done = run(camber, "convert", path, "-o", scratch / "out.meshb")
     checked = run(camber, "check", path)
     if done.returncode != 0 or checked.returncode > 1:
         return "refused", (done.stderr + checked.stderr).strip()
-    highest = told.get("tetrahedra", 0) or told.get("triangles", 0)
+    highest = content.get("tetrahedra", 0) or content.get("triangles", 0)
     if counts is not None and highest != counts:
         return "read, other counts", f"{highest} simplices, {counts} written"
     if checked.returncode == 1 and "face of no" in checked.stdout:

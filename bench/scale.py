@@ -43,11 +43,11 @@ def main():
     parser.add_argument("camber", type=lambda path: str(Path(path).resolve()))
     parser.add_argument("--elements", default="1e5,1e6,5e6,2e7", help="divided by commas (%(default)s)")
     parser.add_argument("--threads", type=int, default=2)
-    given = parser.parse_args()
+    options = parser.parse_args()
     titles = ["tetrahedra", "smallest scaled Jacobian", *(f"{stage}, s" for stage in STAGES), "files, s", "all, s", "peak, MiB", "bytes a tetrahedron"]
     print("| " + " | ".join(titles) + " |\n" + "|---" * len(titles) + "|")
-    for elements in given.elements.split(","):
-        print("| " + " | ".join(row(report_of(given.camber, elements, given.threads))) + " |", flush=True)
+    for elements in options.elements.split(","):
+        print("| " + " | ".join(row(report_of(options.camber, elements, options.threads))) + " |", flush=True)
 
 
 if __name__ == "__main__":

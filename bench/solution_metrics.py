@@ -170,7 +170,7 @@ def complexity(points, rows, tensors):
     return (measure(points, rows) * (np.exp(logs @ b.T) @ w)).sum()
 
 
-def exact_metric(f, points, rows, wanted, p=2):
+def exact_metric(f, points, rows, target, p=2):
     """Rows of the optimal metric of degree 1 from exact Hessians: Q'/eps, Q' = max(Q, eps/L^2), eps = s det(Q')^{1/(2p + D)}."""
     dim = points.shape[1]
     q, axes = np.linalg.eigh(hessian(f, points))
@@ -187,7 +187,7 @@ def exact_metric(f, points, rows, wanted, p=2):
     low, high = -60.0, 60.0
     for _ in range(50):
         middle = (low + high) / 2
-        low, high = (middle, high) if complexity(points, rows, rows_of(middle)) > wanted else (low, middle)
+        low, high = (middle, high) if complexity(points, rows, rows_of(middle)) > target else (low, middle)
     return rows_of((low + high) / 2)
 
 
@@ -200,7 +200,7 @@ class Problem:
     def __init__(self, camber, folder, name, dim, kind, gradation):
         self.camber, self.folder, self.name, self.dim, self.kind, self.degree = camber, folder, name, dim, kind, int(kind[0])
         degree = self.degree
-        self.field, self.wanted = FIELDS[name], COMPLEXITY[dim, degree]
+        self.field, self.target = FIELDS[name], COMPLEXITY[dim, degree]
         self.more = ('--gradation', gradation) if gradation else ()
 
     def file(self, name):
@@ -217,10 +217,10 @@ class Problem:
             os.replace(self.file(name), self.file(f'linear-{name}'))
             self.camber('convert', self.file(f'linear-{name}'), '--elevate', '-o', self.file(name))
 
-    def metric(self, mesh, out, wanted, name):
+    def metric(self, mesh, out, target, name):
         points, _ = read_mesh(self.file(mesh))
         write_rows(self.file('u.sol'), self.dim, sampled(name, points))
-        return self.camber('metric', self.file(mesh), '--solution', self.file('u.sol'), '-o', self.file(out), '--complexity', wanted, '--threads', 1, *self.more)
+        return self.camber('metric', self.file(mesh), '--solution', self.file('u.sol'), '-o', self.file(out), '--complexity', target, '--threads', 1, *self.more)
 
     def remesh(self, mesh, metric, out, of=None):
         """The share of unit edges that came of it; the metric's rows are at the nodes of the mesh `of`, by default this one."""
@@ -236,13 +236,13 @@ class Problem:
         """One turn with the metric of exact derivatives."""
         if self.degree == 1:
             points, rows = read_mesh(self.file(mesh))
-            write_rows(self.file('e.sol'), self.dim, exact_metric(self.field, points, rows, self.wanted))
+            write_rows(self.file('e.sol'), self.dim, exact_metric(self.field, points, rows, self.target))
             return self.remesh(mesh, 'e.sol', out)
         clean = 'smooth' if self.name == 'noise' else self.name
         if not self.file('fine.meshb').exists():
-            self.metric(mesh, 'f.sol', (4 if self.dim == 2 else 3) * self.wanted, clean)
+            self.metric(mesh, 'f.sol', (4 if self.dim == 2 else 3) * self.target, clean)
             self.remesh(mesh, 'f.sol', 'fine.meshb')
-            self.metric('fine.meshb', 'e.sol', self.wanted, clean)
+            self.metric('fine.meshb', 'e.sol', self.target, clean)
         return self.remesh(mesh, 'e.sol', out, 'fine.meshb')
 
     def move(self, old, new):
@@ -258,9 +258,9 @@ class Problem:
         return (len(rows), *errors(self.field, points, rows))
 
     def row(self, turns):
-        self.lattice('0.meshb', self.wanted * PER_COMPLEXITY[self.dim])
+        self.lattice('0.meshb', self.target * PER_COMPLEXITY[self.dim])
         for turn in range(turns):
-            self.metric(f'{turn}.meshb', 'm.sol', self.wanted, self.name)
+            self.metric(f'{turn}.meshb', 'm.sol', self.target, self.name)
             unit = self.remesh(f'{turn}.meshb', 'm.sol', f'{turn + 1}.meshb')
         ours, chords = self.measured(f'{turns}.meshb'), self.measured(f'{turns}.meshb', True)
         self.move('1.meshb' if turns > 1 else '0.meshb', 'x.meshb')
@@ -276,17 +276,17 @@ class Problem:
         return '| ' + ' | '.join(map(str, cells)) + ' |'
 
 
-def tables_of_errors(camber, base, given):
+def tables_of_errors(camber, base, options):
     """A table a dimension."""
     titles = 'field | k | unit edges (%) | elements | L2 | chords | exact metric | uniform | H1 | chords | exact metric | uniform'
-    for dim in given.dimensions:
+    for dim in options.dimensions:
         print(f'\n{dim}D:\n\n| {titles} |\n|' + '---|' * 12, flush=True)
-        for name in given.fields:
-            for kind in given.degrees:
+        for name in options.fields:
+            for kind in options.degrees:
                 folder = base / f'{name}-{dim}-{kind}'
                 folder.mkdir(parents=True, exist_ok=True)
                 (folder / 'fine.meshb').unlink(missing_ok=True)
-                print(Problem(camber, folder, name, dim, kind, given.gradation).row(given.turns or 5 - dim), flush=True)
+                print(Problem(camber, folder, name, dim, kind, options.gradation).row(options.turns or 5 - dim), flush=True)
 
 
 def steps(path, words):
@@ -319,8 +319,8 @@ def timed(path, words):
     return clock, user + system, size / 1e6
 
 
-def table_of_times(camber, base, given):
-    field, cases = FIELDS['front'], [('1M', 55, 1), ('200k', 32, 2)] + ([('1M', 55, 2)] if given.large else [])
+def table_of_times(camber, base, options):
+    field, cases = FIELDS['front'], [('1M', 55, 1), ('200k', 32, 2)] + ([('1M', 55, 2)] if options.large else [])
     splits = []
     for size, cells, degree in cases:
         mesh, new, u = (base / f't-{size}-{degree}.{end}' for end in ('meshb', 'new.meshb', 'solb'))
@@ -337,7 +337,7 @@ def table_of_times(camber, base, given):
         calls += [(f'transfer, {method}', ['transfer', mesh, new, '--solution', u, '-o', base / 'v.solb', '--method', method])
                   for method in ('interpolate', 'conserve')]
         for title, words in calls:
-            runs = [[timed(camber.path, [*words, '--threads', threads]) for threads in (1, 2)] for _ in range(given.repeat)]
+            runs = [[timed(camber.path, [*words, '--threads', threads]) for threads in (1, 2)] for _ in range(options.repeat)]
             (one, two), processor = ([min(run[n][part] for run in runs) for n in range(2)] for part in range(2))
             print(f'| {what} | {title} | {one:.2f} | {two:.2f} | {one / two:.2f} | {processor[0]:.2f} | {processor[1]:.2f} | {runs[0][0][2]:.2f} |', flush=True)
             if title == 'metric':
@@ -359,16 +359,16 @@ def main():
     parser.add_argument('--turns', type=int, help='default: 3 in 2D, 2 in 3D')
     parser.add_argument('--repeat', type=int, default=3)
     parser.add_argument('--large', action='store_true', help='times of 1 million tetrahedra of degree 2, too')
-    given = parser.parse_args()
-    camber = Program(given.camber.resolve())
-    with tempfile.TemporaryDirectory() as made:
-        base = given.keep or pathlib.Path(made)
+    options = parser.parse_args()
+    camber = Program(options.camber.resolve())
+    with tempfile.TemporaryDirectory() as temporary:
+        base = options.keep or pathlib.Path(temporary)
         base.mkdir(parents=True, exist_ok=True)
-        if given.only != 'times':
-            tables_of_errors(camber, base, given)
-        if given.only != 'errors':
+        if options.only != 'times':
+            tables_of_errors(camber, base, options)
+        if options.only != 'errors':
             print('\n| mesh | command | 1 thread, s | 2 threads, s | ratio | processor, s | with 2 | GB, 1 thread |\n|' + '---|' * 8)
-            table_of_times(camber, base, given)
+            table_of_times(camber, base, options)
 
 
 if __name__ == '__main__':

@@ -37,8 +37,8 @@ def adapted(camber, shape, field, complexity):
 def gains(camber, field, *way):
     """Errors in L2 and H1, straight over curved."""
     camber("curve", "mesh.meshb", "-o", "curved.meshb", *way, "--threads", 1)
-    told = json.loads(camber("check", "curved.meshb", "--json", "--worst", 0, "--field", field))
-    ratio = told["interpolation"][0]["ratio"]
+    report = json.loads(camber("check", "curved.meshb", "--json", "--worst", 0, "--field", field))
+    ratio = report["interpolation"][0]["ratio"]
     return ratio["l2"], ratio["h1"]
 
 
@@ -75,8 +75,8 @@ def against_shape(camber):
             write_values("straight.mesh", field, "values.sol")
             for way in (("--objective", "shape"), ("--solution", "values.sol"), ("--solution", field)):
                 camber("curve", "straight.meshb", "-o", "curved.meshb", *way)
-                told = json.loads(camber("check", "curved.meshb", "--json", "--worst", 0, "--field", field))
-                errors.append([told["interpolation"][0]["curved"][norm]["value"] for norm in ("l2", "h1")])
+                report = json.loads(camber("check", "curved.meshb", "--json", "--worst", 0, "--field", field))
+                errors.append([report["interpolation"][0]["curved"][norm]["value"] for norm in ("l2", "h1")])
             cells = ["%.2f, %.2f" % tuple(a / b for a, b in zip(errors[0], one)) for one in errors[1:]]
             print(f"| {mesh}, `{field}` | " + " | ".join(cells) + " |", flush=True)
 
@@ -86,13 +86,13 @@ def main():
     parser.add_argument("camber")
     parser.add_argument("poisson", nargs="?")
     parser.add_argument("--shape", action="store_true", help="against `shape`, on meshes of a shell")
-    given = parser.parse_args()
-    camber = Program(os.path.abspath(given.camber))
-    if given.shape:
+    options = parser.parse_args()
+    camber = Program(os.path.abspath(options.camber))
+    if options.shape:
         with tempfile.TemporaryDirectory() as here:
             os.chdir(here)
             return against_shape(camber)
-    poisson = Program(os.path.abspath(given.poisson))
+    poisson = Program(os.path.abspath(options.poisson))
     print("| field, complexity | by the computed solution | by the expression | default |\n|---|---|---|---|")
     with tempfile.TemporaryDirectory() as folder:
         os.chdir(folder)

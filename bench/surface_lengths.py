@@ -94,10 +94,10 @@ def rows(body, folder, camber):
             found = json.loads(report.read_text(encoding="utf-8"))
             boundary, validity = found["boundary"], found["validity"]
             nodes = boundary.get("nodes")
-            told = ("–",) * 8 if nodes is None else (
+            figures = ("–",) * 8 if nodes is None else (
                 nodes["edges"], nodes["moved"], nodes["no_improvement"], f"{100 * nodes['mean_reduction']:.2f} %", f"{100 * nodes['largest_reduction']:.1f} %",
                 nodes["on_other_facets"], nodes["limited"], "{off_geometry}, {too_far}, {limited_by_elements}".format(**nodes))
-            yield body, geometry, by, *told, f"{boundary['largest_distance']:.1e}", validity["invalid"] + validity["undecided"]
+            yield body, geometry, by, *figures, f"{boundary['largest_distance']:.1e}", validity["invalid"] + validity["undecided"]
 
 
 if __name__ == "__main__":

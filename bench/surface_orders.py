@@ -205,8 +205,8 @@ def mesh_body(body, size, path):
     triangles = np.concatenate([gmsh.model.mesh.getElements(2, face)[2][0] for _, face in gmsh.model.getEntities(2)])
     triangles = np.searchsorted(tags, triangles).reshape(-1, 3)
     if body == "naca":  # both sides have a trailing edge of their own
-        _, kept, number = np.unique(np.round(points, 9) + 0.0, axis=0, return_index=True, return_inverse=True)
-        points, triangles = points[kept], number[triangles]
+        _, first_rows, number = np.unique(np.round(points, 9) + 0.0, axis=0, return_index=True, return_inverse=True)
+        points, triangles = points[first_rows], number[triangles]
     if body == "bump":
         points *= bump_radius(points)[:, None]
     references = np.ones(len(triangles), int)

@@ -43,12 +43,12 @@ def camber_words(program, case, mesh, sizes, out, turn):
 
 def mmg_words(program, case, mesh, sizes, out, _):
     if sizes:
-        asked = ["-sol", sizes]
+        size_words = ["-sol", sizes]
     elif case.chord_error:
-        asked = ["-A", "-hmax", case.size, "-hausd", case.chord_error]  # sizes of its own by direction, as Camber's are
+        size_words = ["-A", "-hmax", case.size, "-hausd", case.chord_error]  # sizes of its own by direction, as Camber's are
     else:
-        asked = ["-hsiz", case.size]
-    return [program, "-in", mesh, "-out", out, "-v", "0", "-hgrad", "-1", *asked]
+        size_words = ["-hsiz", case.size]
+    return [program, "-in", mesh, "-out", out, "-v", "0", "-hgrad", "-1", *size_words]
 
 
 def read(mesh):
@@ -78,10 +78,10 @@ COLUMNS = ["triangles", "seconds", "unit edges", "smallest", "mean quality", "ve
 def cells(row):
     if row is None:
         return ["-"] * len(COLUMNS)
-    kept = ["changed", "kept"]
+    change_words = ["changed", "kept"]
     return [f"{row['triangles']:,}".replace(",", " "), f"{row['seconds']:.2f}", f"{100 * row['unit']:.1f} %", f"{row['least']:.3f}",
-            f"{row['mean']:.3f}", f"{row['vertices']:.1e}", f"{row['middles']:.1e}", f"{100 * row['area']:+.2f} %", kept[row["euler"]],
-            kept[row["references"]]]
+            f"{row['mean']:.3f}", f"{row['vertices']:.1e}", f"{row['middles']:.1e}", f"{100 * row['area']:+.2f} %", change_words[row["euler"]],
+            change_words[row["references"]]]
 
 
 def main():
@@ -89,15 +89,15 @@ def main():
     parser.add_argument("camber")
     parser.add_argument("--mmg", help="the folder of Mmg's programs; default: the PATH")
     parser.add_argument("--cases", default=",".join(CASES), help="divided by commas (%(default)s)")
-    given = parser.parse_args()
-    camber = os.path.abspath(given.camber)
-    mmg = shutil.which("mmgs_O3", path=os.path.expanduser(given.mmg) if given.mmg else None)
+    options = parser.parse_args()
+    camber = os.path.abspath(options.camber)
+    mmg = shutil.which("mmgs_O3", path=os.path.expanduser(options.mmg) if options.mmg else None)
     if mmg is None:
         print("surfaces.py: Mmg is not installed: left out", file=sys.stderr)
     print("| case | by | " + " | ".join(COLUMNS) + " |\n|" + "---|" * (2 + len(COLUMNS)))
     with tempfile.TemporaryDirectory() as folder:
         os.chdir(folder)
-        for name in given.cases.split(","):
+        for name in options.cases.split(","):
             case = CASES[name]
             start = case.make(Path(folder))
             subprocess.run([camber, "convert", start, "-o", "start.mesh"], check=True, capture_output=True)

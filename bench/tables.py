@@ -320,19 +320,19 @@ def main():
     parser.add_argument("--longest", type=float, default=float("inf"), metavar="SECONDS", help="tables that are estimated to take no longer")
     parser.add_argument("--write", action="store_true", help="write the new tables into the pages")
     parser.add_argument("--list", action="store_true", help="list the tables and run nothing")
-    given = parser.parse_args()
+    options = parser.parse_args()
     try:
-        tables = [table for page in given.pages or pages() for table in tables_of(page)]
+        tables = [table for page in options.pages or pages() for table in tables_of(page)]
     except Unusable as why:
         sys.exit(f"tables.py: {why}")
-    unknown = set(given.only or ()) - {table.name for table in tables}
+    unknown = set(options.only or ()) - {table.name for table in tables}
     if unknown:
         parser.error(f"no table is called {', '.join(sorted(unknown))}; see --list")
-    tables = [table for table in tables if (not given.only or table.name in given.only) and table.seconds <= given.longest]
-    if given.list:
+    tables = [table for table in tables if (not options.only or table.name in options.only) and table.seconds <= options.longest]
+    if options.list:
         list_tables(tables)
         return
-    run = Runs(given.camber, given.write)
+    run = Runs(options.camber, options.write)
     for table in tables:
         run(table)
     sys.exit(run.finish())

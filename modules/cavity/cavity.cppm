@@ -1,5 +1,5 @@
-/// Dynamic meshes: topology updated at the cost of the change, cavities joined to a point, and patches that replace
-/// cavities.
+/// Dynamic meshes, whose topology changes at the cost of the change; stars, which join cavities to a point; and
+/// patches, which replace cavities.
 export module camber.cavity;
 export import :mesh;
 export import :patch;

@@ -1,5 +1,5 @@
-// camber.cavity: inserts a point into a wheel of ten triangles. Removes the triangles at its edge and joins their open
-// edges to the point.
+// Example of camber.cavity: inserts a point into a spoke of a wheel of ten triangles. Removes the two triangles at the
+// spoke and joins their open edges to the point.
 #include <cstddef>
 #include <cstdio>
 #include <numbers>
@@ -26,7 +26,7 @@ int main() {
     wheel.facets = {std::move(rim), Buffer<Reference>(10, 1), {}};
     DynamicMesh<2> mesh = make_dynamic(wheel, unique_edges(wheel, {}).value(), {}, {}).value();
 
-    // The point is the middle of a spoke, which has two triangles.
+    // The point is the middle of a spoke, which belongs to two triangles.
     Cavity<2> cavity;
     cavity_of_edge(mesh, ElementId(0), edge_between<2>[0][1], cavity);
     Patch<2> patch{mesh.stamp, {.vertex = {}, .place = Vec<2>{{0.5, 0}}}, cavity, {}};

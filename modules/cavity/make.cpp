@@ -27,7 +27,7 @@ Outcome<Done> check_sizes(const LinearMesh<D>& mesh, const EdgeSet<D>& edges, co
     return Done{};
 }
 
-/// Errors: the first element with a face on the boundary or between references that is no facet.
+/// Errors: input, for the first element with a face on the boundary or between references without a facet.
 template <int D>
 Outcome<Done> check_facets(const DynamicMesh<D>& mesh, const Execution& execution) {
     const std::size_t none = mesh.elements.size();
@@ -91,7 +91,7 @@ Lines lines_of(const LinearMesh<3>& mesh, const EdgeSet<3>& edges, const BreaksO
         const auto facets = facet_shells[e];
         if (facets.empty()) return false;
         if (!breaks.edge_kinds.empty() && breaks.edge_kinds[e] == EdgeKind::ridge) return true;
-        // The walk from face to face misses neighbours of a facet on no element.
+        // Walks from face to face do not reach a facet without elements.
         if (std::ranges::any_of(facets, [&](FacetId f) { return !sides[f][0].valid(); })) return true;
         return facets.size() != 2 || mesh.facets.references[facets[0]] != mesh.facets.references[facets[1]] ||
                entity_of(mesh.facets.entities, facets[0].index()) != entity_of(mesh.facets.entities, facets[1].index());
@@ -103,7 +103,7 @@ Lines lines_of(const LinearMesh<3>& mesh, const EdgeSet<3>& edges, const BreaksO
     return lines;
 }
 
-/// Lines (2D: facets) at a vertex. `mixed`: they differ in reference, entity or kind.
+/// Lines (2D: facets) at a vertex. `mixed`: the lines differ in reference, entity or kind.
 struct Meeting {
     std::uint32_t count = 0;
     Reference reference = 0, entity = 0;
@@ -118,7 +118,7 @@ struct Meeting {
     }
 };
 
-/// `inside`: ends of lines without facets.
+/// Returns the state of each vertex. `inside`: ends of lines without facets.
 template <int D>
 Buffer<VertexState> places(const LinearMesh<D>& mesh, const DynamicMesh<D>& made, const BreaksOfMesh& breaks,
                            std::span<const VertexId> inside) {
@@ -165,7 +165,7 @@ void mark_given(const GivenGeometry<D>& geometry, Buffer<VertexState>& states) {
     for (const auto& on : geometry.on_surfaces) mark(on.item);
 }
 
-/// Freezes vertices that cannot be changed soundly.
+/// Freezes vertices whose surroundings cannot be changed soundly.
 template <int D>
 Outcome<Done> hold(const LinearMesh<D>& mesh, const DynamicMesh<D>& made, const Incidence<ElementId>& balls,
                    const EdgeSet<D>& edges, Buffer<VertexState>& states, const Execution& execution) {
@@ -255,7 +255,7 @@ DynamicSimplices<K> with_marks(const Simplices<K>& simplices, Reference none) {
     return {simplices.vertices, std::move(references), simplices.entities, std::move(marks)};
 }
 
-/// Elements of a facet in rising order, with opposite local vertices.
+/// The elements of a facet in ascending order, and their local vertices opposite the facet.
 template <int D>
 struct FacetPlace {
     FacetSides sides;
@@ -303,7 +303,7 @@ Buffer<std::array<FaceNeighbour, D + 1>> faces_across(const Neighbours<D>& neigh
     return across;
 }
 
-/// In 2D ridges are facets.
+/// Marks ridges, which are facets in 2D.
 Buffer<Marks> with_ridges(Buffer<Marks> marks, const Column<std::uint32_t>& ridges) {
     for (const std::uint32_t f : ridges) marks[f] |= Mark::ridge;
     return marks;
@@ -368,10 +368,11 @@ namespace {
 
 constexpr std::uint32_t no_piece = std::numeric_limits<std::uint32_t>::max();
 
-/// Pieces of a surface, connected by edges of exactly two triangles, in the order of their first ones. Triangles that
-/// meet others of their piece at an edge of more than two belong to no piece and do not change.
+/// Pieces of a surface, which edges of exactly two triangles connect; their order is that of their first triangles. A
+/// triangle that meets another one of its piece at an edge of more than two triangles belongs to no piece and does not
+/// change.
 struct Pieces {
-    Buffer<std::uint32_t> of;  ///< of each triangle
+    Buffer<std::uint32_t> of;  ///< piece of each triangle
     std::size_t count = 0;
 };
 
@@ -416,7 +417,7 @@ Reference reference_of_none(const Column<Reference>& references) {
     return free;
 }
 
-/// Adds faces from border edges of pieces to infinity.
+/// Adds faces between border edges and the vertices at infinity.
 Simplices<2> with_faces_to_infinity(const LinearMesh<3>& mesh, const EdgeSet<3>& edges,
                                     const Incidence<FacetId>& around, const Pieces& pieces) {
     Simplices<2> facets = mesh.facets;
@@ -449,7 +450,7 @@ LinearMesh<3> joined_to_infinity(const LinearMesh<3>& mesh, const EdgeSet<3>& ed
     LinearMesh<3> joined = mesh;
     const std::size_t n = mesh.points.size();
     auto points = take(std::move(joined.points));
-    points.resize(n + pieces.count, points.front());  // positions at infinity are not used
+    points.resize(n + pieces.count, points.front());  // placeholder: positions at infinity are never read
     joined.points = std::move(points);
     if (!joined.point_references.empty()) {
         auto references = take(std::move(joined.point_references));
@@ -467,7 +468,7 @@ LinearMesh<3> joined_to_infinity(const LinearMesh<3>& mesh, const EdgeSet<3>& ed
     return joined;
 }
 
-/// Kinds of edges to infinity are `surface`: nothing breaks there.
+/// Kinds of all edges; edges to infinity have kind `surface`, because no surface breaks there.
 Buffer<EdgeKind> kinds_of(const EdgeSet<3>& joined, const EdgeSet<3>& edges, const BreaksOfMesh& breaks) {
     Buffer<EdgeKind> kinds(breaks.edge_kinds.empty() ? 0 : joined.size(), EdgeKind::surface);
     for (std::size_t e = 0; e < kinds.size(); ++e) {

@@ -28,14 +28,14 @@ void add_facets(const DynamicMesh<D>& mesh, ElementId e, const std::array<bool, 
             found.push_back(mesh.face_neighbours[e][face].facet());
 }
 
-/// Without branches, to compare several at once.
+/// Compares without branches, so that several comparisons run at once.
 bool is_among(const std::vector<ElementId>& ids, ElementId id) {
     bool found = false;
     for (const ElementId i : ids) found |= i == id;
     return found;
 }
 
-/// Elements around a vertex are scattered in memory.
+/// Prefetches an element: elements around a vertex are scattered in memory.
 template <int D>
 void fetch_ahead(const DynamicMesh<D>& mesh, ElementId e) {
     __builtin_prefetch(&mesh.elements.vertices[e]);
@@ -82,7 +82,7 @@ void shell(const DynamicMesh<D>& mesh, ElementId e, int local_edge, std::vector<
                 const ElementId next = element_across(mesh, at, local_vertex(mesh.elements.vertices[at], across));
                 if (!next.valid()) return false;
                 if (next == e) return true;
-                // The next face is opposite the fourth vertex.
+                // The next face is opposite the vertex that is neither on the edge nor `across`.
                 const auto& from = mesh.elements.vertices[at];
                 for (const VertexId v : from)
                     if (v != a && v != b && v != across) {
@@ -206,7 +206,7 @@ auto wrong(std::string what, const char* kind, std::size_t number) {
     return fail(ErrorKind::internal, std::move(what), {}, Entity{kind, number + 1});
 }
 
-/// The first item for which `look` returns a message.
+/// Returns the error for the first item for which `look` returns a message.
 template <class Look>
 Outcome<Done> none_wrong(std::size_t n, const char* kind, const Execution& execution, Look&& look) {
     const auto first = reduce_each(
@@ -227,7 +227,7 @@ SimplexVertices<D - 1> sorted_face(const SimplexVertices<D>& v, int opposite) {
     return face;
 }
 
-/// The neighbour across a face must refer back.
+/// Returns a message if the neighbour across the face does not refer back.
 template <int D>
 const char* wrong_across(const DynamicMesh<D>& mesh, ElementId e, int face) {
     const auto own = sorted_face<D>(mesh.elements.vertices[e], face);
@@ -309,7 +309,7 @@ const char* wrong_line(const DynamicMesh<D>& mesh, LineId l) {
                : "the edge of a line does not refer to it";
 }
 
-/// Each edge has an element or frozen vertices, and no duplicate.
+/// Checks that each edge has an element or frozen ends, and that no two edges have the same ends.
 template <int D>
 Outcome<Done> check_edges(const DynamicMesh<D>& mesh) {
     std::vector<std::uint8_t> used(mesh.edges.size(), 0);

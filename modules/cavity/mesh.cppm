@@ -15,8 +15,8 @@ struct LineTag;
 /// A feature edge of the geometry or the input (3D).
 using LineId = Id<LineTag>;
 
-/// The neighbour across a face: an element, or a facet, whose `sides` give the element beyond. This avoids a table of
-/// faces. Ids are below 2^31.
+/// The neighbour across a face: an element, or a facet, whose `sides` give the element beyond. So no table of faces is
+/// necessary. Ids are below 2^31.
 class FaceNeighbour {
   public:
     constexpr FaceNeighbour() = default;
@@ -35,24 +35,24 @@ class FaceNeighbour {
     std::uint32_t value_ = 0xffffffffU;
 };
 
-/// Position of a vertex in the features. In 2D facets are the curves; there are no lines.
+/// Position of a vertex on surfaces and lines. In 2D the facets are the surface, and there are no lines.
 enum class VertexPlace : std::uint8_t {
     inside,
     surface,   ///< on one smooth piece of boundary or interface
-    line,      ///< on a curve: two lines of one reference meet
+    line,      ///< on a curve: two lines of one reference meet here
     corner,    ///< fixed: lines end or meet here, or the input lists it
-    infinity,  ///< see `make_dynamic_surface`
+    infinity,  ///< of standalone surfaces, see `make_dynamic_surface`
 };
 
 enum class Mark : std::uint8_t {
     required = 1,    ///< must not change
-    frozen = 2,      ///< fixed: facets without elements, or a pinch
-    given = 4,       ///< has input directions or associations
+    frozen = 2,      ///< fixed: a facet has no elements, or the mesh touches itself
+    given = 4,       ///< has directions or associations of the input
     moved = 8,       ///< a new or moved vertex
-    ridge = 16,      ///< a listed ridge
-    implied = 32,    ///< an unlisted line, where facets break
-    corner = 64,     ///< a listed corner
-    embedded = 128,  ///< a line without a break
+    ridge = 16,      ///< a ridge listed by the input
+    implied = 32,    ///< a line at which facets break, not listed by the input
+    corner = 64,     ///< a corner listed by the input
+    embedded = 128,  ///< a line at which no surface breaks
 };
 class Marks {
   public:
@@ -83,10 +83,10 @@ template <int K>
 struct DynamicSimplices {
     Column<SimplexVertices<K>> vertices;
     Column<Reference> references;
-    Column<Reference> entities;  ///< empty: none
+    Column<Reference> entities;  ///< may be empty
     Column<Marks> marks;
 
-    [[nodiscard]] std::size_t size() const { return vertices.size(); }  ///< slots, including free ones
+    [[nodiscard]] std::size_t size() const { return vertices.size(); }  ///< number of slots, including free ones
     friend bool operator==(const DynamicSimplices&, const DynamicSimplices&) = default;
 };
 
@@ -99,8 +99,8 @@ struct FreePlaces {
 using Stamp = std::shared_ptr<const char>;
 [[nodiscard]] inline Stamp new_stamp() { return std::make_shared<const char>(); }
 
-/// A mesh, straight or of degree 2, whose topology changes at the cost of the change: an immutable value of columns,
-/// like `LinearMesh`. Ids are stable and slots are reused, last freed first. Free slots have invalid entries: elements,
+/// A linear or quadratic mesh whose topology changes at the cost of the change: an immutable value of columns, like
+/// `LinearMesh`. Ids are stable; slots are reused, the last freed first. Free slots have invalid entries: elements,
 /// facets and edges no vertex, lines no edge, vertices no element (unless frozen).
 template <int D>
 struct DynamicMesh {
@@ -108,25 +108,25 @@ struct DynamicMesh {
 
     Column<Vec<D>> points;
     Column<Reference> point_references;
-    Column<VertexState> states;    ///< of each vertex
+    Column<VertexState> states;
     Column<ElementId> element_of;  ///< one element of each vertex
 
     DynamicSimplices<D> elements;
-    Column<std::array<FaceNeighbour, D + 1>> face_neighbours;   ///< of each element
+    Column<std::array<FaceNeighbour, D + 1>> face_neighbours;
     Column<std::array<EdgeId, edges_per_simplex<D>>> edges_of;  ///< in the order of `local_edges`
     Column<std::array<VertexId, 2>> edges;                      ///< lower vertex first
-    Column<LineId> line_of;                                     ///< of each edge; empty in 2D
-    Column<LagrangeNode<D>> nodes;                              ///< of each edge; empty: straight mesh
+    Column<LineId> line_of;                                     ///< empty in 2D
+    Column<LagrangeNode<D>> nodes;                              ///< one per edge; empty for a straight mesh
     DynamicSimplices<D - 1> facets;
     Column<FacetSides> sides;
-    Column<EdgeId> lines;  ///< 3D
+    Column<EdgeId> lines;  ///< edges of lines (3D)
     Column<Reference> line_references, line_entities;
     Column<Marks> line_marks;
 
     FreePlaces free;
-    GivenGeometry<D> geometry;  ///< input data of `given` vertices
+    GivenGeometry<D> geometry;  ///< input data of vertices with `Mark::given`
     Column<Group> groups;
-    Column<VertexId> at_infinity;  ///< standalone surface, see `make_dynamic_surface`
+    Column<VertexId> at_infinity;  ///< only standalone surface meshes
     Stamp stamp;
 
     [[nodiscard]] std::size_t vertex_count() const { return points.size() - free.vertices.size(); }
@@ -166,7 +166,7 @@ inline constexpr auto edge_between = [] {
     return table;
 }();
 
-/// −1 if not found.
+/// Returns −1 if `v` is not found.
 template <std::size_t N>
 [[nodiscard]] constexpr int local_vertex(const std::array<VertexId, N>& simplex, VertexId v) {
     for (std::size_t i = 0; i < N; ++i)
@@ -174,17 +174,16 @@ template <std::size_t N>
     return -1;
 }
 
-/// The triangle of a standalone surface's element.
 [[nodiscard]] inline std::array<VertexId, 3> triangle_of(const SimplexVertices<3>& element) {
     return {element[0], element[1], element[2]};
 }
 
 }  // namespace camber
 
-/// Neighbourhoods by walks, at the cost of the result.
+/// Neighbourhoods are found by walks, at the cost of the result.
 export namespace camber {
 
-/// Also beyond a facet; invalid on the boundary.
+/// Element across a face, also beyond a facet; invalid on the boundary.
 template <int D>
 [[nodiscard]] inline ElementId element_across(const DynamicMesh<D>& mesh, ElementId e, int face) {
     const FaceNeighbour across = mesh.face_neighbours[e][face];
@@ -194,39 +193,39 @@ template <int D>
     return sides[0] == e ? sides[1] : sides[0];
 }
 
-/// Invalid if the face has no facet.
+/// Returns an invalid id if the face has no facet.
 template <int D>
 [[nodiscard]] inline FacetId facet_at(const DynamicMesh<D>& mesh, ElementId e, int face) {
     const FaceNeighbour across = mesh.face_neighbours[e][face];
     return across.is_facet() ? across.facet() : FacetId{};
 }
 
-/// The facet of a standalone surface's element.
+/// The triangle of an element in a standalone surface mesh.
 [[nodiscard]] inline FacetId facet_of(const DynamicMesh<3>& mesh, ElementId e) { return facet_at(mesh, e, 3); }
 
-/// Finds face-connected elements around a vertex, in the order of the walk from `element_of`.
+/// Finds the elements around a vertex by a walk from face to face, which starts at `element_of`.
 template <int D>
 void ball(const DynamicMesh<D>& mesh, VertexId v, std::vector<ElementId>& found);
 
-/// Finds face-connected elements around an edge, in one direction from `e` and, if that ends at the boundary, in the
-/// other.
+/// Finds the elements around an edge by a walk from face to face: from `e` in one direction and, if that ends at the
+/// boundary, in the other.
 template <int D>
 void shell(const DynamicMesh<D>& mesh, ElementId e, int local_edge, std::vector<ElementId>& found);
 
-/// Finds facets at a vertex or edge on faces of these elements, in rising order.
+/// Finds the facets on faces of these elements that contain the vertex or edge, in ascending order.
 template <int D>
 void facets_with(const DynamicMesh<D>& mesh, const std::vector<ElementId>& elements, VertexId v,
                  std::vector<FacetId>& found);
 template <int D>
 void facets_with(const DynamicMesh<D>& mesh, const std::vector<ElementId>& elements, EdgeId edge,
                  std::vector<FacetId>& found);
-/// Finds lines at a vertex on edges of these elements, in rising order.
+/// Finds the lines on edges of these elements that end at the vertex, in ascending order.
 template <int D>
 void lines_with(const DynamicMesh<D>& mesh, const std::vector<ElementId>& elements, VertexId v,
                 std::vector<LineId>& found);
 
-/// True if this element shows that the node of its edge is fixed: on a boundary, interface, line or required element.
-/// Also if both ends are frozen, where facets without elements may have the edge.
+/// True if this element shows that its edge's node is fixed: on a boundary, an interface, a line or a required element.
+/// Also true if both ends are frozen, since facets without elements may have the edge.
 template <int D>
 [[nodiscard]] inline bool is_node_fixed(const DynamicMesh<D>& mesh, ElementId e, int local_edge) {
     const EdgeId edge = mesh.edges_of[e][local_edge];
@@ -241,27 +240,29 @@ template <int D>
     return false;
 }
 
-/// The edge opposite local vertex k, by the facet's first element.
+/// Edge opposite local vertex `k` of the facet, found in the facet's first element.
 [[nodiscard]] EdgeId facet_edge(const DynamicMesh<3>& mesh, FacetId f, int k);
 
-/// Unlisted breaks of surfaces: edges of kind `ridge`, one kind a unique edge (3D), and corners. Empty spans: none.
-/// `find_features` of camber.surface computes them.
+/// Breaks of surfaces that the mesh does not list: edges of kind `ridge`, with one kind for each unique edge (3D), and
+/// corners. Empty spans: no such breaks. `find_features` of camber.surface computes them.
 struct BreaksOfMesh {
     std::span<const EdgeKind> edge_kinds;
     std::span<const VertexId> corners;
 };
 
 /// Creates a dynamic mesh.
-/// - Lines (3D): listed edges, edges of kind `ridge`, and edges with one or more than two facets, or facets of two
-///   references or entities. Lines of another kind are embedded.
-/// - Corners: listed ones, those of `breaks`, vertices associated with points or in vertex groups, and vertices whose
-///   lines are not exactly two of one reference, entity and kind, or where a volume's line meets a facet. In 2D the
-///   same holds for facets, and ends of listed ridges are corners.
-/// - Frozen: vertices without elements, or of facets or listed edges without elements, and pinches.
+/// - Lines (3D): listed edges, edges of kind `ridge`, and edges with one facet, with more than two, or with facets of
+///   two
+///   references or entities. Lines whose kind is not `ridge` are embedded.
+/// - Corners: listed corners, those of `breaks`, vertices associated with points or in vertex groups. Also vertices at
+///   which other than two lines of one reference, entity and kind meet, or a line without facets meets a facet. In 2D
+///   facets count as lines here, and ends of listed ridges are corners.
+/// - Frozen: vertices without elements, vertices of facets or listed edges without elements, and vertices at which the
+///   mesh touches itself.
 ///
-/// Errors: a face of the boundary or between two references without a facet (camber.soundness prepares meshes so that
-/// there is none), two facets or more than two elements on a face (input); `edges` or `breaks` of another mesh
-/// (internal); more than 2^31 − 2 elements (unsupported); stopped, memory.
+/// Errors: input (a face of the boundary or between two references without a facet, which camber.soundness adds; two
+/// facets or more than two elements on a face); internal (`edges` or `breaks` of another mesh); unsupported (more than
+/// 2^31 − 2 elements); stopped, memory.
 template <int D>
 [[nodiscard]] Outcome<DynamicMesh<D>> make_dynamic(const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
                                                    const BreaksOfMesh& breaks, const Execution& execution);
@@ -270,10 +271,11 @@ template <int D>
 [[nodiscard]] Outcome<DynamicMesh<D>> make_dynamic(const QuadraticMesh<D>& mesh, const BreaksOfMesh& breaks,
                                                    const Execution& execution);
 
-/// Creates a standalone surface mesh (triangles in space, no tetrahedra) for the same operations. Each triangle forms
-/// an element with a vertex at infinity, its last one, as in CGAL's triangulations. Faces from border edges to infinity
-/// are facets of a separate reference; `compacted` omits all of this. Edges at borders and of more than two triangles
-/// are lines and stay. Errors: as of `make_dynamic`; not a standalone surface (internal).
+/// Creates the dynamic mesh of a standalone surface (triangles in space, no tetrahedra). Each triangle forms an element
+/// with a vertex at infinity, its last vertex, as in CGAL's triangulations. Faces between border edges and infinity are
+/// facets of a separate reference. `compacted` omits all elements, vertices and facets at infinity. Border edges and
+/// edges of more than two triangles are lines and do not change. Errors: those of `make_dynamic`, internal (not a
+/// standalone surface).
 [[nodiscard]] Outcome<DynamicMesh<3>> make_dynamic_surface(const LinearMesh<3>& mesh, const EdgeSet<3>& edges,
                                                            const BreaksOfMesh& breaks, const Execution& execution);
 
@@ -281,7 +283,7 @@ template <int D>
 
 namespace camber {
 
-/// `make_dynamic` with vertices at infinity.
+/// `make_dynamic` for a mesh that contains the vertices `at_infinity`.
 template <int D>
 [[nodiscard]] Outcome<DynamicMesh<D>> make_dynamic_with(const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
                                                         const BreaksOfMesh& breaks,
@@ -295,43 +297,43 @@ export namespace camber {
 /// Elements with their facets and lines: a whole mesh, or a part cut along faces.
 template <int D>
 struct MeshPart {
-    LinearMesh<D> mesh;          ///< feature edges are its lines, each once; no directions or groups
+    LinearMesh<D> mesh;          ///< its edges are the lines, each once; no directions or groups
     Column<VertexState> states;  ///< as in the whole mesh
-    Column<Marks> facet_marks;   ///< `frozen`: shared with another part
-    Column<Marks> line_marks;    ///< of each feature edge
+    Column<Marks> facet_marks;   ///< `frozen`: the facet is shared with another part
+    Column<Marks> line_marks;
 };
 
 template <int D>
 struct DynamicPart {
     DynamicMesh<D> mesh;
-    Column<std::uint8_t> on_rim;  ///< 1: vertex on the cut, shared with other parts
+    Column<std::uint8_t> on_rim;  ///< 1: the vertex is on the cut, shared with other parts
 };
 
-/// Creates a dynamic mesh with fixed rim: vertices required and, on surfaces, temporarily corners; frozen facets and
-/// rim lines required. Lines are appended where a surface continues beyond the rim, so that it does not end there.
-/// Vertices whose walk misses elements are frozen. Errors: two facets or more than two elements on a face (input); rows
-/// of wrong size (internal); stopped, memory.
+/// Creates a dynamic mesh with a fixed rim, which is the cut: its vertices are required and, on surfaces, temporarily
+/// corners; frozen facets and lines on the rim are required. Surface edges on the rim become lines, because the surface
+/// does not end there. Vertices are frozen if a walk around them misses elements. Errors: input (two facets or more
+/// than two elements on a face), internal (columns of wrong size), stopped, memory.
 template <int D>
 [[nodiscard]] Outcome<DynamicPart<D>> make_dynamic_part(const MeshPart<D>& part, const Execution& execution);
 
-/// A mesh without free slots, and maps to it.
+/// A mesh without free slots, and maps from the dynamic mesh to it.
 template <int D>
 struct CompactMesh {
     LinearMesh<D> mesh;
     EdgeSet<D> edges;
-    Column<LagrangeNode<D>> nodes;  ///< of each edge; empty: straight mesh
+    Column<LagrangeNode<D>> nodes;  ///< one per edge; empty for a straight mesh
     MeshMaps maps;
 };
 
 /// Returns the mesh without free slots; entities keep their order. Implied lines are omitted. Directions and
-/// associations remain for unmoved vertices; moved ones keep their surface (2D: curve) without parameters. Errors:
-/// stopped, memory.
+/// associations remain for vertices that did not move; moved vertices remain associated only with surfaces (2D:
+/// curves), without parameters. Errors: stopped, memory.
 template <int D>
 [[nodiscard]] Outcome<CompactMesh<D>> compacted(const DynamicMesh<D>& mesh, const Execution& execution);
 
-/// Checks the whole mesh: vertices exist; neighbours across faces share them and refer back; edges are those of the
-/// elements, one id a pair. Faces on the boundary or between references are facets; lines are edges; free lists match
-/// free slots. Errors: the first violation (internal); stopped, memory.
+/// Checks the whole mesh. Vertices exist. Neighbours across a face share its vertices and refer back. Edges are those
+/// of the elements, with one id for each pair of vertices. Faces on the boundary or between references are facets.
+/// Lines are edges. Free lists match free slots. Errors: internal (the first violation), stopped, memory.
 template <int D>
 [[nodiscard]] Outcome<Done> check_consistency(const DynamicMesh<D>& mesh, const Execution& execution);
 
@@ -341,13 +343,14 @@ namespace camber {
 
 inline constexpr const char* prepare_it = "prepare the mesh first";
 
-/// Creates neighbours, edges and facets without lines and vertex states; faces may have no neighbour. Errors: two
-/// facets or more than two elements on a face (input); stopped, memory.
+/// Creates neighbours, edges and facets, but no lines or vertex states. Faces may have neither neighbour nor facet.
+/// Errors: input (two facets or more than two elements on a face), stopped, memory.
 template <int D>
 [[nodiscard]] Outcome<DynamicMesh<D>> with_faces(const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
                                                  const Incidence<ElementId>& balls, const Execution& execution);
 
-/// True if walks from face to face miss some of a vertex's `around` elements, or some around its lines.
+/// True if walks from face to face find fewer than the `around` elements of a vertex, or not all elements of one of its
+/// lines.
 template <int D>
 [[nodiscard]] bool is_pinched(const DynamicMesh<D>& mesh, std::size_t around, VertexId v,
                               const Incidence<ElementId>& shells, std::vector<ElementId>& found);

@@ -1,4 +1,4 @@
-// Creates a part of a mesh, and a mesh without free slots.
+// Dynamic meshes of parts, and meshes without free slots.
 module;
 #include <algorithm>
 #include <array>
@@ -34,7 +34,7 @@ Buffer<std::uint8_t> rim_of(const DynamicMesh<D>& mesh) {
     return on_rim;
 }
 
-/// The listed lines, and surface edges on the rim.
+/// Stores the listed lines, and surface edges on the rim as lines.
 void put_lines(const MeshPart<3>& part, const EdgeSet<3>& edges, const Incidence<FacetId>& facet_shells,
                const Buffer<std::uint8_t>& on_rim, DynamicMesh<3>& mesh) {
     Buffer<LineId> of_edges(edges.size(), LineId{});
@@ -118,13 +118,13 @@ Outcome<DynamicPart<D>> make_dynamic_part(const MeshPart<D>& part, const Executi
 
 namespace {
 
-/// Rising new ids; invalid for removed entities.
+/// Ascending new ids; invalid for removed entities.
 template <class Id>
 struct NewIds {
     Buffer<Id> of;
     std::size_t count = 0;
 };
-/// Existing and not at infinity; no elements of standalone surfaces.
+/// True if an entity exists and is not at infinity; never true for elements of standalone surfaces.
 template <int D>
 bool stays(const DynamicMesh<D>& mesh, VertexId v) {
     return !mesh.is_free(v) && !mesh.is_at_infinity(v);

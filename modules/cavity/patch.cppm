@@ -9,16 +9,16 @@ import :star;
 
 export namespace camber {
 
-/// A new vertex, or one of the mesh, which may move.
+/// A new vertex, or a vertex of the mesh, which may move.
 template <int D>
 struct PatchPoint {
-    VertexId vertex;                   ///< invalid: a new vertex
-    std::optional<Vec<D>> place = {};  ///< of a new or moved vertex
+    VertexId vertex;                   ///< invalid for a new vertex
+    std::optional<Vec<D>> place = {};  ///< if the vertex is new or moves
     Reference reference = 0;           ///< of a new vertex
     friend bool operator==(const PatchPoint&, const PatchPoint&) = default;
 };
 
-/// A moved node around a cavity.
+/// A new node of an edge around a cavity.
 template <int D>
 struct FollowingNode {
     EdgeId edge;
@@ -26,22 +26,22 @@ struct FollowingNode {
     friend bool operator==(const FollowingNode&, const FollowingNode&) = default;
 };
 
-/// The replacement of a cavity, valid only for the mesh that it was planned for.
+/// The replacement of a cavity, valid only for the mesh for which it was planned.
 template <int D>
 struct Patch {
     Stamp planned_for;  ///< stamp of the mesh
     PatchPoint<D> point;
     Cavity<D> removed;
-    Star<D> star;  ///< by `star` for `removed` and `point`
+    Star<D> star;  ///< result of `star` for `removed` and `point`
     /// Degree 2: nodes of edges from the point to `star.boundary`. Edges shared with elements or facets outside keep
-    /// theirs.
+    /// their nodes.
     std::vector<LagrangeNode<D>> nodes = {};
-    /// Degree 2: nodes of remaining edges whose elements are all removed or `reshaped`.
+    /// Degree 2: new nodes of remaining edges. All elements of these edges are removed or `reshaped`.
     std::vector<FollowingNode<D>> following = {};
     std::vector<ElementId> reshaped = {};
 };
 
-/// True if the topology stays: the patch replaces all elements around an inner vertex, which may move.
+/// True if the topology does not change: the patch replaces all elements around an inner vertex, which may move.
 template <int D, class Elements>
 [[nodiscard]] bool keeps_topology(const Elements& elements, const Patch<D>& patch) {
     const auto& [joined, kept, facets, lines, boundary, vanishing, place] = patch.star;
@@ -53,7 +53,7 @@ template <int D, class Elements>
     return true;
 }
 
-/// Entities of one kind. Reused slots and reshaped elements are in both lists.
+/// Changed entities of one kind. Reused slots and reshaped elements are in both lists.
 template <class Id>
 struct IdChanges {
     std::vector<Id> removed, created;
@@ -68,7 +68,7 @@ struct TopologyChanges {
     IdChanges<FacetId> facets;
     IdChanges<ElementId> elements;
     std::vector<VertexId> points;  ///< the point of each patch
-    /// Degree 2: edges from points to boundaries, patch by patch.
+    /// Degree 2: edges from each patch's point to its star's boundary.
     std::vector<EdgeId> spokes;
     friend bool operator==(const TopologyChanges&, const TopologyChanges&) = default;
 };
@@ -79,14 +79,14 @@ struct ChangedMesh {
     TopologyChanges changes;
 };
 
-/// Applies patches at the cost of their size. Another order gives the same mesh up to numbering. New entities except
-/// vertices take slots that their patch removes, in rising order; then, like vertices, free slots (last freed first),
-/// then new ones. With `keeps_topology`, elements stay in their slots. Pass the mesh by `std::move` to avoid a copy; an
-/// error destroys it then.
+/// Applies patches at the cost of their size. Another order of patches gives the same mesh up to numbering. New
+/// entities except vertices first take slots that their patch removes, in ascending order. Then they, like vertices,
+/// take free slots (the last freed first), then new ones. With `keeps_topology`, elements stay in their slots. Pass the
+/// mesh by `std::move` to avoid a copy; an error then destroys it.
 ///
-/// Errors (internal): patches of another mesh; overlapping patches, or two that create one edge; a moved vertex or node
-/// with elements neither in the cavity nor reshaped; a point that another patch removes; in degree 2, other than one
-/// node for each edge at the point. More entities than 32 bits count (unsupported); memory.
+/// Errors: internal (patches of another mesh; patches that overlap or create the same edge; a moved vertex or node of
+/// elements neither in the cavity nor reshaped; a point that another patch removes; in degree 2, not one node for each
+/// edge at the point); unsupported (more entities than 32 bits count); memory.
 template <int D>
 [[nodiscard]] Outcome<ChangedMesh<D>> replace_cavities(DynamicMesh<D> mesh, std::span<const Patch<D>> patches);
 

@@ -29,7 +29,7 @@ std::vector<Id> rising(std::vector<Id> ids) {
 
 auto refused(std::string what) { return fail(ErrorKind::internal, std::move(what)); }
 
-/// True if edges shared with outside elements keep their nodes.
+/// True if edges of elements outside keep their nodes.
 template <int D>
 bool keeps_outer_nodes(const DynamicMesh<D>& mesh, const Patch<D>& patch) {
     const auto& boundary = patch.star.boundary;
@@ -39,14 +39,14 @@ bool keeps_outer_nodes(const DynamicMesh<D>& mesh, const Patch<D>& patch) {
         for (int i = 0; i <= D; ++i) {
             if (i == held || i == static_cast<int>(face.opposite)) continue;
             const auto at = std::find(boundary.begin(), boundary.end(), vertices[i]) - boundary.begin();
-            if (at == std::ssize(boundary)) continue;  // no new element has the edge
+            if (at == std::ssize(boundary)) continue;  // no new element has this edge
             if (mesh.nodes[mesh.edges_of[face.element][edge_between<D>[i][held]]] != patch.nodes[at]) return false;
         }
     }
     return true;
 }
 
-/// Checks that elements of moved outer nodes belong to this patch only, and marks reshaped ones.
+/// Checks that all elements at moved nodes around the cavity belong to this patch, and marks reshaped ones as taken.
 template <int D>
 Outcome<Done> check_following(const DynamicMesh<D>& mesh, const Patch<D>& patch, std::vector<bool>& is_taken) {
     for (const ElementId e : patch.reshaped) {
@@ -74,7 +74,7 @@ Outcome<Done> check_following(const DynamicMesh<D>& mesh, const Patch<D>& patch,
     return Done{};
 }
 
-/// Patches must belong to this mesh and not conflict. Errors: those of `replace_cavities`.
+/// Checks that patches belong to this mesh and do not conflict. Errors: those of `replace_cavities`.
 template <int D>
 Outcome<Done> check_patches(const DynamicMesh<D>& mesh, std::span<const Patch<D>> patches) {
     std::vector<bool> is_removed(mesh.elements.size(), false);
@@ -205,8 +205,8 @@ struct Draft {
     Column<VertexId> at_infinity;
 };
 
-/// Slots for new entities of one kind: removed ones in rising order, free ones, new ones. `release` frees remaining
-/// removed ones.
+/// Slots for new entities of one kind: removed ones in ascending order, then free ones, then new ones. `release` frees
+/// removed slots that were not reused.
 template <class Id, class Grow>
 class Places {
   public:
@@ -252,7 +252,7 @@ struct NewLine {
     Reference reference = 0, entity = 0;
     Marks marks;
 };
-/// The neighbour beyond an open face, and its entry for this side.
+/// The neighbour beyond an open face, and the index at which it refers back.
 struct Beyond {
     FaceNeighbour outside;
     int place = 0;
@@ -322,7 +322,7 @@ class Committing {
         return v;
     }
 
-    /// Gathers the new elements, except edges and faces at the point.
+    /// Computes the new elements, except their edges and faces at the point.
     void gather(const Patch<D>& patch, VertexId point) {
         const Star<D>& star = patch.star;
         static_cast<void>(find_faces<D>(d_.elements, d_.edges_of, star, patch.point.vertex, names_, faces_));
@@ -415,7 +415,7 @@ class Committing {
         }
     }
 
-    /// Edges that neither open faces nor the point have; rising.
+    /// Edges of removed elements that are neither on joined faces nor at the point; ascending.
     [[nodiscard]] std::vector<EdgeId> edges_that_go(const Patch<D>& patch) {
         stay_.clear();
         for (const ElementFace& open : patch.star.joined)
@@ -436,7 +436,7 @@ class Committing {
         return old;
     }
 
-    /// Creates facets in the star's order. `put_elements` sets their sides.
+    /// Creates facets in the star's order. `put_elements` sets `sides`.
     std::vector<FacetId> put_facets(const Patch<D>& patch, VertexId point) {
         const Star<D>& star = patch.star;
         std::vector<NewFacet<D>> made;
@@ -447,7 +447,7 @@ class Committing {
                             d_.facet_entities.empty() ? 0 : d_.facet_entities[from], d_.facet_marks[from]});
             made.back().vertices[opposite] = point;
         }
-        // Faces at the point are identified by the preserved side of their facet.
+        // The preserved side of a facet identifies its face at the point.
         for (StarFace& face : faces_) face.facet = FlatMap<VertexId>::none;
         for (std::uint32_t f = 0; f < star.facets.size(); ++f) faces_[names_.find(kept_side(star.facets[f]))].facet = f;
         std::vector<FacetId> own = rising(patch.removed.facets);
@@ -479,7 +479,7 @@ class Committing {
         });
         return ids;
     }
-    /// The side shared by a removed facet and its new one.
+    /// The side that a removed facet shares with its new facet.
     [[nodiscard]] SideId<D> kept_side(const JoinedFacet& joined) const {
         const auto& facet = d_.facets[joined.facet.index()];
         const int k = static_cast<int>(joined.opposite);
@@ -536,7 +536,7 @@ class Committing {
                     elements_[face.sides[s].of].face_neighbours[face.sides[s].local] = FaceNeighbour(f);
                     d_.sides[f.index()][s] = ids_[face.sides[s].of];
                 }
-            } else if (second.kept) {  // kept faces come last
+            } else if (second.kept) {  // `find_faces` adds kept faces last
                 elements_[first.of].face_neighbours[first.local] = kept_beyond_[second.of].outside;
                 turn_to(kept_beyond_[second.of], ids_[first.of]);
             } else {

@@ -65,7 +65,7 @@ StarFailure Starring<D>::take_parts() {
     for (std::uint32_t i = 0; i < cavity_.lines.size(); ++i) {
         const LineId l = cavity_.lines[i];
         if (mesh_.is_free(l)) return StarFailure::line;
-        // At frozen ends the mesh may touch itself: the walk can miss elements of the edge.
+        // At frozen ends the mesh may touch itself, so that a walk misses elements of the edge.
         const bool held = std::ranges::all_of(mesh_.edges[mesh_.lines[l]],
                                               [&](VertexId v) { return mesh_.states[v].marks.has(Mark::frozen); });
         if (held || mesh_.line_marks[l].has(Mark::required)) return StarFailure::required;
@@ -177,7 +177,7 @@ StarFailure Starring<D>::ball_around() {
 
 template <int D>
 bool Starring<D>::is_beside_one_part() {
-    // Elements without the point stay single.
+    // Each element without the point stays a separate group.
     Groups groups(w_.groups, cavity_.elements.size());
     std::size_t alone = 0;
     for (std::uint32_t i = 0; i < cavity_.elements.size(); ++i) {
@@ -207,7 +207,7 @@ StarFailure Starring<D>::nothing_exists() {
             if (i == held) continue;
             const std::uint32_t at = w_.vertices.find(v[i]);
             if (at != nothing && !w_.to_point[at].is_there) return StarFailure::exists;
-            // The face opposite local vertex i.
+            // This is the face opposite local vertex i.
             const ElementFace beside{e, static_cast<std::uint32_t>(i)};
             const std::uint32_t face =
                 w_.names.find(side_without<D>(mesh_.elements.vertices, mesh_.edges_of, beside, held));
@@ -278,7 +278,7 @@ bool Starring<D>::pieces_have_sides() {
                 has_side[groups.root(index(sides[i]))] = 1;
             }
         }
-    // Sides on removed lines are not listed, so a facet with missing sides has one.
+    // Sides on removed lines are not listed, so a facet with fewer than D listed sides has such a side.
     std::vector<std::uint8_t> listed(cavity_.facets.size(), 0);
     for (const OpenSide& side : sides) ++listed[index(side)];
     for (std::uint32_t f = 0; f < listed.size(); ++f)
@@ -344,7 +344,7 @@ template <int D>
 bool Starring<D>::lines_keep_their_facets() {
     for (const auto& [line, opposite] : out_.lines) {
         const auto& ends = mesh_.edges[mesh_.lines[line]];
-        if (ends[opposite] == point_) continue;  // recreated: counted already
+        if (ends[opposite] == point_) continue;  // the line is created again, so its facets are counted
         const auto is_on_line = [&](FacetId f) {
             const auto& v = mesh_.facets.vertices[f];
             return local_vertex(v, ends[0]) >= 0 && local_vertex(v, ends[1]) >= 0;
@@ -388,9 +388,9 @@ StarFailure Starring<D>::surface_at_point() {
             if (!edge.is_line && edge.facets != 0 && edge.facets != 2) return StarFailure::surface;
     if (D == 3 && !lines_keep_their_facets()) return StarFailure::surface;
     if (facets_at_point_ > 0) out_.place = VertexPlace::surface;
-    // A new point lies on one piece of surfaces.
+    // The facets at a new point must form one fan.
     if (!point_.valid()) return D == 2 || is_one_fan() ? StarFailure::none : StarFailure::surface;
-    // A point stays on its surfaces and joins no other.
+    // A point stays on its surfaces and does not join others.
     if (D == 2) passed_before_ = before;
     if ((before > 0) != (facets_at_point_ > 0)) return StarFailure::surface;
     if (out_.facets.empty()) return StarFailure::none;
@@ -454,7 +454,7 @@ bool Starring<D>::pieces_have_ends(std::span<const LineAt> ends) {
 template <int D>
 StarFailure Starring<D>::lines() {
     if constexpr (D == 3) {
-        std::size_t met = 0;  // removed lines found in the cavity
+        std::size_t met = 0;  // number of removed lines found in the cavity
         std::vector<std::uint8_t> is_met(cavity_.lines.size(), 0);
         for (const ElementId e : cavity_.elements)
             for (const EdgeId edge : mesh_.edges_of[e])
@@ -484,8 +484,8 @@ StarFailure Starring<D>::lines() {
             if (v == point_) continue;
             const bool stays = w_.vertices.contains(v);
             const bool through = next - i == 2 && ends[i].reference == ends[i + 1].reference;
-            // A line must be removed on both sides of a vanishing vertex; an end at a remaining vertex is joined to the
-            // point.
+            // A line must be removed on both sides of a vanishing vertex. Its end at a remaining vertex is joined to
+            // the point.
             if (stays ? next - i != 1 : !through) return StarFailure::line;
             if (!stays) continue;
             auto& edge = w_.to_point[w_.vertices.find(v)];

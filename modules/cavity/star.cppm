@@ -19,13 +19,13 @@ class FlatMap {
     static constexpr std::uint32_t none = 0xffffffffU;
 
     void clear() { numbers_.clear(); }
-    /// The key's number, or `none`.
+    /// Returns the key's number, or `none`.
     [[nodiscard]] std::uint32_t find(Key key) const {
         const std::uint32_t* number = numbers_.find(key);
         return number ? *number : none;
     }
     [[nodiscard]] bool contains(Key key) const { return numbers_.contains(key); }
-    /// Keeps an existing number. Returns the key's number.
+    /// Stores the number if the key has none. Returns the key's number.
     std::uint32_t put(Key key, std::uint32_t number) { return numbers_.insert(key, number); }
 
   private:
@@ -51,7 +51,7 @@ struct Cavity {
     friend bool operator==(const Cavity&, const Cavity&) = default;
 };
 
-/// The point replaces local vertex `opposite`.
+/// A facet whose local vertex `opposite` the point replaces.
 struct JoinedFacet {
     FacetId facet;
     std::uint32_t opposite = 0;
@@ -63,17 +63,17 @@ struct JoinedLine {
     friend bool operator==(const JoinedLine&, const JoinedLine&) = default;
 };
 
-/// The open boundary of an emptied cavity. New simplices take reference and orientation from the listed entities, with
-/// the point as local vertex `opposite`.
+/// The open boundary of a cavity without its elements. New simplices take reference and orientation from the listed
+/// entities, with the point as local vertex `opposite`.
 template <int D>
 struct Star {
     std::vector<ElementFace> joined;          ///< faces of removed elements; each gives a new element
-    std::vector<ElementFace> kept;            ///< open faces with the point; these give none
+    std::vector<ElementFace> kept;            ///< open faces that contain the point; these give no element
     std::vector<JoinedFacet> facets;          ///< sides of removed facets; each gives a new facet
     std::vector<JoinedLine> lines;            ///< ends of removed lines; each gives a new line
-    std::vector<VertexId> boundary;           ///< vertices of `joined` as found; each has an edge to the point
-    std::vector<VertexId> vanishing;          ///< other vertices of the cavity, rising
-    VertexPlace place = VertexPlace::inside;  ///< of the point, from the joined entities
+    std::vector<VertexId> boundary;           ///< vertices of `joined`; each has an edge to the point
+    std::vector<VertexId> vanishing;          ///< other vertices of the cavity, ascending
+    VertexPlace place = VertexPlace::inside;  ///< place of the point by the joined entities
 
     void clear() {
         joined.clear();
@@ -92,31 +92,31 @@ enum class StarFailure : std::uint8_t {
     none,
     empty,     ///< all open faces contain the point
     required,  ///< a required, frozen or corner entity would vanish
-    surface,   ///< facets lost, doubled, on no face, or changing the point's kind
+    surface,   ///< facets are lost, doubled, on no face, or change the point's place
     line,      ///< the same for lines
-    ball,      ///< neither a sphere around the point nor a disc beside it
-    exists,    ///< a new edge or face exists outside
+    ball,      ///< joined faces form no sphere around the point, nor a disc beside it
+    exists,    ///< a new edge or face exists outside already
 };
 
 }  // namespace camber
 
-/// Cavities of operations (paper §1.3). The operation depends on the point: new on the edge for a split, a boundary
-/// vertex for a swap, a neighbour for a collapse, the vertex itself for a reinsertion, elsewhere for a move.
+/// Cavities of operations (paper §1.3). The point determines the operation: split (a new point on the edge), swap (a
+/// boundary vertex), collapse (a neighbour), reinsertion (the removed vertex), move (the removed vertex elsewhere).
 export namespace camber {
 
-/// Elements, facets and line of local edge k.
+/// Elements, facets and line at local edge `k`.
 template <int D>
 void cavity_of_edge(const DynamicMesh<D>& mesh, ElementId e, int k, Cavity<D>& out);
 
 template <int D>
 void cavity_of_vertex(const DynamicMesh<D>& mesh, VertexId v, Cavity<D>& out);
 
-/// Adds an element, on a standalone surface with its triangle.
+/// Adds an element and, in a standalone surface mesh, its triangle.
 template <int D>
 void join(const DynamicMesh<D>& mesh, Cavity<D>& cavity, ElementId e);
 
-/// True if v may collapse along an edge into w: inner vertices always, others along their surface or line, corners
-/// never. `around`: `cavity_of_vertex` of v.
+/// True if `v` may collapse along an edge into `w`: inner vertices always, others along their surface or line, corners
+/// never. `around`: `cavity_of_vertex` of `v`.
 template <int D>
 [[nodiscard]] bool may_collapse(const DynamicMesh<D>& mesh, const Cavity<D>& around, VertexId v, VertexId w);
 
@@ -124,7 +124,7 @@ template <int D>
 
 namespace camber {
 
-/// Sides identify the faces at a star's point: edges (3D) or vertices (2D).
+/// The side opposite the point identifies a face at the point: an edge (3D) or a vertex (2D).
 template <int D>
 struct SideName;
 template <>
@@ -138,20 +138,20 @@ struct SideName<3> {
 template <int D>
 using SideId = typename SideName<D>::Id;
 
-/// A star's face at the point: adjacent joined or kept faces, and the facet on it.
+/// A face at the star's point: the adjacent faces in `joined` and `kept`, and the facet on it.
 struct StarFace {
     struct Side {
         std::uint32_t of = 0;  ///< index in `joined` or `kept`
         bool kept = false;
-        std::uint8_t local = 0;  ///< joined: opposite vertex of the new element
+        std::uint8_t local = 0;  ///< joined: vertex of the new element opposite this face
     };
     std::array<Side, 2> sides{};
     std::uint32_t count = 0;            ///< number of sides; more than two is a failure
     std::uint32_t facet = 0xffffffffU;  ///< index in `facets`
 };
 
-/// The side of a face at the point. `other`: opposite local vertex of a joined face's new element; the point's local
-/// vertex in a kept face.
+/// Side of a face at the point. `other`: for a joined face, the new element's local vertex opposite the face; for a
+/// kept face, the point's local vertex.
 template <int D, class Elements, class EdgesOf>
 [[nodiscard]] SideId<D> side_without(const Elements& elements, const EdgesOf& edges_of, const ElementFace& face,
                                      int other) {
@@ -167,7 +167,7 @@ template <int D, class Elements, class EdgesOf>
     }
 }
 
-/// False if a face has more than two sides.
+/// Returns false if a face has more than two sides.
 template <int D, class Elements, class EdgesOf>
 [[nodiscard]] bool find_faces(const Elements& elements, const EdgesOf& edges_of, const Star<D>& star, VertexId point,
                               FlatMap<SideId<D>>& names, std::vector<StarFace>& faces) {
@@ -198,7 +198,7 @@ template <int D, class Elements, class EdgesOf>
 
 export namespace camber {
 
-/// Tables that `star` refills; one a thread.
+/// Reusable tables of `star`; each thread needs its own workspace.
 template <int D>
 class StarWorkspace {
   public:
@@ -209,13 +209,13 @@ class StarWorkspace {
     FlatMap<SideId<D>> names;    ///< index in `faces`
     std::vector<StarFace> faces;
     struct ToPoint {
-        bool is_there = false;     ///< exists in the cavity
-        bool is_line = false;      ///< has or gets a line
+        bool is_there = false;     ///< the edge exists in the cavity
+        bool is_line = false;      ///< the edge has or gets a line
         bool lost_facet = false;   ///< a facet of the vertex is removed
-        bool keeps_facet = false;  ///< the vertex bounds a removed patch of facets
-        std::uint8_t facets = 0;   ///< on the edge, after the operation
-        std::uint8_t before = 0;   ///< line: number before, on it or the line it continues
-        Reference reference = 0;   ///< of these
+        bool keeps_facet = false;  ///< the vertex is on the border of the removed facets
+        std::uint8_t facets = 0;   ///< number on the edge after the operation
+        std::uint8_t before = 0;   ///< for a line: number before, on it or the line that it continues
+        Reference reference = 0;   ///< of the facets
     };
     std::vector<ToPoint> to_point;
     struct OpenSide {
@@ -230,9 +230,9 @@ class StarWorkspace {
     std::vector<std::uint32_t> groups;
 };
 
-/// Empties the cavity and joins its open boundary to the point: a vertex, or invalid for a new one. Ridges come first,
-/// then facets by reference, then elements of all materials (paper §1.3). Checks topology completely: for all vertex
-/// positions, the result is a mesh with the same features. `out` is valid only if the result is `none`.
+/// Joins the open boundary of a cavity to the point, which is a vertex, or invalid for a new one. Ridges come first,
+/// then facets by reference, then elements of all materials (paper §1.3). Checks the topology completely: for all
+/// vertex positions, the result is a mesh with the same features. `out` is valid only if the result is `none`.
 template <int D>
 [[nodiscard]] StarFailure star(const DynamicMesh<D>& mesh, const Cavity<D>& cavity, VertexId point,
                                StarWorkspace<D>& workspace, Star<D>& out);
@@ -268,7 +268,7 @@ class Groups {
     std::size_t count_;
 };
 
-/// Steps of building a star; each returns its failure.
+/// Builds a star in steps. Each step returns its failure or `none`.
 template <int D>
 class Starring {
   public:
@@ -284,7 +284,7 @@ class Starring {
         Reference reference = 0;
         JoinedLine line;
     };
-    /// Stores the cavity as sets. Fails if an entity may not be removed.
+    /// Stores the cavity's entities as sets. Fails if an entity must not be removed.
     StarFailure take_parts();
     [[nodiscard]] bool is_open(ElementId e, int face) const {
         const FaceNeighbour across = mesh_.face_neighbours[e][face];
@@ -293,14 +293,14 @@ class Starring {
     }
     StarFailure open_faces();
     void collect_boundary();
-    /// Finds existing edges and vanishing vertices.
+    /// Finds vanishing vertices, and edges to the point that exist already.
     StarFailure vertices();
-    /// True if the topology stays: all elements around an inner vertex.
+    /// True if the topology does not change: the cavity is all elements around an inner vertex.
     [[nodiscard]] bool is_ball_inside() const;
     StarFailure faces_at_point();
-    /// Vertices of removed lines bound their facet patch.
+    /// Marks the ends of a removed line as vertices on the border of removed facets.
     void keep_facet_at(EdgeId edge);
-    /// Lists sides of removed facets, except those on removed lines.
+    /// Lists the sides of removed facets, except those on removed lines.
     void list_facet_sides();
     [[nodiscard]] auto vertices_of(SideId<D> side) const {
         if constexpr (D == 2)
@@ -312,39 +312,41 @@ class Starring {
         return point_.valid() && std::ranges::count(vertices_of(side), point_) > 0;
     }
     using OpenSide = typename StarWorkspace<D>::OpenSide;
-    /// True if these sides of one reference belong to an inner side of a patch.
+    /// True if these sides of one reference are inside the removed surface.
     [[nodiscard]] bool is_inside(std::span<const OpenSide> sides, std::size_t first, std::size_t last) const;
-    /// Each piece of the removed surface needs a border; closed ones would vanish.
+    /// True if each piece of removed facets has a border. A closed piece would vanish.
     [[nodiscard]] bool pieces_have_sides();
-    /// Each piece of lines needs an end that stays or is the point.
+    /// True if each piece of removed lines has an end that stays or is the point.
     [[nodiscard]] bool pieces_have_ends(std::span<const LineAt> ends);
-    /// Sides of two removed facets of one reference are inside a patch unless a line remains there. Others bound it;
-    /// faces are joined before elements (paper §1.3).
+    /// Joins border sides of removed facets to the point, before elements (paper §1.3). A side of two removed facets of
+    /// one reference is no border unless a line remains there.
     StarFailure facets();
     [[nodiscard]] Reference reference_beside(const StarFace::Side& side) const;
     static constexpr Reference nowhere = std::numeric_limits<Reference>::min();
-    /// Faces at the point have two elements, or one and a boundary facet; materials meet only at facets.
+    /// Checks that faces at the point have two elements, or one and a boundary facet, and that materials meet only at
+    /// facets.
     StarFailure faces_complete();
     [[nodiscard]] bool survives(EdgeId edge) const;
     void has_line(EdgeId edge);
     StarFailure lines();
-    /// Checks that joined faces are connected, with the V − E + F of a sphere around the point or a disc beside it (2D:
-    /// chain).
+    /// Checks that joined faces are connected, with V − E + F (Euler characteristic) of a sphere around the point or a
+    /// disc beside it (2D: chain).
     StarFailure ball_around();
-    /// True if the cavity's elements at the point are connected by faces there. Otherwise new elements would close its
-    /// surroundings to a ring, or touch only in the point.
+    /// True if faces connect the cavity's elements at the point. Otherwise new elements would close its surroundings to
+    /// a ring, or touch only in the point.
     [[nodiscard]] bool is_beside_one_part();
-    /// No new edge or face may exist outside of the cavity.
+    /// Fails if a new edge or face exists outside the cavity.
     StarFailure nothing_exists();
-    /// Counts a facet on its edges at the point. False if references differ.
+    /// Counts a facet on its edges at the point. Returns false if references on an edge without a line differ.
     [[nodiscard]] bool count_facet(const SimplexVertices<D - 1>& facet, Reference reference);
     void count_before(const SimplexVertices<D - 1>& facet);
-    /// True if lines at the point keep their number of facets, or that of the line continued. Otherwise a surface would
-    /// reach or leave a line that did not bound it (3D).
+    /// True if lines at the point have as many facets as before, or as the line that they continue. Otherwise a surface
+    /// would reach or leave a line that did not bound it (3D).
     [[nodiscard]] bool lines_keep_their_facets();
-    /// Edges without a line have no facets or two of one reference. The point is on surfaces if it was before.
+    /// Checks that edges without a line have no facets or two of one reference, and that the point remains on surfaces,
+    /// or off them.
     StarFailure surface_at_point();
-    /// Sides joined to a surface point form one chain (3D); otherwise two surfaces would meet.
+    /// True if the sides joined to a surface point form one chain (3D); otherwise two surfaces would meet.
     [[nodiscard]] bool is_one_fan();
     [[nodiscard]] bool share_a_vertex(const JoinedFacet& a, const JoinedFacet& b) const;
     void meet(Reference reference) {
@@ -352,7 +354,7 @@ class Starring {
         passing_reference_ = reference;
         ++passing_;
     }
-    /// Two lines of one reference, or none, pass through the point.
+    /// Checks that two lines of one reference, or none, pass through the point.
     StarFailure line_at_point();
     std::size_t facets_at_point_ = 0;
     std::size_t passed_before_ = 0;  ///< the number before the operation
