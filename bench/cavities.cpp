@@ -47,14 +47,14 @@ Square unit_square(const Vec<2>& sizes, const Execution& execution) {
     Square square;
     square.goal.field = must(make_back_mesh(mesh, must(balls(mesh, execution)), Column(std::move(metrics)), execution));
     square.state = must(begin_adaptation(mesh, must(unique_edges(mesh, execution)), {}, square.goal, execution));
-    square.state = must(bring_to_metric<2>(std::move(square.state), square.goal, {}, execution)).state;
+    square.state = must(remesh_to_metric<2>(std::move(square.state), square.goal, {}, execution)).state;
     return square;
 }
 
 CavityRequest<2> insertion_request(const Square& square, const Vec<2>& place) {
     CavityRequest<2> request;
     request.cavity = testing::insertion(square.state.mesh, place).value().cavity;
-    request.holders = request.cavity.elements.size();
+    request.fixed_element_count = request.cavity.elements.size();
     request.place = place;
     request.metric = {metric_of({{0.32, 0.08}}), ElementId{}};
     BentSpokes<2> spokes(square.state, square.goal);

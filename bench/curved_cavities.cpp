@@ -123,7 +123,7 @@ void split_one(const Layer& layer) {
             const FieldSample<2> sample = sample_with_recovered_gradient(layer.goal.field, request.place, {});
             request.metric = {sample.log_metric, sample.location.element};
             request.gradient = sample.gradient;
-            request.holders = request.cavity.elements.size();
+            request.fixed_element_count = request.cavity.elements.size();
             BentSpokes<2> spokes(layer.state, layer.goal);
             spokes.begin({request.place, &request.metric, &request.gradient});
             grow_delaunay(layer.state, spokes, 64, 0, request.cavity);

@@ -60,8 +60,8 @@ void print(const CurvedTally<D>& tally) {
         std::size_t rejected = 0;
         for (const std::size_t n : row.rejected) rejected += n;
         std::printf("%-23s %8zu %8zu %8zu %8zu %8zu %8zu", name_of(curved_kinds<D>()[k]).c_str(),
-                    row.accepted + rejected + row.nowhere, row.accepted, row.bowed, row.straight_inverted,
-                    row.drawn_back, row.nowhere);
+                    row.accepted + rejected + row.nowhere, row.accepted, row.bowed, row.straight_inverted, row.relaxed,
+                    row.nowhere);
         for (const R reason : reasons) {
             const std::size_t n = row.rejected[static_cast<std::size_t>(reason)];
             std::printf(" %8zu", n);

@@ -225,8 +225,8 @@ void costs() {
     });
     print_time("bent_length, metrics ready", n, [&](std::size_t i) {
         const auto& p = elements[i].nodes;
-        return bent_length<D>({elements[0].metrics[0], measures[0]}, {elements[i].metrics[1], ends[i]}, p[1] - p[0],
-                              p[D + 1] - midpoint(p[0], p[1]));
+        return quadratic_edge_length<D>({elements[0].metrics[0], measures[0]}, {elements[i].metrics[1], ends[i]},
+                                        p[1] - p[0], p[D + 1] - midpoint(p[0], p[1]));
     });
     if (sum == 0) std::printf("\n");
 }

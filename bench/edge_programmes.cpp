@@ -55,10 +55,10 @@ const std::vector<EdgeShell<3>>& rings() {
     return shells;
 }
 
-template <class Programme>
-void run(benchmark::State& state, Programme&& programme) {
+template <class Program>
+void run(benchmark::State& state, Program&& program) {
     std::size_t i = 0;
-    for (auto _ : state) benchmark::DoNotOptimize(programme(rings()[i++ % rings().size()]));
+    for (auto _ : state) benchmark::DoNotOptimize(program(rings()[i++ % rings().size()]));
     state.SetItemsProcessed(state.iterations());
 }
 
@@ -71,11 +71,11 @@ void coefficients_alone(benchmark::State& state) {
 }
 
 void highest_by_coefficients(benchmark::State& state) {
-    run(state, [](const EdgeShell<3>& s) { return highest_node(s, {.max_cuts = 0}); });
+    run(state, [](const EdgeShell<3>& s) { return max_min_node(s, {.max_cuts = 0}); });
 }
 
 void highest_with_cuts(benchmark::State& state) {
-    run(state, [](const EdgeShell<3>& s) { return highest_node(s); });
+    run(state, [](const EdgeShell<3>& s) { return max_min_node(s); });
 }
 
 QuadraticModel<3> model(const EdgeShell<3>& s, double away) {

@@ -113,7 +113,7 @@ Adaptation<3> step(const char* name, Adaptation<3> r, const Arguments& a, const 
             std::printf(" %s %zu", std::string(reason.word).c_str(), n);
     if (done.state.mesh.is_curved())
         std::printf("; straight test would reject %zu, accept %zu more; relaxed %zu, optimisation problems %zu",
-                    s.straight_inverted, s.straight_positive, s.drawn_back, s.programmes);
+                    s.straight_inverted, s.straight_positive, s.relaxed, s.optimisation_problems);
     std::printf("\n");
     print_quality(done.state, execution);
     if (a.check) check(done.state.mesh, execution);

@@ -46,17 +46,17 @@ struct Arguments {
     double size = 0, finer = 1;
     std::size_t block = 0;
     int threads = 0;
-    std::vector<BlockTurn> turns = block_turns<3>({});
+    std::vector<BlockIteration> turns = block_iterations<3>({});
 };
 
-std::vector<BlockTurn> turns_of(std::string_view text) {
-    std::vector<BlockTurn> turns;
+std::vector<BlockIteration> turns_of(std::string_view text) {
+    std::vector<BlockIteration> turns;
     while (!text.empty()) {
         const std::string one(text.substr(0, text.find(',')));
         const std::size_t colon = one.find(':');
         turns.push_back({std::strtod(one.c_str(), nullptr),
                          static_cast<int>(std::strtod(one.c_str() + colon + 1, nullptr)),
-                         one.ends_with("loose") ? BlockTurn::Lengths::loose : BlockTurn::Lengths::strict});
+                         one.ends_with("loose") ? BlockIteration::Lengths::loose : BlockIteration::Lengths::strict});
         text.remove_prefix(std::min(text.size(), one.size() + 1));
     }
     return turns;
@@ -155,14 +155,14 @@ Remeshing<3> start_remeshing(const Arguments& a, const Execution& execution) {
 
 void by_blocks(const Arguments& a, Remeshing<3> r, const Execution& execution) {
     const auto ranks = one_rank();
-    BroughtRows<3> remeshed{must(share_of(must(rows_of(r.mesh)), *ranks))};
+    RemeshedRows<3> remeshed{must(share_of(must(rows_of(r.mesh)), *ranks))};
     r.mesh = {};
-    for (const BlockTurn& turn : a.turns) {
+    for (const BlockIteration& turn : a.turns) {
         const Clock clock;
-        const InBlocks by{a.block, *ranks};
-        remeshed = must(turn_by_blocks(std::move(remeshed), r.goal, {}, by, turn, plainly(execution)));
+        const BlockRemeshing by{a.block, *ranks};
+        remeshed = must(run_block_iteration(std::move(remeshed), r.goal, {}, by, turn, without_wrapper(execution)));
         std::printf("shift %.3f, %d rounds, ", turn.shift, turn.rounds);
-        clock.print_times(turn.lengths == BlockTurn::Lengths::loose ? "loose" : "strict");
+        clock.print_times(turn.lengths == BlockIteration::Lengths::loose ? "loose" : "strict");
         const auto whole = must(assembled(remeshed.shared.rows, execution));
         const auto near = grown(whole.state.mesh, remeshed.shared.on_rim, 2);
         print_quality("near rims", measured(whole.state, near));
@@ -180,7 +180,7 @@ int main(int argc, char** argv) {
     if (a.block > 0) {
         by_blocks(a, std::move(r), execution);
     } else {
-        const auto result = must(bring_to_metric(std::move(r.mesh), r.goal, ToMetricOptions{}, execution));
+        const auto result = must(remesh_to_metric(std::move(r.mesh), r.goal, ToMetricOptions{}, execution));
         print_quality("all", measured(result.state, Buffer<std::uint8_t>(result.state.mesh.points.size(), 1)));
     }
     clock.print_times("all");

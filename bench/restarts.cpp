@@ -83,7 +83,8 @@ void costs(int n) {
     const auto logs = metrics_of<D>([&](const Vec<D>& t) { return box.metric(t); }, cells);
     const auto nodal = must(make_nodal_back_mesh(mesh, around, logs, one_thread));
     const auto straight = must(make_back_mesh(mesh.linear, around, logs.vertices, one_thread));
-    const auto curved = must(make_curved_back_mesh(mesh, around, logs.vertices, one_thread, KeptGradients::recovered));
+    const auto curved =
+        must(make_curved_back_mesh(mesh, around, logs.vertices, one_thread, StoredGradients::recovered));
     std::vector<Vec<D>> near, far, beyond;
     Dice dice(1);
     for (int k = 0; k < 200000; ++k) {

@@ -101,7 +101,7 @@ void add_words(CLI::App* verb, const std::string& name, T& value, const std::str
 /// An int, or an optional one.
 template <class T>
 void add_threads(CLI::App* verb, T& threads) {
-    add_option(verb, "--threads", threads, "Threads to use; 0: all. The result does not depend on it")
+    add_option(verb, "--threads", threads, "Number of threads; 0: all. The result does not depend on it")
         ->check(at_least<double>(0));
 }
 

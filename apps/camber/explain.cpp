@@ -33,22 +33,22 @@ struct Term {
 constexpr std::array terms{
     // the mesh
     Term{"degree",
-         "The degree of the polynomials that map an element: 1, straight; 2, curved (quadratic), with a node on each "
-         "edge. Higher degrees are not made."},
+         "The degree of the polynomials that map an element. 1: straight; 2: curved (quadratic), with a node on each "
+         "edge. Higher degrees are not supported."},
     Term{"dimension", "2: triangles in a plane. 3: tetrahedra, or triangles in space."},
     Term{"vertices|vertex|corner of elements", "The corners of the elements."},
     Term{"nodes|node", "All points that define the elements: the vertices and, with degree 2, one node on each edge."},
     Term{"elements|element|tetrahedra|triangles",
-         "The cells of the mesh: triangles in 2D, tetrahedra in 3D. Numbers of elements begin with 1, in the order of "
-         "the file."},
+         "The cells of the mesh: triangles in 2D, tetrahedra in 3D. Element numbers start at 1, in the order of the "
+         "file."},
     Term{"facets|facet|boundary triangles|boundary edges",
          "The edges (2D) or triangles (3D) of the boundary and of interfaces between materials."},
     Term{"reference|references",
-         "The number that a file gives to an element or a facet: a material, or a part of the boundary. Gmsh calls it "
-         "a physical tag, MFEM an attribute."},
+         "The number that a file assigns to an element or a facet: a material, or a part of the boundary. Gmsh calls "
+         "it a physical tag, MFEM an attribute."},
     Term{"ridge|ridges",
-         "An edge of the boundary where its facets meet at more than the ridge angle, where references change, or that "
-         "the file lists. No smooth surface goes across it."},
+         "An edge of the boundary where the angle between facets exceeds the ridge angle, where references change, or "
+         "that the file lists. No smooth surface crosses it."},
     Term{"corner|corners", "A vertex of the boundary where ridges end, branch or turn."},
     Term{"patch|patches", "A smooth part of the boundary between ridges."},
     Term{"interface|interfaces", "Facets between elements with different references."},
@@ -83,14 +83,13 @@ constexpr std::array terms{
     Term{"raised elements", "Valid elements below the target scaled Jacobian that were improved."},
     Term{"relaxed edges|relaxed|relaxed volume edges|relaxed surface edges",
          "Edges whose node is not at its target position, because an element would not be valid or good enough there."},
-    Term{"given up",
-         "Elements that repair left as they are, because the work that the option effort allows was spent."},
+    Term{"given up", "Elements that repair left invalid, because the work limit of the option effort was reached."},
     // metric
     Term{"metric",
          "A symmetric positive definite matrix at each point. It defines the requested size of elements in each "
          "direction: an edge of the requested size has length 1 in it."},
     Term{"natural|mesh-implied",
-         "The metric in which all edges of a straight element have length 1: the sizes of the mesh as it is."},
+         "The metric in which all edges of a straight element have length 1: the current sizes of the mesh."},
     Term{"complexity",
          "The integral of the square root of the metric's determinant over the mesh. A mesh of unit edges has about 12 "
          "tetrahedra, or 2.6 triangles, per unit of complexity."},
@@ -121,7 +120,7 @@ constexpr std::array terms{
          "is ambiguous if two faces are about equally near."},
     Term{"slid on geometry", "Nodes of the boundary that repair moved along the geometry."},
     Term{"suspicious places|suspicious",
-         "Places where another ridge angle changes the ridges, or that no smooth surface has: knife edges, tips of "
+         "Places where another ridge angle changes the ridges, or where no smooth surface fits: knife edges, tips of "
          "cones."},
     // solutions and interpolation
     Term{"interpolant|interpolants",
@@ -134,14 +133,14 @@ constexpr std::array terms{
     Term{"cavity|cavities committed",
          "A group of elements that an operation replaces. A committed cavity was replaced."},
     Term{"sweep|sweeps", "One pass of a method over all entities that are left to process."},
-    Term{"block|blocks", "A part of the mesh that is processed by itself, so that memory stays bounded."},
+    Term{"block|blocks", "A part of the mesh that is processed separately, to limit memory."},
     Term{"rank|ranks", "A process of MPI."},
     Term{"cycle|cycles", "One iteration of adaptation: metric, remeshing, curving, transfer, and the solver."},
     Term{"converged",
          "The error of the cycles no longer decreases by the share of the option --convergence-tolerance."},
     Term{"threads", "The number of threads that were used. The result does not depend on it."},
     Term{"time", "Wall-clock time."},
-    Term{"peak memory", "The largest memory that the process had until then."},
+    Term{"peak memory", "The largest memory of the process up to that time."},
 };
 
 char small(char c) { return static_cast<char>(std::tolower(static_cast<unsigned char>(c))); }
@@ -310,7 +309,7 @@ Outcome<std::string> explanation_of(const CLI::App& app, std::string_view word) 
     if (foreign) return fail(ErrorKind::usage, "is not an option of Camber", shortened(word), {}, foreign->remedy);
     const auto near = config::nearest_words(name, all_words(app), most_suggestions);
     return fail(ErrorKind::usage, "unknown topic", shortened(word), {},
-                near.empty() ? "camber explain without a word lists all"
+                near.empty() ? "camber explain without a word lists all words"
                              : "did you mean " + config::alternatives_text(near) + "?");
 }
 

@@ -12,7 +12,7 @@ import camber.distributed;
 
 int main(int argc, char** argv) {
     using namespace camber::app;
-    hold_standard_streams();
+    protect_standard_streams();
     try {
         const std::span<char*> arguments(argv, static_cast<std::size_t>(argc));
         return with_usual_stack([&] {
@@ -20,7 +20,7 @@ int main(int argc, char** argv) {
             return run_program(arguments, camber::one_rank());
         });
     } catch (const std::bad_alloc&) {
-        std::fputs("camber: not enough memory (give it more memory, or a smaller mesh)\n", stderr);
+        std::fputs("camber: not enough memory (use a machine with more memory, or a smaller mesh)\n", stderr);
     } catch (const std::exception& error) {
         std::fprintf(stderr, "camber: internal error: %s\n", error.what());
     }

@@ -41,7 +41,7 @@ constexpr std::array options{
     Row{"lc clmax", "Gmsh", "use camber remesh --metric SIZE"},
     Row{"clmin", "Gmsh",
         "use --min-size with camber metric or adapt, or --set 'metric_operations=[{\"bound\": {\"min_size\": SIZE}}]'"},
-    Row{"clscale", "Gmsh", "use camber remesh --complexity NUMBER: 8 times as many elements in 3D have half the size"},
+    Row{"clscale", "Gmsh", "use camber remesh --complexity NUMBER: in 3D, half the size needs 8 times the complexity"},
     Row{"clcurv", "Gmsh", "use --geometry-error DISTANCE"},
     Row{"bgm", "Gmsh", "use --metric FILE"},
     Row{"size-field sizing mesh-size target-size edge-length resolution h", "", "use camber remesh --metric SIZE"},
@@ -53,7 +53,9 @@ constexpr std::array options{
     Row{"nosurf", "Mmg", "list the triangles as RequiredTriangles in the mesh; required entities are preserved"},
     Row{"ls lag opnbdy", "Mmg", "Camber has no equivalent"},
     Row{"tol tolerance", "", "use --geometry-tolerance for boundary nodes, or --geometry-error for the boundary"},
-    Row{"step stp iges brep geo", "", "use --cad FILE.step with a mesh; Camber does not mesh a CAD model without one"},
+    Row{"step stp iges brep geo", "",
+        "use --cad FILE.step with a mesh; Camber does not generate a mesh from a CAD "
+        "model"},
     Row{"model geom cad-file", "", "use --cad FILE"},
     // degree and quality
     Row{"order degree p2 high-order highorder", "Gmsh",
@@ -62,12 +64,11 @@ constexpr std::array options{
         "use camber repair for a curved mesh, or camber remesh"},
     Row{"optim optimles", "Mmg", "use camber remesh without --metric: it preserves the sizes and improves the shapes"},
     Row{"noinsert noswap nomove", "Mmg",
-        "use a config with the stages of split, collapse, swap and smooth that are required, see camber explain "
-        "stages"},
+        "use a config with only the required stages of split, collapse, swap and smooth, see camber explain stages"},
     Row{"smooth smoothing", "Gmsh", "use camber remesh, or the stage smooth in a config"},
     Row{"refine level", "Gmsh", "use camber remesh --metric SIZE"},
     Row{"quality min-quality threshold", "", "use --min-scaled-jacobian BOUND"},
-    Row{"algo algorithm", "Gmsh", "Camber generates no mesh from a model: mesh it with gmsh first"},
+    Row{"algo algorithm", "Gmsh", "Camber does not generate a mesh from a model: mesh it with gmsh first"},
     // files
     Row{"in i input", "", "name the input mesh as the first argument, without an option"},
     Row{"out outfile output-file", "", "use -o FILE"},
@@ -82,8 +83,11 @@ constexpr std::array options{
     Row{"q silent s", "", "use --quiet"},
     Row{"m mem max-memory", "Mmg", "use --memory SIZE with camber curve"},
     Row{"setnumber setstring param", "Gmsh", "use --set PATH=VALUE, see camber explain"},
-    Row{"nopopup gui fltk", "Gmsh", "leave it out: Camber has no window; use camber report or picture to see a mesh"},
-    Row{"1 2 3", "Gmsh", "leave it out: the mesh has its dimension; Camber generates no mesh from a model"},
+    Row{"nopopup gui fltk", "Gmsh",
+        "leave it out: Camber has no graphical interface; use camber report or picture to "
+        "view a mesh"},
+    Row{"1 2 3", "Gmsh",
+        "leave it out: the dimension is that of the mesh; Camber does not generate a mesh from a model"},
     Row{"a anisotropic aniso", "Mmg", "use --metric FILE with a tensor at each vertex"},
     Row{"val", "Mmg", "use camber VERB --print-config"},
 };
@@ -176,7 +180,7 @@ Error unknown_option(const CLI::App& app, const CLI::App& verb, const std::strin
     for (std::string& option : near) option.insert(0, "--");
     std::string remedy;
     for (const std::string& other : verbs_with(app, name))
-        remedy += (remedy.empty() ? "it is one of camber " : ", ") + other;
+        remedy += (remedy.empty() ? "it is an option of camber " : ", ") + other;
     if (!near.empty())
         remedy += (remedy.empty() ? "did you mean " : "; did you mean ") + config::alternatives_text(near) + "?";
     if (!remedy.empty()) return error("is not an option of " + here, remedy);
@@ -210,12 +214,12 @@ Error error_of(const CLI::ParseError& error, const std::string& help) {
     if (what.starts_with(not_converted)) {
         const auto equals = what.find(" = ");
         where = what.substr(not_converted.size(), equals - not_converted.size());
-        what = in_quotes(what.substr(equals + 3)) + " is no whole number";
+        what = in_quotes(what.substr(equals + 3)) + " is not a whole number";
     }
     if (const auto excludes = what.find(" excludes "); excludes != std::string::npos) {
         where = what.substr(0, excludes);
-        what = "does not go with " + what.substr(excludes + 10);
-        remedy = "give one of them";
+        what = "cannot be combined with " + what.substr(excludes + 10);
+        remedy = "use only one of them";
     }
     if (const auto required = what.find(" is required"); required != std::string::npos) {
         where = what.substr(0, required) == "--output" ? "-o, --output" : what.substr(0, required);
@@ -273,10 +277,10 @@ Error usage_error(const CLI::App& app, const CLI::ParseError& error) {
     if (!has_verb && !words.front().starts_with('-')) return unknown_verb(words.front());
     if (option != words.end()) return unknown_option(app, verb, *option);
     return {ErrorKind::usage,
-            "is one argument too many",
+            "is an unexpected argument",
             shortened(words.front()),
             {},
-            "name an output with -o, quote a name with blanks; see " + help};
+            "specify an output with -o, put a name with spaces in quotes; see " + help};
 }
 
 }  // namespace camber::app

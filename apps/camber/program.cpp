@@ -32,66 +32,62 @@ constexpr std::array table{
     Verb{"curve", VerbGroup::by_blocks, "Curve a straight mesh: elevate, curve, validate, relax, commit",
          declare_curve},
     Verb{"remesh", VerbGroup::by_blocks,
-         "Bring a mesh, straight or curved, to a metric: split, collapse, swap and smooth until its edges are of unit "
+         "Adapt a straight or curved mesh to a metric: split, collapse, swap and smooth until its edges have unit "
          "length.",
          declare_remesh},
     Verb{"adapt", VerbGroup::on_one_rank,
-         "Adapt a mesh to a solution, cycle after cycle: metric, remesh, curve, transfer; and the solver in between.",
-         declare_adapt},
-    Verb{"repair", VerbGroup::on_one_rank, "Repair a curved mesh made elsewhere: validate, relax, commit.",
+         "Adapt a mesh to a solution in cycles of metric, remesh, curve, transfer and solver.", declare_adapt},
+    Verb{"repair", VerbGroup::on_one_rank, "Repair a curved mesh from another program: validate, relax, commit.",
          declare_repair},
     Verb{"metric", VerbGroup::on_one_rank,
-         "The metric that a solution asks for: of all meshes with so many elements the one that interpolates it best.",
+         "Compute the metric for a solution: a mesh with the specified number of elements then interpolates it best.",
          declare_metric},
-    Verb{"transfer", VerbGroup::on_one_rank,
-         "A solution on another mesh of the domain: on one that was remeshed, or any.", declare_transfer},
-    Verb{"convert", VerbGroup::by_blocks, "A mesh or a solution in another format.", declare_convert},
-    Verb{"generate", VerbGroup::by_blocks,
-         "A straight mesh of a shape, without a file: to try things on, and at any size.", declare_generate},
-    Verb{"plot", VerbGroup::on_one_rank, "Histograms of a run as SVG pictures, before and after correction.",
+    Verb{"transfer", VerbGroup::on_one_rank, "Transfer a solution to another mesh of the domain.", declare_transfer},
+    Verb{"convert", VerbGroup::by_blocks, "Convert a mesh or a solution to another format.", declare_convert},
+    Verb{"generate", VerbGroup::by_blocks, "Generate a straight mesh of a simple shape, at any size.",
+         declare_generate},
+    Verb{"plot", VerbGroup::on_one_rank, "Plot histograms of a run as SVG pictures, before and after correction.",
          declare_plot},
-    Verb{"picture", VerbGroup::on_one_rank, "A mesh as a picture, edges curved as they are; without a display.",
+    Verb{"picture", VerbGroup::on_one_rank, "Draw a mesh with its curved edges as a picture. No display is necessary.",
          declare_picture},
     Verb{"check", VerbGroup::on_one_rank,
-         "Is it a good mesh? Of any mesh of degree 1 or 2, made by whatever program; nothing is changed.",
+         "Check the validity and quality of a mesh of degree 1 or 2 from any program. The mesh is not changed.",
          declare_check},
     Verb{"report", VerbGroup::on_one_rank,
-         "A mesh and what check says of it as one page for a browser: its curved faces, to be turned, cut and "
-         "coloured, the worst elements, histograms, numbers. The page is one file that needs no network.",
+         "Write a mesh and the report of check as a page for a browser. It shows the curved faces, cuts, colours, the "
+         "worst elements, histograms and tables. The page is one file that needs no network.",
          declare_report},
     Verb{"geometry", VerbGroup::on_one_rank,
-         "What the boundary of a mesh is, and how far it is from a geometry. Of any mesh of degree 1 or 2; nothing is "
+         "Analyse the boundary of a mesh and its distance from a geometry. The mesh has degree 1 or 2 and is not "
          "changed.",
          declare_geometry},
-    Verb{"info", VerbGroup::data, "What a mesh or a solution file holds", declare_info},
+    Verb{"info", VerbGroup::data, "Print the contents of a mesh or solution file", declare_info},
     Verb{"explain", VerbGroup::data,
-         "Explain a word: a section, stage or source of configs, an option, a word of the tables.", declare_explain},
+         "Explain a word: a section, stage or source of configs, an option, or a word of the tables.", declare_explain},
     Verb{"help", VerbGroup::data, "Print this text, or the help of a command", declare_help},
-    Verb{"schema", VerbGroup::data, "The JSON Schema of a pipeline, for editors, or of a report", declare_schema},
+    Verb{"schema", VerbGroup::data, "Print the JSON Schema of a config, for editors, or of a report", declare_schema},
 };
 
 constexpr const char* description =
-    "Camber: curved (P2) meshes from straight ones, driven by a metric and by the geometry; always valid.\n\n"
-    "  camber curve wing.meshb -o wing-p2.meshb          curve a mesh by its own metric\n"
-    "  camber remesh wing.meshb --metric m.sol -o w.mesh bring a mesh, straight or curved, to a metric\n"
-    "  camber adapt w.mesh --field 'tanh(x/0.01)' -o v.mesh   to a solution, cycle after cycle\n"
-    "  camber repair broken-p2.meshb -o valid-p2.meshb   repair a curved mesh made elsewhere\n"
-    "  camber run configs/spheres.json                   run a pipeline\n"
-    "  camber check wing-p2.meshb                        is it a good mesh?\n"
-    "  camber report wing-p2.meshb -o wing.html          the same as a page to look at it in a browser\n"
-    "  camber geometry wing-p2.meshb --cad wing.step     what its boundary is, and how far from the model\n"
-    "  camber metric w.mesh --solution u.sol -o m.sol    the metric that a solution asks for\n"
-    "  camber transfer w.mesh new.mesh --solution u.sol -o v.sol   a solution brought to another mesh\n"
-    "  camber picture wing-p2.meshb -o wing.png          a picture, edges curved as they are\n"
-    "  camber convert wing-p2.meshb -o wing-p2.vtu       for ParaView\n"
-    "  camber generate shell -o shell.meshb              a mesh to try things on\n"
-    "  camber explain curve                              what a stage does, and its options\n";
+    "Camber converts straight meshes to curved (P2) meshes that follow a metric and a geometry. Its curved elements "
+    "are proven valid.\n\n  camber curve wing.meshb -o wing-p2.meshb          curve a mesh by its natural metric\n  "
+    "camber remesh wing.meshb --metric m.sol -o w.mesh adapt a straight or curved mesh to a metric\n  camber adapt "
+    "w.mesh --field 'tanh(x/0.01)' -o v.mesh   adapt a mesh to a solution, in cycles\n  camber repair broken-p2.meshb "
+    "-o valid-p2.meshb   repair a curved mesh from another program\n  camber run "
+    "configs/spheres.json                   run a pipeline\n  camber check wing-p2.meshb                        check "
+    "validity and quality\n  camber report wing-p2.meshb -o wing.html          write the check as a page for a "
+    "browser\n  camber geometry wing-p2.meshb --cad wing.step     boundary, and distances from the CAD model\n  camber "
+    "metric w.mesh --solution u.sol -o m.sol    compute the metric for a solution\n  camber transfer w.mesh new.mesh "
+    "--solution u.sol -o v.sol   transfer a solution to another mesh\n  camber picture wing-p2.meshb -o "
+    "wing.png          draw a picture with curved edges\n  camber convert wing-p2.meshb -o wing-p2.vtu       convert "
+    "for ParaView\n  camber generate shell -o shell.meshb              generate an example mesh\n  camber explain "
+    "curve                              explain a stage and its options\n";
 
 constexpr const char* exit_codes =
-    "Exit codes: 0 done; 1 done, but the result is not the requested one: elements are not certified valid or below "
-    "the requested scaled Jacobian, the boundary is off its geometry, walls cross, or elements overlap (check: or the "
-    "mesh has other defects); 2 bad usage or config; 3 bad input or output file; 4 not enough memory, or an internal "
-    "error; 130 interrupted. What becomes of every kind of bad input: docs/input.md.";
+    "Exit codes: 0 success; 1 the output does not meet the requirements: elements are not proven valid, or are below "
+    "the requested scaled Jacobian, the boundary is off its geometry, facets cross, or elements overlap (check: or the "
+    "mesh has other defects); 2 wrong usage or config; 3 an input or output file failed; 4 not enough memory, or an "
+    "internal error; 130 interrupted. Errors of input files: docs/input.md.";
 
 /// The parser of the program, the values that it stores, and the work of each verb in the order of the table.
 struct Program {
@@ -107,7 +103,7 @@ void add_version(CLI::App& app) {
         [&app] {
             if (app.count("--version") == 0) throw CLI::RequiresError("--verbose", "--version");
         },
-        "With --version: also print the parts of this build, and the commands that add missing ones");
+        "With --version: also print the parts of this build, and the commands that add missing parts");
     app.set_version_flag("--version", [verbose] {
         return verbose->count() == 0 ? std::string(CAMBER_VERSION) : version_text(CAMBER_VERSION, parts_of_build());
     });
@@ -117,34 +113,34 @@ void add_version(CLI::App& app) {
 void add_voice(CLI::App& verb) {
     CLI::Option* const quiet = verb.add_flag_callback(
         "--quiet", [] { set_voice(Voice::quiet); },
-        "Print errors, and why the result is not the requested one, only: no table, no notes, no progress");
+        "Print only errors, and the reasons for exit code 1: no tables, notes or progress");
     verb.add_flag_callback(
             "--verbose", [] { set_voice(Voice::verbose); },
-            "Also print details: data other than names and fields that the output's format cannot store")
+            "Also print details: data other than names and fields that the output format cannot store")
         ->excludes(quiet);
 }
 
 Program program() {
-    Program made;
-    CLI::App& app = *made.parser;
+    Program result;
+    CLI::App& app = *result.parser;
     app.formatter(std::make_shared<Help>());
     add_version(app);
     app.require_subcommand(1);
     for (const Verb& verb : verbs()) {
         CLI::App* const parser = app.add_subcommand(std::string(verb.name), std::string(verb.summary));
-        parser->set_help_all_flag("--help-all", "Print the help with all options and exit");
-        made.works.push_back(verb.declare(parser, made.call->arguments));
+        parser->set_help_all_flag("--help-all", "Print the help with all options, and exit");
+        result.works.push_back(verb.declare(parser, result.call->arguments));
         if (verb.group != VerbGroup::data) add_voice(*parser);
     }
     set_groups(app);
     app.footer(exit_codes);  // not the verbs', which take theirs when they are made
-    return made;
+    return result;
 }
 
 /// A text is the answer to --help or --version.
 Outcome<std::variant<std::unique_ptr<Call>, std::string>> parse(std::vector<std::string> words) {
-    Program made = program();
-    CLI::App& app = *made.parser;
+    Program result = program();
+    CLI::App& app = *result.parser;
     if (const auto unknown = check_words(app, words)) return fail(*unknown);
     try {
         std::ranges::reverse(words);  // the parser takes them from the end
@@ -157,17 +153,17 @@ Outcome<std::variant<std::unique_ptr<Call>, std::string>> parse(std::vector<std:
         return fail(usage_error(app, error));
     }
     const auto row = std::ranges::find(table, app.get_subcommands().front()->get_name(), &Verb::name) - table.begin();
-    made.call->verb = &table[static_cast<std::size_t>(row)];
-    made.call->work = std::move(made.works[static_cast<std::size_t>(row)]);
-    made.call->parser = std::move(made.parser);
-    return std::move(made.call);
+    result.call->verb = &table[static_cast<std::size_t>(row)];
+    result.call->work = std::move(result.works[static_cast<std::size_t>(row)]);
+    result.call->parser = std::move(result.parser);
+    return std::move(result.call);
 }
 
 /// Rejects work that each of several ranks would do as a whole. Errors: usage.
 Outcome<Done> check_ranks(const Verb& verb, const Ranks& ranks) {
     if (ranks.size() == 1 || verb.group == VerbGroup::by_blocks) return Done{};
-    return fail(ErrorKind::usage, "does not go by blocks, and so on one rank alone", std::string(verb.name), {},
-                "camber, or mpirun -n 1; threads are shared in any case");
+    return fail(ErrorKind::usage, "cannot run on several ranks", std::string(verb.name), {},
+                "run camber, or mpirun -n 1; one rank uses all threads");
 }
 
 int run_line(std::span<char*> arguments, const std::shared_ptr<Ranks>& ranks, const GraphPartitioner& partition) try {
@@ -189,9 +185,9 @@ int run_line(std::span<char*> arguments, const std::shared_ptr<Ranks>& ranks, co
 int end_together(Ranks& ranks, int code) {
     constexpr int first_of_failures = 2;
     if (ranks.size() == 1) return code;
-    const Error none{ErrorKind::internal, "a rank has ended with exit code " + std::to_string(code), {}, {}, {}};
+    const Error none{ErrorKind::internal, "a rank ended with exit code " + std::to_string(code), {}, {}, {}};
     const auto codes = gather_all<int>(
-        ranks, code < first_of_failures ? Outcome<std::vector<int>>({code}) : fail(error_not_said().value_or(none)));
+        ranks, code < first_of_failures ? Outcome<std::vector<int>>({code}) : fail(unreported_error().value_or(none)));
     if (codes) return *std::ranges::max_element(*codes);
     return code < first_of_failures ? report_error(codes.error()) : code;
 }
@@ -217,13 +213,13 @@ Outcome<std::unique_ptr<Call>> call_of(std::vector<std::string> words) {
     auto parsed = parse(std::move(words));
     if (!parsed) return fail(parsed.error());
     if (auto* const call = std::get_if<std::unique_ptr<Call>>(&*parsed)) return std::move(*call);
-    return fail(ErrorKind::usage, "is a question, and no argument", "--help");
+    return fail(ErrorKind::usage, "prints a text and is not accepted here", "--help");
 }
 
 std::string arguments_json() {
-    const Program made = program();
+    const Program result = program();
     Json json = Json::object();
-    for (const CLI::App* const verb : made.parser->get_subcommands({})) {
+    for (const CLI::App* const verb : result.parser->get_subcommands({})) {
         Json arguments = Json::array();
         for (const CLI::Option* option : verb->get_options())
             if (!option->get_single_name().starts_with("help")) arguments.push_back(described(*option));

@@ -9,7 +9,7 @@ import camber.distributed;
 import camber.mpi;
 
 int main(int argc, char** argv) {
-    camber::app::hold_standard_streams();
+    camber::app::protect_standard_streams();
     return camber::app::with_usual_stack([&] {
         if (const auto code = camber::app::cad_reader({argv, static_cast<std::size_t>(argc)})) return *code;
         const std::shared_ptr<camber::Ranks> ranks = camber::mpi_ranks(argc, argv);

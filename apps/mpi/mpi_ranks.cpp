@@ -46,7 +46,7 @@ class MpiRanks final : public Ranks {
 
   private:
     [[nodiscard]] Outcome<std::vector<Bytes>> exchanged(Outcome<std::vector<Bytes>> to) override {
-        if (ended_by_) return fail(*ended_by_);
+        if (fatal_error_) return fail(*fatal_error_);
         if (to && to->size() != size())
             to = fail(ErrorKind::internal, "there is not one message for each rank in an exchange");
         ++traffic_.rounds;
@@ -55,8 +55,8 @@ class MpiRanks final : public Ranks {
         MPI_Alltoall(sizes.data(), 1, MPI_INT64_T, coming.data(), 1, MPI_INT64_T, ranks_);
         const auto first = std::ranges::find(coming, failed);
         if (first != coming.end()) {
-            ended_by_ = error_of(static_cast<int>(first - coming.begin()), to);
-            return fail(*ended_by_);
+            fatal_error_ = error_of(static_cast<int>(first - coming.begin()), to);
+            return fail(*fatal_error_);
         }
         try {
             return moved(std::move(*to), coming);
@@ -115,7 +115,7 @@ class MpiRanks final : public Ranks {
     MPI_Comm ranks_ = MPI_COMM_NULL;
     int rank_ = 0, size_ = 1;
     Traffic traffic_;
-    std::optional<Error> ended_by_;
+    std::optional<Error> fatal_error_;
 };
 
 }  // namespace

@@ -33,39 +33,39 @@ struct Communicator {
 };
 
 struct Graph {
-    explicit Graph(MPI_Comm ranks) : is_there(SCOTCH_dgraphInit(&own, ranks) == done) {}
+    explicit Graph(MPI_Comm ranks) : is_valid(SCOTCH_dgraphInit(&own, ranks) == done) {}
     Graph(const Graph&) = delete;
     Graph(Graph&&) = delete;
     Graph& operator=(const Graph&) = delete;
     Graph& operator=(Graph&&) = delete;
     ~Graph() {
-        if (is_there) SCOTCH_dgraphExit(&own);
+        if (is_valid) SCOTCH_dgraphExit(&own);
     }
     SCOTCH_Dgraph own{};
-    bool is_there;
+    bool is_valid;
 };
 
 struct Strategy {
-    Strategy() : is_there(SCOTCH_stratInit(&own) == done) {}
+    Strategy() : is_valid(SCOTCH_stratInit(&own) == done) {}
     Strategy(const Strategy&) = delete;
     Strategy(Strategy&&) = delete;
     Strategy& operator=(const Strategy&) = delete;
     Strategy& operator=(Strategy&&) = delete;
     ~Strategy() {
-        if (is_there) SCOTCH_stratExit(&own);
+        if (is_valid) SCOTCH_stratExit(&own);
     }
     SCOTCH_Strat own{};
-    bool is_there;
+    bool is_valid;
 };
 
 /// One thread and a fixed seed make the result reproducible.
 struct Context {
     Context()
-        : is_there(SCOTCH_contextInit(&own) == done &&
+        : is_valid(SCOTCH_contextInit(&own) == done &&
                    SCOTCH_contextOptionSetNum(&own, SCOTCH_OPTIONNUMDETERMINISTIC, 1) == done &&
                    SCOTCH_contextOptionSetNum(&own, SCOTCH_OPTIONNUMRANDOMFIXEDSEED, 1) == done &&
                    SCOTCH_contextRandomClone(&own) == done && SCOTCH_contextThreadSpawn(&own, 1, nullptr) == done) {
-        if (!is_there) return;
+        if (!is_valid) return;
         SCOTCH_contextRandomSeed(&own, 1);
         SCOTCH_contextRandomReset(&own);
     }
@@ -75,7 +75,7 @@ struct Context {
     Context& operator=(Context&&) = delete;
     ~Context() { SCOTCH_contextExit(&own); }
     SCOTCH_Context own{};
-    bool is_there;
+    bool is_valid;
 };
 
 struct Arrays {
@@ -107,11 +107,11 @@ Outcome<Buffer<std::int32_t>> parts_of_graph(Ranks& ranks, const GraphRun& run, 
     Graph graph(communicator.own), bound(communicator.own);
     Strategy strategy;
     const auto rows = static_cast<SCOTCH_Num>(run.size()), arcs = static_cast<SCOTCH_Num>(arrays->neighbours.size());
-    const bool made = context.is_there && graph.is_there && bound.is_there && strategy.is_there &&
-                      SCOTCH_dgraphBuild(&graph.own, 0, rows, rows, arrays->starts.data(), nullptr, nullptr, nullptr,
-                                         arcs, arcs, arrays->neighbours.data(), nullptr, nullptr) == done &&
-                      SCOTCH_contextBindDgraph(&context.own, &graph.own, &bound.own) == done;
-    if (auto all = agreed(ranks, made ? Outcome<Done>(Done{}) : failed()); !all) return fail(all.error());
+    const bool result = context.is_valid && graph.is_valid && bound.is_valid && strategy.is_valid &&
+                        SCOTCH_dgraphBuild(&graph.own, 0, rows, rows, arrays->starts.data(), nullptr, nullptr, nullptr,
+                                           arcs, arcs, arrays->neighbours.data(), nullptr, nullptr) == done &&
+                        SCOTCH_contextBindDgraph(&context.own, &graph.own, &bound.own) == done;
+    if (auto all = agreed(ranks, result ? Outcome<Done>(Done{}) : failed()); !all) return fail(all.error());
     const bool parted =
         SCOTCH_dgraphPart(&bound.own, static_cast<SCOTCH_Num>(parts), &strategy.own, arrays->part.data()) == done;
     if (auto all = agreed(ranks, parted ? Outcome<Done>(Done{}) : failed()); !all) return fail(all.error());

@@ -36,7 +36,7 @@ template <int D>
 [[nodiscard]] double squares_between(const Adaptation<D>& r, const VertexMetric<D>& a, const VertexMetric<D>& b,
                                      const Vec<D>& chord, const Vec<D>& offset) {
     if (!r.mesh.is_curved()) return a.measure.length_squared(chord) + b.measure.length_squared(chord);
-    const double length = bent_length<D>(end_of(a), end_of(b), chord, offset);
+    const double length = quadratic_edge_length<D>(end_of(a), end_of(b), chord, offset);
     return 2 * length * length;
 }
 /// The same for an edge of the mesh in degree 2.
@@ -60,7 +60,7 @@ void fetch_edges_ahead(const Adaptation<D>& r, std::span<const ElementId> elemen
 
 /// Stack memory that suffices for most candidates.
 template <std::size_t Bytes>
-struct Room {
+struct StackMemory {
     alignas(std::max_align_t) std::array<std::byte, Bytes> bytes;
     std::pmr::monotonic_buffer_resource memory{bytes.data(), bytes.size()};
 };
@@ -81,7 +81,7 @@ class BentSpokes {
 
     void begin(const ConePoint<D>& point) {
         point_ = point;
-        has_kept_ = false;
+        has_stored_ = false;
         offsets_.clear();
         chords_.clear();
         squares_.clear();
@@ -99,8 +99,8 @@ class BentSpokes {
         offsets_.resize(to_.size());
         ends_.clear();
         for (std::size_t i = first; i < to_.size(); ++i)
-            ends_.push_back({sight_of(*point_.metric, *point_.gradient),
-                             sight_of(*to_[i].metric, r_.vertices.gradients[to_[i].vertex])});
+            ends_.push_back({end_sample_of(*point_.metric, *point_.gradient),
+                             end_sample_of(*to_[i].metric, r_.vertices.gradients[to_[i].vertex])});
         bent_edges<D>(std::span(chords_).last(added), ends_, goal_.accuracy, std::span(offsets_).last(added),
                       std::span(squares_).last(added));
         for (double& length : std::span(squares_).last(added)) length *= 2 * length;
@@ -120,7 +120,7 @@ class BentSpokes {
     }
 
     /// True if 4 times each offset is at most 0.3 of its edge's length in the point's metric.
-    [[nodiscard]] bool are_little_bent() {
+    [[nodiscard]] bool are_nearly_straight() {
         if (!r_.mesh.is_curved()) return true;
         constexpr double little = 0.3;
         for (std::size_t i = 0; i < to_.size(); ++i)
@@ -132,13 +132,13 @@ class BentSpokes {
     /// chords again; lengths use the metrics at both ends.
     void move(const ConePoint<D>& point) {
         point_ = point;
-        has_kept_ = true;
+        has_stored_ = true;
         squares_.assign(to_.size(), unknown);
     }
     void put_chord(std::size_t i, const Vec<D>& place) { chords_[i] = place - point_.place; }
 
     /// Degree 2: passes edges to a request, except likely boundary edges.
-    void give(CavityRequest<D>& request) const {
+    void set_edges(CavityRequest<D>& request) const {
         if (!r_.mesh.is_curved()) return;
         request.bent.reserve(to_.size());
         for (std::size_t i = 0; i < to_.size(); ++i)
@@ -159,7 +159,7 @@ class BentSpokes {
     [[nodiscard]] double squares(std::size_t i) {
         if (squares_[i] != unknown) return squares_[i];
         const VertexMetric<D>& there = *to_[i].metric;
-        if (r_.mesh.is_curved() && has_kept_)
+        if (r_.mesh.is_curved() && has_stored_)
             squares_[i] =
                 point_.metric->measure.length_squared(tangent(i)) + there.measure.length_squared(tangent_back(i));
         else
@@ -197,12 +197,13 @@ class BentSpokes {
     const Adaptation<D>& r_;
     const AdaptationGoal<D>& goal_;
     ConePoint<D> point_;
-    Room<usual_vertices * (sizeof(To) + 2 * sizeof(Vec<D>) + sizeof(EndSights<D>) + sizeof(double))> room_;
-    std::pmr::vector<To> to_{&room_.memory};
-    std::pmr::vector<Vec<D>> chords_{&room_.memory}, offsets_{&room_.memory};  ///< offsets: degree 2
-    std::pmr::vector<EndSights<D>> ends_{&room_.memory};
-    std::pmr::vector<double> squares_{&room_.memory};
-    bool has_kept_ = false;  ///< offsets are those of another position
+    StackMemory<usual_vertices * (sizeof(To) + 2 * sizeof(Vec<D>) + sizeof(EndSamples<D>) + sizeof(double))>
+        stack_memory_;
+    std::pmr::vector<To> to_{&stack_memory_.memory};
+    std::pmr::vector<Vec<D>> chords_{&stack_memory_.memory}, offsets_{&stack_memory_.memory};  ///< offsets: degree 2
+    std::pmr::vector<EndSamples<D>> ends_{&stack_memory_.memory};
+    std::pmr::vector<double> squares_{&stack_memory_.memory};
+    bool has_stored_ = false;  ///< offsets are those of another position
 };
 
 /// Shape of a quadratic simplex as in `ConeShapes`. `tangents[i][j]`: at i towards j, as long as a chord. `density`:
@@ -275,16 +276,16 @@ class ConeShapes {
     void place_at(VertexId v) {
         begin_at(cone_point(r_, v));
         spokes_.take_edges(edges_);
-        is_little_bent_ = spokes_.are_little_bent();
+        is_nearly_straight_ = spokes_.are_nearly_straight();
     }
     /// Computed as for nearby positions.
-    [[nodiscard]] double worst_here(VertexId v) {
-        if (is_little_bent_) place_near(cone_point(r_, v));
+    [[nodiscard]] double worst_shape(VertexId v) {
+        if (is_nearly_straight_) place_near(cone_point(r_, v));
         return worst(0);
     }
     /// Precondition: `place_at`. Moves the point; if edges bend little, keeps their offsets, which is cheap.
     void place_near(const ConePoint<D>& point) {
-        if (!is_little_bent_) return place(point);
+        if (!is_nearly_straight_) return place(point);
         spokes_.move(point);
         for (std::size_t i = 0; i < vertices_.size(); ++i) spokes_.put_chord(i, vertices_[i].place);
     }
@@ -298,16 +299,16 @@ class ConeShapes {
         if (const double first = first_shape(without); least >= 0 && !(first > least)) return first;
         // Volumes are cheap and exclude most bad positions.
         for (Face& face : faces_) {
-            face.counts = !holds(face, without);
+            face.counts = !contains(face, without);
             if (!face.counts) continue;
             face.measure = measure(face);
-            if (!(face.measure > 0) && least >= 0) return goes_first(face), 0;
+            if (!(face.measure > 0) && least >= 0) return move_to_front(face), 0;
         }
         double worst = std::numeric_limits<double>::infinity();
         for (Face& face : faces_) {
             if (!face.counts) continue;
             worst = std::min(worst, shape(face));
-            if (!(worst > least)) return goes_first(face), worst;
+            if (!(worst > least)) return move_to_front(face), worst;
         }
         return worst < std::numeric_limits<double>::infinity() ? worst : 0;  // no face remains
     }
@@ -323,7 +324,7 @@ class ConeShapes {
     [[nodiscard]] double first_shape_near(const ConePoint<D>& point) {
         Face& face = faces_.front();
         if (r_.mesh.is_curved()) {
-            if (!is_little_bent_) return std::numeric_limits<double>::infinity();
+            if (!is_nearly_straight_) return std::numeric_limits<double>::infinity();
             place_near(point);
             return first_shape({});
         }
@@ -413,7 +414,7 @@ class ConeShapes {
     [[nodiscard]] const Vec<D>& offset(const Face& face, int i, int j) const {
         return face.offsets[edge_between<D - 1>[i][j]];
     }
-    [[nodiscard]] bool holds(const Face& face, VertexId v) const {
+    [[nodiscard]] bool contains(const Face& face, VertexId v) const {
         if (!v.valid()) return false;
         bool found = false;
         for (const std::uint32_t c : face.corners) found |= vertices_[c].vertex == v;
@@ -446,7 +447,7 @@ class ConeShapes {
     {
         const Vec<3> normal = cross(spokes_.tangent(face.corners[0]), spokes_.tangent(face.corners[1]));
         const double size = norm(normal);
-        return dot(normal, face.normal) > least_facet_cosine * size * norm(face.normal) ? size : 0;
+        return dot(normal, face.normal) > min_facet_cosine * size * norm(face.normal) ? size : 0;
     }
     [[nodiscard]] double triangle_shape_of(const Face& face) const
         requires(D == 3)
@@ -458,13 +459,13 @@ class ConeShapes {
     }
     /// Infinite if it is ignored.
     [[nodiscard]] double first_shape(VertexId without) {
-        if (faces_.empty() || holds(faces_.front(), without)) return std::numeric_limits<double>::infinity();
+        if (faces_.empty() || contains(faces_.front(), without)) return std::numeric_limits<double>::infinity();
         Face& face = faces_.front();
         face.measure = measure(face);
         return face.measure > 0 ? shape(face) : 0;
     }
     /// A face that rejects one position often rejects the next.
-    void goes_first(Face& face) { std::swap(face, faces_.front()); }
+    void move_to_front(Face& face) { std::swap(face, faces_.front()); }
     /// Cheaper than finding shared edges.
     [[nodiscard]] double squares_around(Face& face) {
         if (face.squares != unknown) return face.squares;
@@ -497,14 +498,15 @@ class ConeShapes {
     static constexpr std::size_t usual_vertices = D == 3 ? 24 : 12, usual_faces = D == 3 ? 40 : 12;
 
     const Adaptation<D>& r_;
-    Room<usual_faces * sizeof(Face) + usual_vertices * (sizeof(Corner) + sizeof(VertexId) + sizeof(EdgeId))> room_;
-    std::pmr::vector<Face> faces_{&room_.memory};
-    std::pmr::vector<Corner> vertices_{&room_.memory};
-    std::size_t placed_ = 0;       ///< number of vertices with positions
-    bool is_little_bent_ = false;  ///< at the last `place_at`
-    std::pmr::vector<VertexId> vertex_ids_{&room_.memory};
+    StackMemory<usual_faces * sizeof(Face) + usual_vertices * (sizeof(Corner) + sizeof(VertexId) + sizeof(EdgeId))>
+        stack_memory_;
+    std::pmr::vector<Face> faces_{&stack_memory_.memory};
+    std::pmr::vector<Corner> vertices_{&stack_memory_.memory};
+    std::size_t placed_ = 0;           ///< number of vertices with positions
+    bool is_nearly_straight_ = false;  ///< at the last `place_at`
+    std::pmr::vector<VertexId> vertex_ids_{&stack_memory_.memory};
     /// Degree 2: edges from the vertices to the vertex opposite their last face.
-    std::pmr::vector<EdgeId> edges_{&room_.memory};
+    std::pmr::vector<EdgeId> edges_{&stack_memory_.memory};
     BentSpokes<D> spokes_;
 };
 

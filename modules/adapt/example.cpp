@@ -53,10 +53,10 @@ int main() {
         metrics[v] = log_metric_of_sizes<2>({{0.01 + 0.2 * std::abs(mesh.points[v][0] - 0.5), 0.1}});
     const AdaptationGoal<2> goal{make_back_mesh<2>(mesh, balls(mesh, all).value(), std::move(metrics), all).value(),
                                  {}};
-    auto begun = begin_adaptation(mesh, unique_edges(mesh, all).value(), {}, goal, all).value();
-    const auto [state, told] = bring_to_metric<2>(std::move(begun), goal, {}, all).value();
+    auto initial = begin_adaptation(mesh, unique_edges(mesh, all).value(), {}, goal, all).value();
+    const auto [state, statistics] = remesh_to_metric<2>(std::move(initial), goal, {}, all).value();
     std::printf("%.1f %% of the edges were of unit length, %.1f %% are; %zu triangles were %zu\n",
-                100 * told.before.unit_share(), 100 * told.after.unit_share(), told.after.elements,
-                told.before.elements);
-    return told.after.unit_share() > 0.9 ? 0 : 1;
+                100 * statistics.before.unit_share(), 100 * statistics.after.unit_share(), statistics.after.elements,
+                statistics.before.elements);
+    return statistics.after.unit_share() > 0.9 ? 0 : 1;
 }

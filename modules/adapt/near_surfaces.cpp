@@ -52,11 +52,11 @@ class Snaps final : public Pass<D> {
         if (!foot || is_at_foot(r.mesh, request.cavity, here, foot->point)) return {};
         request.point = v;
         request.place = here + share * (foot->point - here);
-        request.lies = place_after(share, *foot);
+        request.geometry_position = place_after(share, *foot);
         request.share = share;
-        ask_field(r, goal_, r.vertices.metrics[v].back, request);
+        sample_field(r, goal_, r.vertices.metrics[v].back, request);
         candidate.limits.min_shape = shape_of_quality(min_quality, D);
-        candidate.limits.below_least = BelowLeast::accepted_if_no_worse;
+        candidate.limits.below_minimum = BelowMinimum::accepted_if_no_worse;
         candidate.limits.facet_cosine = 0.2;  // present facets may be wrong
         candidate.limits.corrections = 16;
         return candidate;
@@ -99,11 +99,11 @@ enum class Approach { snap, remove, clear, split, swap };
 
 /// Relaxed limits of these operations.
 struct Concessions {
-    WallElements walls = WallElements::refused;  ///< policy for two-facet elements
-    double min_quality = 0;                      ///< of new elements, unless replaced ones are worse
-    double shortest_part = 0.3;                  ///< minimum length of new edges relative to the split edge
-    bool is_last = false;                        ///< no weaker limits follow
-    double shortest = 0;                         ///< minimum metric length of new edges
+    TwoFacetElements walls = TwoFacetElements::refused;  ///< policy for two-facet elements
+    double min_quality = 0;                              ///< of new elements, unless replaced ones are worse
+    double shortest_part = 0.3;                          ///< minimum length of new edges relative to the split edge
+    bool is_last = false;                                ///< no weaker limits follow
+    double shortest = 0;                                 ///< minimum metric length of new edges
 };
 
 struct FarFacetsSum {
@@ -202,14 +202,14 @@ class FarFacets final : public Pass<D> {
             const auto foot = foot_of(goal_, r.mesh, request.cavity, v, r.vertices.place(v).entity);
             if (!foot || is_at_foot(r.mesh, request.cavity, r.mesh.points[v], foot->point)) continue;
             candidate.limits.min_shape = shape_of_quality(may_.min_quality, D);
-            candidate.limits.below_least = BelowLeast::accepted_if_no_worse;
+            candidate.limits.below_minimum = BelowMinimum::accepted_if_no_worse;
             candidate.limits.facet_cosine = any_cosine;
             candidate.limits.corrections = 16;
             if (approach_ == Approach::snap) {
                 request.point = v;
                 request.place = foot->point;
-                request.lies = place_of(*foot);
-                ask_field(r, goal_, r.vertices.metrics[v].back, request);
+                request.geometry_position = place_of(*foot);
+                sample_field(r, goal_, r.vertices.metrics[v].back, request);
                 return candidate;
             }
             if (const VertexId into = best_neighbour(r, goal_, request.cavity, v, 0); into.valid()) {
@@ -231,9 +231,9 @@ class FarFacets final : public Pass<D> {
             if (!into.valid()) continue;
             candidate.request.join_to(r, into);
             candidate.limits.min_shape = shape_of_quality(may_.min_quality, D);
-            candidate.limits.below_least = BelowLeast::accepted_if_no_worse;
+            candidate.limits.below_minimum = BelowMinimum::accepted_if_no_worse;
             candidate.limits.facet_cosine = least_cosine;
-            candidate.limits.wall_elements = may_.walls;
+            candidate.limits.two_facet_elements = may_.walls;
             candidate.limits.corrections = 16;
             return candidate;
         }
@@ -246,7 +246,7 @@ class FarFacets final : public Pass<D> {
         auto candidate = split_candidate(r, goal_, edge, 1, {shortest, may_.min_quality});
         if (!candidate) return candidate;
         candidate->limits.facet_cosine = least_cosine;
-        candidate->limits.wall_elements = may_.walls;
+        candidate->limits.two_facet_elements = may_.walls;
         return candidate;
     }
     [[nodiscard]] std::optional<Candidate<D>> swap_of(const Adaptation<D>& r, EdgeId edge) const {
@@ -277,9 +277,9 @@ class FarFacets final : public Pass<D> {
             candidate.request.join_to(r, best);
             candidate.limits.facet_cosine = follows_surface(r, cavity, {a, b}) ? any_cosine : least_cosine;
             candidate.limits.min_shape = shape_of_quality(may_.min_quality, D);
-            candidate.limits.below_least = BelowLeast::accepted_if_no_worse;
+            candidate.limits.below_minimum = BelowMinimum::accepted_if_no_worse;
             candidate.limits.corrections = 16;
-            candidate.limits.wall_elements = may_.walls;
+            candidate.limits.two_facet_elements = may_.walls;
             return candidate;
         }
     }
@@ -343,10 +343,10 @@ Concessions first_concessions(const SplitOptions& options, BoundaryEffort effort
 }
 
 template <int D>
-Outcome<BroughtToMetric<D>> brought_within(Adaptation<D> state, const AdaptationGoal<D>& goal,
-                                           const ToMetricOptions& options, BoundaryEffort effort,
-                                           const Around& around) {
-    BroughtToMetric<D> out{std::move(state), {}};
+Outcome<RemeshResult<D>> refine_within_bounds(Adaptation<D> state, const AdaptationGoal<D>& goal,
+                                              const ToMetricOptions& options, BoundaryEffort effort,
+                                              const StepWrapper& around) {
+    RemeshResult<D> out{std::move(state), {}};
     ToMetricStatistics& s = out.statistics;
     Concessions may = first_concessions(options.split, effort);
     const auto far = [&](std::string_view name, Approach by, PassStatistics& statistics) {
@@ -377,8 +377,8 @@ Outcome<BroughtToMetric<D>> brought_within(Adaptation<D> state, const Adaptation
         constexpr double least_progress = 0.9, shortest_part = 0.1;
         const bool stays = sum->excess > least_progress * excess;
         if (sum->count == 0 || (stays && may.is_last)) break;
-        if (stays && may.walls == WallElements::refused && !out.state.mesh.is_curved())
-            may.walls = WallElements::accepted;
+        if (stays && may.walls == TwoFacetElements::refused && !out.state.mesh.is_curved())
+            may.walls = TwoFacetElements::accepted;
         else if (stays)
             may = {may.walls, 0, shortest_part, true};
         excess = sum->excess;
@@ -408,19 +408,19 @@ Outcome<std::size_t> count_far_facets(const Adaptation<D>& r, const AdaptationGo
 }
 
 template <int D>
-Outcome<BroughtToMetric<D>> bring_within_bounds(Adaptation<D> state, const AdaptationGoal<D>& goal,
-                                                const ToMetricOptions& options, BoundaryEffort effort,
-                                                const Around& around) {
+Outcome<RemeshResult<D>> refine_to_bounds(Adaptation<D> state, const AdaptationGoal<D>& goal,
+                                          const ToMetricOptions& options, BoundaryEffort effort,
+                                          const StepWrapper& around) {
     if (auto checked = check_limits(options); !checked) return fail(checked.error());
-    return guarded([&] { return brought_within(std::move(state), goal, options, effort, around); });
+    return guarded([&] { return refine_within_bounds(std::move(state), goal, options, effort, around); });
 }
 
 #define CAMBER_INSTANTIATE(D)                                                                                         \
     template Outcome<PassStatistics> snap_to_geometry<D>(Adaptation<D>&, const AdaptationGoal<D>&, const Execution&); \
     template Outcome<std::size_t> count_far_facets<D>(const Adaptation<D>&, const AdaptationGoal<D>&,                 \
                                                       const Execution&);                                              \
-    template Outcome<BroughtToMetric<D>> bring_within_bounds<D>(                                                      \
-        Adaptation<D>, const AdaptationGoal<D>&, const ToMetricOptions&, BoundaryEffort, const Around&);
+    template Outcome<RemeshResult<D>> refine_to_bounds<D>(Adaptation<D>, const AdaptationGoal<D>&,                    \
+                                                          const ToMetricOptions&, BoundaryEffort, const StepWrapper&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

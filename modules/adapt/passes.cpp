@@ -43,7 +43,7 @@ class Splits final : public Pass<D> {
         if (candidate && candidate->request.cavity.facets.empty()) candidate.reset();
         return candidate;
     }
-    [[nodiscard]] static bool has_stood(const Adaptation<D>&, EdgeId) { return false; }  // cavities grow far
+    [[nodiscard]] static bool is_cached_rejection(const Adaptation<D>&, EdgeId) { return false; }  // cavities grow far
     void follow(Adaptation<D>& r, const TopologyChanges& changes, std::vector<Task>& tasks) override {
         add_edge_tasks(r, changes, [&](double length) { return order_of(length); }, tasks);
     }
@@ -52,11 +52,11 @@ class Splits final : public Pass<D> {
     /// Splits of very long edges may make short edges, and of edges twice as long, flat elements: collapses and swaps
     /// repair these, but nothing else repairs a long edge. A point short of the geometry justifies no bad element.
     [[nodiscard]] SplitLimits limits_of(double length, double share) const {
-        constexpr double much_too_long = 2;
+        constexpr double max_overlength = 2;
         SplitLimits limits{options_.shortest, options_.min_quality};
-        if (!(length > much_too_long)) return limits;
-        limits.shortest *= much_too_long / length * (much_too_long / length);
-        if (share == 1 && length > 2 * much_too_long)
+        if (!(length > max_overlength)) return limits;
+        limits.shortest *= max_overlength / length * (max_overlength / length);
+        if (share == 1 && length > 2 * max_overlength)
             limits.bad_quality = limits.min_quality = std::min(0.02, options_.min_quality);
         return limits;
     }
@@ -99,25 +99,25 @@ std::optional<Candidate<D>> split_candidate(const Adaptation<D>& r, const Adapta
     const SurfacePoint<D> foot = on_geometry_at_edge(goal, r.mesh, edge, request.cavity.facets, request.place);
     if (share < 1 && foot.point == request.place) return {};  // the geometry is there already
     request.place += share * (foot.point - request.place);
-    request.lies = place_after(share, foot);
+    request.geometry_position = place_after(share, foot);
     if (r.mesh.point_references[a] == r.mesh.point_references[b]) request.reference = r.mesh.point_references[a];
-    ask_field(r, goal, r.vertices.metrics[a].back, request);
-    request.holders = request.cavity.elements.size();
+    sample_field(r, goal, r.vertices.metrics[a].back, request);
+    request.fixed_element_count = request.cavity.elements.size();
     // No growth removes the vertices of these elements: reject at once.
     const ConePoint<D> point{request.place, &request.metric, &request.gradient,
                              request.cavity.facets.empty() ? VertexPlace::inside : VertexPlace::surface};
     BentSpokes<D> spokes(r, goal);
-    if (nearest_of_holders(r, request, point, spokes) < limits.shortest) {
+    if (nearest_fixed_vertex(r, request, point, spokes) < limits.shortest) {
         candidate.rejected = RejectionReason::length;
         return candidate;
     }
     grow_delaunay(r, spokes, max_elements, limits.shortest, request.cavity);
-    spokes.give(request);
+    spokes.set_edges(request);
     candidate.limits.corrections = 16;
-    candidate.limits.wall_elements = WallElements::refused;
+    candidate.limits.two_facet_elements = TwoFacetElements::refused;
     candidate.limits.shortest = limits.shortest;
     candidate.limits.min_shape = shape_of_quality(limits.min_quality, D);
-    candidate.limits.below_least = BelowLeast::accepted_if_no_worse;
+    candidate.limits.below_minimum = BelowMinimum::accepted_if_no_worse;
     candidate.limits.bad_quality = limits.bad_quality;
     return candidate;
 }
@@ -154,7 +154,7 @@ class Collapses final : public Pass<D> {
             for (const ElementId e : candidate.request.cavity.elements)
                 cones.add(e, local_vertex(r.mesh.elements.vertices[e], v));
             cones.place(cone_point(r, w));
-            const bool is_long = makes_long_edge(r, candidate.request.cavity.elements, cones, v, w);
+            const bool is_long = creates_long_edge(r, candidate.request.cavity.elements, cones, v, w);
             if (is_long && best) continue;
             const double least = best && best->rejected == RejectionReason::none ? best_shape : 0;
             const double shape = is_long ? 0 : cones.worst(least, w);
@@ -166,29 +166,29 @@ class Collapses final : public Pass<D> {
                 candidate.rejected = RejectionReason::volume;
             candidate.limits.longest = options_.longest;
             candidate.limits.min_shape = shape_of_quality(options_.min_quality, D);
-            candidate.limits.below_least = BelowLeast::accepted_if_no_worse;
+            candidate.limits.below_minimum = BelowMinimum::accepted_if_no_worse;
             candidate.limits.corrections = 0;
             candidate.limits.bend_around = options_.bend_around;
-            candidate.limits.wall_elements = WallElements::refused;
+            candidate.limits.two_facet_elements = TwoFacetElements::refused;
             candidate.limits.facet_distance = options_.distance;
             best_shape = shape;
             best = std::move(candidate);
         }
         return best;
     }
-    [[nodiscard]] static bool has_stood(const Adaptation<D>& r, EdgeId e) {
-        return r.refusals.stands(AskingPass::collapse, e, std::span(r.mesh.edges[e]));
+    [[nodiscard]] static bool is_cached_rejection(const Adaptation<D>& r, EdgeId e) {
+        return r.rejection_cache.is_rejected(CachedPass::collapse, e, std::span(r.mesh.edges[e]));
     }
     void refused(Adaptation<D>& r, std::span<const Task> tasks) const override {
-        refuse<EdgeTag>(r, AskingPass::collapse, tasks, r.mesh.edges.size());
+        refuse<EdgeTag>(r, CachedPass::collapse, tasks, r.mesh.edges.size());
     }
     void follow(Adaptation<D>& r, const TopologyChanges& changes, std::vector<Task>& tasks) override {
         add_edge_tasks(r, changes, [&](double length) { return order_of(length); }, tasks);
     }
 
   private:
-    [[nodiscard]] bool makes_long_edge(const Adaptation<D>& r, const std::vector<ElementId>& around,
-                                       ConeShapes<D>& cones, VertexId v, VertexId w) const {
+    [[nodiscard]] bool creates_long_edge(const Adaptation<D>& r, const std::vector<ElementId>& around,
+                                         ConeShapes<D>& cones, VertexId v, VertexId w) const {
         std::vector<VertexId> beside{w};
         for (const ElementId e : around)
             if (const auto& vertices = r.mesh.elements.vertices[e]; local_vertex(vertices, w) >= 0)
@@ -210,8 +210,8 @@ template <int D>
 Outcome<Adapted<D>> collapse(Adaptation<D> state, const AdaptationGoal<D>& goal, const CollapseOptions& options,
                              const Execution& execution) {
     if (auto checked = check_limits(options); !checked) return fail(checked.error());
-    state.refusals.begin(AskingPass::collapse, {options.shortest, options.longest, options.min_quality,
-                                                options.distance, static_cast<double>(options.bend_around)});
+    state.rejection_cache.begin(CachedPass::collapse, {options.shortest, options.longest, options.min_quality,
+                                                       options.distance, static_cast<double>(options.bend_around)});
     return run_on_edges<D>(std::move(state), goal, Collapses<D>(goal, options), execution);
 }
 
@@ -224,7 +224,7 @@ class Removals final : public Pass<D> {
   public:
     Removals(const AdaptationGoal<D>& goal, const MendOptions& options, const Column<VertexId>& off_geometry)
         : goal_(goal),
-          wanted_(shape_of_quality(options.wanted, D)),
+          target_shape_(shape_of_quality(options.target_quality, D)),
           off_geometry_(off_geometry.begin(), off_geometry.end()) {
         std::ranges::sort(off_geometry_);
     }
@@ -234,37 +234,37 @@ class Removals final : public Pass<D> {
         std::vector<double> orders(r.mesh.points.size(), infinite_order);
         for (std::size_t e = 0; e < r.mesh.elements.size(); ++e) {
             if (r.mesh.is_free(ElementId(e))) continue;
-            const double shape = known_shape_of(r, ElementId(e));
-            if (!(shape < wanted_)) continue;
+            const double shape = cached_shape_of(r, ElementId(e));
+            if (!(shape < target_shape_)) continue;
             for (const VertexId v : r.mesh.elements.vertices[e]) orders[v.index()] = std::min(orders[v.index()], shape);
         }
         for (const VertexId v : off_geometry_) orders[v.index()] = std::min(orders[v.index()], 0.0);
         std::vector<Task> tasks;
         for (std::size_t i = 0; i < orders.size(); ++i) {
             const VertexId v(i);
-            if (orders[i] < infinite_order && !r.mesh.is_at_infinity(v) && !stands(r, v))
+            if (orders[i] < infinite_order && !r.mesh.is_at_infinity(v) && !is_rejected(r, v))
                 tasks.push_back(task(orders[i], v));
         }
         return tasks;
     }
     [[nodiscard]] std::optional<Candidate<D>> candidate(const Adaptation<D>& r, const Task& task) const override {
         const VertexId v(std::size_t{task.id});
-        if (r.mesh.is_free(v) || stands(r, v)) return {};
+        if (r.mesh.is_free(v) || is_rejected(r, v)) return {};
         Candidate<D> candidate;
         auto& [request, limits, rejected] = candidate;
         cavity_around(r.mesh, v, request.cavity);
         const double before = worst_shape_of(r, request.cavity.elements);
         const bool is_off_geometry = std::ranges::binary_search(off_geometry_, v) && is_off(r, request.cavity, v);
-        if (!(before < wanted_) && !is_off_geometry) return {};
+        if (!(before < target_shape_) && !is_off_geometry) return {};
         limits.min_shape = gain * before;
         if (is_off_geometry) {
             limits.min_shape = shape_of_quality(min_quality, D);
-            limits.below_least = BelowLeast::accepted_if_no_worse;
+            limits.below_minimum = BelowMinimum::accepted_if_no_worse;
             limits.facet_cosine = 0.2;  // present facets may be wrong
         }
         limits.longest = 2 * longest_unit_edge;
         limits.corrections = 0;
-        limits.wall_elements = WallElements::refused;
+        limits.two_facet_elements = TwoFacetElements::refused;
         limits.facet_distance = 0.2;  // as in `CollapseOptions`
         // Estimates are exact for straight elements and approximate for curved ones; worse candidates are not planned.
         const double nearly = r.mesh.is_curved() ? 0.7 : 1;
@@ -278,19 +278,19 @@ class Removals final : public Pass<D> {
         for (const ElementId e : changes.elements.created) add_tasks(r, e, tasks);
     }
     void refused(Adaptation<D>& r, std::span<const Task> tasks) const override {
-        refuse<VertexTag>(r, AskingPass::remove, tasks, r.mesh.points.size());
+        refuse<VertexTag>(r, CachedPass::remove, tasks, r.mesh.points.size());
     }
 
   private:
     static constexpr double gain = 1.02, min_quality = 0.1;
 
-    [[nodiscard]] static bool stands(const Adaptation<D>& r, VertexId v) {
-        return r.refusals.stands(AskingPass::remove, v, std::span(&v, 1));
+    [[nodiscard]] static bool is_rejected(const Adaptation<D>& r, VertexId v) {
+        return r.rejection_cache.is_rejected(CachedPass::remove, v, std::span(&v, 1));
     }
     void add_tasks(const Adaptation<D>& r, ElementId e, std::vector<Task>& tasks) const {
         if (r.mesh.is_free(e)) return;
-        const double shape = known_shape_of(r, e);
-        if (!(shape < wanted_)) return;
+        const double shape = cached_shape_of(r, e);
+        if (!(shape < target_shape_)) return;
         for (const VertexId v : r.mesh.elements.vertices[e])
             if (!r.mesh.is_at_infinity(v)) tasks.push_back(task(shape, v));
     }
@@ -302,14 +302,14 @@ class Removals final : public Pass<D> {
     }
 
     const AdaptationGoal<D>& goal_;
-    double wanted_;
+    double target_shape_;
     std::vector<VertexId> off_geometry_;  ///< sorted
 };
 
 template <int D>
 Outcome<Adapted<D>> remove_vertices(Adaptation<D> state, const AdaptationGoal<D>& goal, const MendOptions& options,
                                     const Execution& execution) {
-    state.refusals.begin(AskingPass::remove, {options.wanted});
+    state.rejection_cache.begin(CachedPass::remove, {options.target_quality});
     Removals<D> pass(goal, options, state.off_geometry);
     auto statistics = run_pass<D>(state, goal, pass, pass.tasks(state), execution);
     if (!statistics) return fail(statistics.error());
@@ -325,10 +325,10 @@ Outcome<Adapted<D>> mend(Adaptation<D> state, const AdaptationGoal<D>& goal, con
     Adapted<D> out{std::move(state), {}};
     for (int sweep = 0; sweep < options.sweeps; ++sweep) {
         const std::size_t before = out.statistics.accepted;
-        auto swapped = swap<D>(std::move(out.state), goal, {.wanted = options.wanted}, execution);
+        auto swapped = swap<D>(std::move(out.state), goal, {.target_quality = options.target_quality}, execution);
         if (!swapped) return fail(swapped.error());
         out.statistics += swapped->statistics;
-        auto moved = smooth<D>(std::move(swapped->state), goal, {.wanted = options.wanted}, execution);
+        auto moved = smooth<D>(std::move(swapped->state), goal, {.target_quality = options.target_quality}, execution);
         if (!moved) return fail(moved.error());
         out.statistics += moved->statistics;
         auto removed = remove_vertices<D>(std::move(moved->state), goal, options, execution);
@@ -343,9 +343,9 @@ Outcome<Adapted<D>> mend(Adaptation<D> state, const AdaptationGoal<D>& goal, con
 namespace {
 
 template <int D>
-class Driving {
+class PassSequence {
   public:
-    Driving(Adaptation<D> state, const AdaptationGoal<D>& goal, const Around& around)
+    PassSequence(Adaptation<D> state, const AdaptationGoal<D>& goal, const StepWrapper& around)
         : state_(std::move(state)), goal_(goal), around_(around) {}
 
     template <class Options>
@@ -375,7 +375,7 @@ class Driving {
   private:
     Adaptation<D> state_;
     const AdaptationGoal<D>& goal_;
-    const Around& around_;
+    const StepWrapper& around_;
 };
 
 bool has_converged(const UnitMeshStatistics& before, const UnitMeshStatistics& after, std::size_t changed_vertices,
@@ -386,15 +386,15 @@ bool has_converged(const UnitMeshStatistics& before, const UnitMeshStatistics& a
 }
 
 template <int D>
-Outcome<BroughtToMetric<D>> driven(Adaptation<D> state, const AdaptationGoal<D>& goal, const ToMetricOptions& options,
-                                   const Around& around) {
-    Driving<D> driving(std::move(state), goal, around);
+Outcome<RemeshResult<D>> driven(Adaptation<D> state, const AdaptationGoal<D>& goal, const ToMetricOptions& options,
+                                const StepWrapper& around) {
+    PassSequence<D> driving(std::move(state), goal, around);
     ToMetricStatistics s;
     if (auto begin = driving.measure(s.before); !begin) return fail(begin.error());
     s.after = s.before;
     bool is_converged = false;
-    CollapseOptions loose = options.collapse;
-    loose.longest = std::max(loose.longest, options.early_collapse_longest);
+    CollapseOptions relaxed_options = options.collapse;
+    relaxed_options.longest = std::max(relaxed_options.longest, options.early_collapse_longest);
     SplitOptions early_split = options.split;
     early_split.longest = std::max(early_split.longest, options.early_split_longest);
     early_split.shortest = std::max(early_split.shortest, options.early_split_shortest);
@@ -404,7 +404,7 @@ Outcome<BroughtToMetric<D>> driven(Adaptation<D> state, const AdaptationGoal<D>&
         const UnitMeshStatistics before = s.after;
         const std::size_t changes = s.collapse.accepted + s.split.accepted;
         const auto done =
-            driving.pass("collapse", &collapse<D>, is_last ? options.collapse : loose, s.collapse)
+            driving.pass("collapse", &collapse<D>, is_last ? options.collapse : relaxed_options, s.collapse)
                 .and_then([&](Done) {
                     return driving.pass("split", &split<D>, is_last ? options.split : early_split, s.split);
                 })
@@ -420,14 +420,14 @@ Outcome<BroughtToMetric<D>> driven(Adaptation<D> state, const AdaptationGoal<D>&
         return driving.measure(s.after);
     });
     if (!mended) return fail(mended.error());
-    return BroughtToMetric<D>{std::move(driving).state(), s};
+    return RemeshResult<D>{std::move(driving).state(), s};
 }
 
 }  // namespace
 
 template <int D>
-Outcome<BroughtToMetric<D>> bring_to_metric(Adaptation<D> state, const AdaptationGoal<D>& goal,
-                                            const ToMetricOptions& options, const Around& around) {
+Outcome<RemeshResult<D>> remesh_to_metric(Adaptation<D> state, const AdaptationGoal<D>& goal,
+                                          const ToMetricOptions& options, const StepWrapper& around) {
     if (auto checked = check_limits(options); !checked) return fail(checked.error());
     return guarded([&] { return driven(std::move(state), goal, options, around); });
 }
@@ -441,8 +441,8 @@ Outcome<BroughtToMetric<D>> bring_to_metric(Adaptation<D> state, const Adaptatio
                                              const Execution&);                                                     \
     template Outcome<Adapted<D>> mend<D>(Adaptation<D>, const AdaptationGoal<D>&, const MendOptions&,               \
                                          const Execution&);                                                         \
-    template Outcome<BroughtToMetric<D>> bring_to_metric<D>(Adaptation<D>, const AdaptationGoal<D>&,                \
-                                                            const ToMetricOptions&, const Around&);
+    template Outcome<RemeshResult<D>> remesh_to_metric<D>(Adaptation<D>, const AdaptationGoal<D>&,                  \
+                                                          const ToMetricOptions&, const StepWrapper&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

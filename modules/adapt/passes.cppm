@@ -1,4 +1,4 @@
-// Options and interfaces of passes, `bring_to_metric` and reinsertion.
+// Options and interfaces of passes, `remesh_to_metric` and reinsertion.
 module;
 #include <cstddef>
 #include <cstdint>
@@ -91,14 +91,16 @@ template <int D>
 /// Swaps edges and faces of elements below the target quality. The removed elements are joined to the vertex, an end or
 /// around, that improves the worst one most.
 struct SwapOptions {
-    double wanted = 0.7;
+    double target_quality = 0.7;
     double gain = 1.02;     ///< ratio of the worst qualities
     double distance = 0.2;  ///< of new facets, see `distance_from_geometry`
 
     [[nodiscard]] static constexpr auto options() {
         using S = SwapOptions;
         return std::tuple(
-            option("target_quality", &S::wanted, "elements of a better quality are not changed").above(0).at_most(1),
+            option("target_quality", &S::target_quality, "elements of a better quality are not changed")
+                .above(0)
+                .at_most(1),
             option("gain", &S::gain, "smallest ratio of the worst quality after an operation to that before")
                 .at_least(1),
             option("distance", &S::distance,
@@ -123,7 +125,7 @@ enum class SmoothedNodes : std::uint8_t {
 /// Moves inner vertices, and vertices of smooth surfaces if there is a geometry, so that edges get nearer to unit and
 /// the worst element improves. First moves vertices off the geometry onto it.
 struct SmoothOptions {
-    double wanted = 0.8;
+    double target_quality = 0.8;
     double gain = 1.01;
     int sweeps = 2;
     SmoothedNodes nodes = SmoothedNodes::objective;
@@ -131,7 +133,9 @@ struct SmoothOptions {
     [[nodiscard]] static constexpr auto options() {
         using S = SmoothOptions;
         return std::tuple(
-            option("target_quality", &S::wanted, "elements of a better quality are not changed").above(0).at_most(1),
+            option("target_quality", &S::target_quality, "elements of a better quality are not changed")
+                .above(0)
+                .at_most(1),
             option("gain", &S::gain, "smallest ratio of the worst quality after an operation to that before")
                 .at_least(1),
             option("sweeps", &S::sweeps, "number of sweeps over the vertices, and of sweeps over the nodes")
@@ -149,13 +153,15 @@ template <int D>
 
 /// Sweeps of swaps and moves for bad elements only.
 struct MendOptions {
-    double wanted = 0.5;
+    double target_quality = 0.5;
     int sweeps = 4;
 
     [[nodiscard]] static constexpr auto options() {
         using S = MendOptions;
         return std::tuple(
-            option("target_quality", &S::wanted, "elements of a better quality are not changed").above(0).at_most(1),
+            option("target_quality", &S::target_quality, "elements of a better quality are not changed")
+                .above(0)
+                .at_most(1),
             option("sweeps", &S::sweeps, "number of sweeps of swaps and moves").at_least(0).at_most(1000));
     }
     friend bool operator==(const MendOptions&, const MendOptions&) = default;
@@ -221,19 +227,19 @@ struct ToMetricStatistics {
 };
 
 template <int D>
-struct BroughtToMetric {
+struct RemeshResult {
     Adaptation<D> state;
     ToMetricStatistics statistics;
 };
 
 /// Adapts a mesh of degree 1 or 2 to a metric. Errors: options out of range, those of the passes.
 template <int D>
-[[nodiscard]] Outcome<BroughtToMetric<D>> bring_to_metric(Adaptation<D> state, const AdaptationGoal<D>& goal,
-                                                          const ToMetricOptions& options, const Around& around);
+[[nodiscard]] Outcome<RemeshResult<D>> remesh_to_metric(Adaptation<D> state, const AdaptationGoal<D>& goal,
+                                                        const ToMetricOptions& options, const StepWrapper& around);
 template <int D>
-[[nodiscard]] Outcome<BroughtToMetric<D>> bring_to_metric(Adaptation<D> state, const AdaptationGoal<D>& goal,
-                                                          const ToMetricOptions& options, const Execution& execution) {
-    return bring_to_metric(std::move(state), goal, options, plainly(execution));
+[[nodiscard]] Outcome<RemeshResult<D>> remesh_to_metric(Adaptation<D> state, const AdaptationGoal<D>& goal,
+                                                        const ToMetricOptions& options, const Execution& execution) {
+    return remesh_to_metric(std::move(state), goal, options, without_wrapper(execution));
 }
 
 /// Means to meet distance bounds: any, or only near the metric. In the latter, edges are halved once, and no element
@@ -244,9 +250,9 @@ enum class BoundaryEffort : std::uint8_t { any, near_metric };
 /// facets. Swap, smooth and mend follow within the bounds. Ends early without progress, or after `max_bound_rounds`.
 /// `statistics` has no lengths. Errors: options out of range, those of the passes.
 template <int D>
-[[nodiscard]] Outcome<BroughtToMetric<D>> bring_within_bounds(Adaptation<D> state, const AdaptationGoal<D>& goal,
-                                                              const ToMetricOptions& options, BoundaryEffort effort,
-                                                              const Around& around);
+[[nodiscard]] Outcome<RemeshResult<D>> refine_to_bounds(Adaptation<D> state, const AdaptationGoal<D>& goal,
+                                                        const ToMetricOptions& options, BoundaryEffort effort,
+                                                        const StepWrapper& around);
 inline constexpr int max_bound_rounds = 8;
 
 /// Number of facets beyond the goal's bounds (`bound_shares`). Errors: stopped.
@@ -299,7 +305,7 @@ struct ReinsertionOptions {
 };
 
 template <int D>
-struct Reinserted {
+struct ReinsertionResult {
     Proposal<D> proposal;  ///< nodes after all cavities
     PassStatistics statistics;
     std::size_t sweeps = 0;
@@ -314,9 +320,9 @@ struct Reinserted {
 /// qualities. Edges without elements move directly. The number of threads does not matter. Errors: options out of
 /// range, a proposal of another mesh, those of `make_dynamic`; stopped, memory.
 template <int D>
-[[nodiscard]] Outcome<Reinserted<D>> reinsert(const QuadraticMesh<D>& mesh, const Proposal<D>& wanted,
-                                              const BreaksOfMesh& breaks, const BackMesh<D>& field,
-                                              const ReinsertionOptions& options, const Execution& execution);
+[[nodiscard]] Outcome<ReinsertionResult<D>> reinsert(const QuadraticMesh<D>& mesh, const Proposal<D>& target,
+                                                     const BreaksOfMesh& breaks, const BackMesh<D>& field,
+                                                     const ReinsertionOptions& options, const Execution& execution);
 
 }  // namespace camber
 

@@ -33,10 +33,10 @@ bool is_origin_in_sphere(const std::array<Vec<3>, 3>& y) {
 /// Vertices near a point, each once. If the first edges bend little, the others are chords, which suffice for sphere
 /// tests; the star computes the curves of its edges.
 template <int D>
-class SeenVertices {
+class NearbyVertices {
   public:
-    SeenVertices(const Adaptation<D>& r, BentSpokes<D>& spokes)
-        : r_(r), spokes_(spokes), is_bent_(!spokes.are_little_bent()) {
+    NearbyVertices(const Adaptation<D>& r, BentSpokes<D>& spokes)
+        : r_(r), spokes_(spokes), is_bent_(!spokes.are_nearly_straight()) {
         for (std::size_t i = 0; i < spokes.size(); ++i) push(spokes.vertex(i), spokes.tangent(i));
     }
     void add(VertexId v) {
@@ -75,13 +75,14 @@ class SeenVertices {
 
 /// True if the point is inside the sphere (2D: circle) through an element's vertices, in its metric.
 template <int D>
-bool is_in_metric_sphere(const Adaptation<D>& r, ElementId e, const ConePoint<D>& point, const SeenVertices<D>& seen) {
+bool is_in_metric_sphere(const Adaptation<D>& r, ElementId e, const ConePoint<D>& point,
+                         const NearbyVertices<D>& nearby) {
     const auto& vertices = r.mesh.elements.vertices[e];
     if constexpr (D == 3)
         if (r.mesh.is_surface()) {
             std::array<Vec<3>, 3> y;
             for (int i = 0; i < 3; ++i)
-                for (int k = 0; k < 3; ++k) y[i][k] = dot(point.metric->measure.rows[k], seen.tangent(vertices[i]));
+                for (int k = 0; k < 3; ++k) y[i][k] = dot(point.metric->measure.rows[k], nearby.tangent(vertices[i]));
             return is_origin_in_sphere(y);
         }
     // In coordinates at the point where the metric is the identity, y_i are the vertices. The origin is inside their
@@ -89,7 +90,7 @@ bool is_in_metric_sphere(const Adaptation<D>& r, ElementId e, const ConePoint<D>
     std::array<Vec<D>, D + 1> y;
     std::array<double, D + 1> squares{};
     for (int i = 0; i <= D; ++i) {
-        const Vec<D> x = seen.tangent(vertices[i]);
+        const Vec<D> x = nearby.tangent(vertices[i]);
         for (int k = 0; k < D; ++k) y[i][k] = dot(point.metric->measure.rows[k], x);
         squares[i] = norm_squared(y[i]);
     }
@@ -123,10 +124,10 @@ ElementId beyond(const DynamicMesh<D>& mesh, ElementId e, int face) {
 }
 
 template <int D>
-void see_around(const DynamicMesh<D>& mesh, ElementId e, SeenVertices<D>& seen) {
-    for (const VertexId v : mesh.elements.vertices[e]) seen.add(v);
+void add_nearby(const DynamicMesh<D>& mesh, ElementId e, NearbyVertices<D>& nearby) {
+    for (const VertexId v : mesh.elements.vertices[e]) nearby.add(v);
     for (int face = 0; face <= D; ++face)
-        if (const ElementId next = beyond(mesh, e, face); next.valid()) seen.add(vertex_apart(mesh, next, e));
+        if (const ElementId next = beyond(mesh, e, face); next.valid()) nearby.add(opposite_vertex(mesh, next, e));
 }
 
 }  // namespace
@@ -136,17 +137,17 @@ void grow_delaunay(const Adaptation<D>& r, BentSpokes<D>& spokes, std::size_t mo
                    Cavity<D>& cavity) {
     auto& elements = cavity.elements;
     const ConePoint<D>& point = spokes.point();
-    SeenVertices<D> seen(r, spokes);
-    std::size_t seen_around = 0;  // number of elements
+    NearbyVertices<D> nearby(r, spokes);
+    std::size_t expanded = 0;  // number of elements
     for (std::size_t i = 0; i < elements.size() && elements.size() < most; ++i) {
-        if (i == seen_around) {
-            for (; seen_around < elements.size(); ++seen_around) see_around(r.mesh, elements[seen_around], seen);
-            seen.bend();
+        if (i == expanded) {
+            for (; expanded < elements.size(); ++expanded) add_nearby(r.mesh, elements[expanded], nearby);
+            nearby.bend();
         }
         for (int face = 0; face <= D && elements.size() < most; ++face) {
             const ElementId next = beyond(r.mesh, elements[i], face);
-            if (!next.valid() || is_among(elements, next) || !is_in_metric_sphere(r, next, point, seen)) continue;
-            if (!(seen.length(vertex_apart(r.mesh, next, elements[i])) < shortest)) join(r.mesh, cavity, next);
+            if (!next.valid() || is_among(elements, next) || !is_in_metric_sphere(r, next, point, nearby)) continue;
+            if (!(nearby.length(opposite_vertex(r.mesh, next, elements[i])) < shortest)) join(r.mesh, cavity, next);
         }
     }
 }
@@ -177,7 +178,7 @@ class Reinsertions final : public Pass<D> {
     [[nodiscard]] std::vector<Task> tasks(const Adaptation<D>& r) {
         std::vector<std::uint8_t> is_short(r.mesh.points.size(), 0);
         for (std::size_t e = 0; e < r.mesh.edges.size(); ++e)
-            if (r.mesh.nodes[e] != goal_.wanted[e])
+            if (r.mesh.nodes[e] != goal_.target_nodes[e])
                 for (const VertexId v : r.mesh.edges[e]) is_short[v.index()] = 1;
         std::vector<Task> tasks;
         for (std::size_t v = 0; v < is_short.size(); ++v)
@@ -205,13 +206,13 @@ class Reinsertions final : public Pass<D> {
         cavity_of_vertex(r.mesh, v, candidate.request.cavity);
         candidate.request.join_to(r, v);
         candidate.request.share = share;
-        candidate.limits.below_least = BelowLeast::accepted_if_no_worse;
+        candidate.limits.below_minimum = BelowMinimum::accepted_if_no_worse;
         candidate.limits.min_jacobian = std::max(options_.target, options_.min_scaled_jacobian);
         candidate.limits.lowest_jacobian = options_.min_scaled_jacobian;
-        candidate.limits.invalid_before = InvalidBefore::may_stay;
+        candidate.limits.invalid_replacement = InvalidReplacement::may_stay;
         candidate.limits.facet_cosine = any_facet;
         candidate.limits.corrections = 0;
-        candidate.limits.node_gain = NodeGain::asked;
+        candidate.limits.node_gain = NodeGain::requested;
         candidate.limits.approaching = is_approaching_ ? max_approaching : 0;
         return candidate;
     }
@@ -224,81 +225,84 @@ class Reinsertions final : public Pass<D> {
 };
 
 template <int D>
-Proposal<D> proposal_of(const QuadraticMesh<D>& mesh, const DynamicMesh<D>& made, const Proposal<D>& wanted) {
+Proposal<D> proposal_of(const QuadraticMesh<D>& mesh, const DynamicMesh<D>& result,
+                        const Proposal<D>& target_proposal) {
     Buffer<EdgeChange> changes(mesh.edges.size());
     for (std::size_t e = 0; e < changes.size(); ++e)
-        changes[e] = made.nodes[e] == wanted.mid_nodes[e] ? wanted.changes[e] : EdgeChange::relaxed;
-    return {mesh.linear.points, made.nodes, wanted.kinds, std::move(changes)};
+        changes[e] = result.nodes[e] == target_proposal.mid_nodes[e] ? target_proposal.changes[e] : EdgeChange::relaxed;
+    return {mesh.linear.points, result.nodes, target_proposal.kinds, std::move(changes)};
 }
 
 /// Edges without elements (of facets alone) get their targets directly.
 template <int D>
-QuadraticMesh<D> with_bare_edges(QuadraticMesh<D> mesh, const Column<LagrangeNode<D>>& wanted) {
-    std::vector<std::uint8_t> is_held(mesh.edges.size(), 0);
+QuadraticMesh<D> with_bare_edges(QuadraticMesh<D> mesh, const Column<LagrangeNode<D>>& target_proposal) {
+    std::vector<std::uint8_t> is_fixed(mesh.edges.size(), 0);
     for (const auto& edges : mesh.edges.of_elements)
-        for (const EdgeId e : edges) is_held[e.index()] = 1;
-    if (std::ranges::find(is_held, std::uint8_t{0}) == is_held.end()) return mesh;
+        for (const EdgeId e : edges) is_fixed[e.index()] = 1;
+    if (std::ranges::find(is_fixed, std::uint8_t{0}) == is_fixed.end()) return mesh;
     auto nodes = take(std::move(mesh.mid_nodes));
     for (std::size_t e = 0; e < nodes.size(); ++e)
-        if (is_held[e] == 0) nodes[e] = wanted[e];
+        if (is_fixed[e] == 0) nodes[e] = target_proposal[e];
     mesh.mid_nodes = std::move(nodes);
     return mesh;
 }
 
 template <int D>
-Outcome<Reinserted<D>> reinserted(const QuadraticMesh<D>& mesh, const Proposal<D>& wanted, const BreaksOfMesh& breaks,
-                                  const BackMesh<D>& field, const ReinsertionOptions& options,
-                                  const Execution& execution) {
+Outcome<ReinsertionResult<D>> reinserted(const QuadraticMesh<D>& mesh, const Proposal<D>& target_proposal,
+                                         const BreaksOfMesh& breaks, const BackMesh<D>& field,
+                                         const ReinsertionOptions& options, const Execution& execution) {
     AdaptationGoal<D> goal{field, {}};
-    goal.wanted = wanted.mid_nodes;
-    auto begun = begin_adaptation(mesh, breaks, goal, part_of(execution, 0, 0.05));
-    if (!begun) return fail(begun.error());
-    Reinserted<D> out;
-    Reinsertions<D> pass(*begun, goal, options);
-    std::vector<Task> tasks = pass.tasks(*begun);
+    goal.target_nodes = target_proposal.mid_nodes;
+    auto initial = begin_adaptation(mesh, breaks, goal, part_of(execution, 0, 0.05));
+    if (!initial) return fail(initial.error());
+    ReinsertionResult<D> out;
+    Reinsertions<D> pass(*initial, goal, options);
+    std::vector<Task> tasks = pass.tasks(*initial);
     constexpr int max_approaching_sweeps = 10;  // with diminishing gain
     int approaching_sweeps = 0;
     while (static_cast<int>(out.sweeps) < options.max_sweeps) {
-        if (tasks.empty() && pass.begin_approaching()) tasks = pass.tasks(*begun);
+        if (tasks.empty() && pass.begin_approaching()) tasks = pass.tasks(*initial);
         if (pass.is_approaching() && approaching_sweeps++ == max_approaching_sweeps) tasks.clear();
         if (tasks.empty()) break;
-        auto statistics = run_pass<D>(*begun, goal, pass, std::move(tasks), part_of(execution, 0.05, 1));
+        auto statistics = run_pass<D>(*initial, goal, pass, std::move(tasks), part_of(execution, 0.05, 1));
         if (!statistics) return fail(statistics.error());
         out.statistics += *statistics;
         ++out.sweeps;
-        tasks = pass.tasks(*begun);
+        tasks = pass.tasks(*initial);
     }
     out.left = tasks.size();
-    out.proposal = proposal_of(mesh, begun->mesh, wanted);
+    out.proposal = proposal_of(mesh, initial->mesh, target_proposal);
     return out;
 }
 
 }  // namespace
 
 template <int D>
-Outcome<Reinserted<D>> reinsert(const QuadraticMesh<D>& mesh, const Proposal<D>& wanted, const BreaksOfMesh& breaks,
-                                const BackMesh<D>& field, const ReinsertionOptions& options,
-                                const Execution& execution) {
+Outcome<ReinsertionResult<D>> reinsert(const QuadraticMesh<D>& mesh, const Proposal<D>& target_proposal,
+                                       const BreaksOfMesh& breaks, const BackMesh<D>& field,
+                                       const ReinsertionOptions& options, const Execution& execution) {
     const std::size_t n = mesh.edges.size();
-    if (wanted.mid_nodes.size() != n || wanted.kinds.size() != n || wanted.changes.size() != n)
+    if (target_proposal.mid_nodes.size() != n || target_proposal.kinds.size() != n ||
+        target_proposal.changes.size() != n)
         return fail(ErrorKind::internal, "reinsert needs a target node for each of the " + std::to_string(n) +
-                                             " edges, not " + std::to_string(wanted.mid_nodes.size()));
+                                             " edges, not " + std::to_string(target_proposal.mid_nodes.size()));
     if (auto checked = check_limits(options); !checked) return fail(checked.error());
-    return guarded([&]() -> Outcome<Reinserted<D>> {
-        const QuadraticMesh<D> begin = with_bare_edges(mesh, wanted.mid_nodes);
+    return guarded([&]() -> Outcome<ReinsertionResult<D>> {
+        const QuadraticMesh<D> begin = with_bare_edges(mesh, target_proposal.mid_nodes);
         if (mesh.linear.elements.size() == 0) {  // standalone surface
-            Reinserted<D> out;
-            out.proposal = {mesh.linear.points, begin.mid_nodes, wanted.kinds, wanted.changes};
+            ReinsertionResult<D> out;
+            out.proposal = {mesh.linear.points, begin.mid_nodes, target_proposal.kinds, target_proposal.changes};
             return out;
         }
-        return reinserted(begin, wanted, breaks, field, options, execution);
+        return reinserted(begin, target_proposal, breaks, field, options, execution);
     });
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                                     \
-    template void grow_delaunay<D>(const Adaptation<D>&, BentSpokes<D>&, std::size_t, double, Cavity<D>&);        \
-    template Outcome<Reinserted<D>> reinsert<D>(const QuadraticMesh<D>&, const Proposal<D>&, const BreaksOfMesh&, \
-                                                const BackMesh<D>&, const ReinsertionOptions&, const Execution&);
+#define CAMBER_INSTANTIATE(D)                                                                              \
+    template void grow_delaunay<D>(const Adaptation<D>&, BentSpokes<D>&, std::size_t, double, Cavity<D>&); \
+    template Outcome<ReinsertionResult<D>> reinsert<D>(const QuadraticMesh<D>&, const Proposal<D>&,        \
+                                                       const BreaksOfMesh&, const BackMesh<D>&,            \
+                                                       const ReinsertionOptions&, const Execution&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

@@ -26,7 +26,7 @@ namespace {
 
 /// True if a step leaves all facets in their planes.
 template <int D>
-bool keeps_planes(const DynamicMesh<D>& mesh, const std::vector<FacetId>& facets, const Vec<D>& step) {
+bool stays_in_planes(const DynamicMesh<D>& mesh, const std::vector<FacetId>& facets, const Vec<D>& step) {
     constexpr double parallel = 1e-10;  // for rounding of coordinates in thin facets
     return std::ranges::all_of(facets, [&](FacetId f) {
         if (mesh.is_at_infinity(f)) return true;
@@ -36,7 +36,7 @@ bool keeps_planes(const DynamicMesh<D>& mesh, const std::vector<FacetId>& facets
 }
 
 /// True if the lines are straight along a step.
-bool keeps_lines(const DynamicMesh<3>& mesh, const std::vector<LineId>& lines, const Vec<3>& step) {
+bool stays_on_lines(const DynamicMesh<3>& mesh, const std::vector<LineId>& lines, const Vec<3>& step) {
     constexpr double parallel = 1e-9;
     return std::ranges::all_of(lines, [&](LineId line) {
         const auto& [a, b] = mesh.edges[mesh.lines[line]];
@@ -48,7 +48,7 @@ bool keeps_lines(const DynamicMesh<3>& mesh, const std::vector<LineId>& lines, c
 template <int D>
 struct BoundaryPlace {
     Vec<D> point;
-    GeometryPlace lies = {};
+    GeometryPosition geometry_position = {};
 };
 template <int D>
 BoundaryPlace<D> boundary_place(const SurfacePoint<D>& on) {
@@ -59,23 +59,23 @@ BoundaryPlace<D> boundary_place(const SurfacePoint<D>& on) {
 template <int D>
 std::optional<BoundaryPlace<D>> place_on_surface(const AdaptationGoal<D>& goal, const DynamicMesh<D>& mesh,
                                                  const Cavity<D>& around, const Vec<D>& here,
-                                                 const GeometryEntity& known, const Vec<D>& wanted) {
+                                                 const GeometryEntity& known, const Vec<D>& target) {
     const FacetId f = around.facets.front();
     if (goal.geometry && (*goal.geometry)->has_surface_at(site_of(mesh, f)))
-        return boundary_place(on_geometry_at_facet(goal, mesh, f, known, wanted));
+        return boundary_place(on_geometry_at_facet(goal, mesh, f, known, target));
     const Plane<D> plane{here, normalised(facet_normal(corners_of(mesh, f)))};
-    const Vec<D> place = slid_within(plane, here, wanted - here);
-    if (!keeps_planes(mesh, around.facets, place - here)) return {};
+    const Vec<D> place = slid_within(plane, here, target - here);
+    if (!stays_in_planes(mesh, around.facets, place - here)) return {};
     return BoundaryPlace<D>{place};
 }
 
 /// Moves along the edge that the step follows, then to the geometry. If that changes nothing, moves only along straight
 /// lines and planes.
 std::optional<BoundaryPlace<3>> place_on_line(const AdaptationGoal<3>& goal, const DynamicMesh<3>& mesh,
-                                              const Cavity<3>& around, VertexId v, const Vec<3>& wanted) {
+                                              const Cavity<3>& around, VertexId v, const Vec<3>& target) {
     if (around.lines.size() != 2) return {};
     const Vec<3> here = mesh.points[v];
-    const Vec<3> step = wanted - here;
+    const Vec<3> step = target - here;
     constexpr double most = 0.5;  // of the edge
     std::optional<BoundaryPlace<3>> place;
     double farthest = 0;
@@ -92,8 +92,8 @@ std::optional<BoundaryPlace<3>> place_on_line(const AdaptationGoal<3>& goal, con
         place = boundary_place(on_geometry_at_edge(goal, mesh, edge, facets, on_chord));
         constexpr double rounding = 1e-12;
         const bool is_straight = distance(place->point, on_chord) <= rounding * norm(along);
-        if (is_straight &&
-            !(keeps_planes(mesh, around.facets, on_chord - here) && keeps_lines(mesh, around.lines, on_chord - here)))
+        if (is_straight && !(stays_in_planes(mesh, around.facets, on_chord - here) &&
+                             stays_on_lines(mesh, around.lines, on_chord - here)))
             place.reset();
     }
     return place;
@@ -103,12 +103,12 @@ std::optional<BoundaryPlace<3>> place_on_line(const AdaptationGoal<3>& goal, con
 template <int D>
 std::optional<BoundaryPlace<D>> place_for(const AdaptationGoal<D>& goal, const DynamicMesh<D>& mesh,
                                           const Cavity<D>& around, VertexId v, const GeometryEntity& known,
-                                          const Vec<D>& wanted) {
+                                          const Vec<D>& target) {
     switch (mesh.states[v].place) {
-        case VertexPlace::inside: return BoundaryPlace<D>{wanted};
-        case VertexPlace::surface: return place_on_surface(goal, mesh, around, mesh.points[v], known, wanted);
+        case VertexPlace::inside: return BoundaryPlace<D>{target};
+        case VertexPlace::surface: return place_on_surface(goal, mesh, around, mesh.points[v], known, target);
         case VertexPlace::line:
-            if constexpr (D == 3) return place_on_line(goal, mesh, around, v, wanted);
+            if constexpr (D == 3) return place_on_line(goal, mesh, around, v, target);
             return {};
         case VertexPlace::corner:
         case VertexPlace::infinity: return {};
@@ -121,7 +121,7 @@ class Moves final : public Pass<D> {
   public:
     Moves(const Adaptation<D>& r, const AdaptationGoal<D>& goal, const SmoothOptions& options)
         : goal_(goal),
-          wanted_(wanted_shape(r, options.wanted)),
+          target_shape_(target_shape(r, options.target_quality)),
           gain_(shape_of_quality(options.gain, D)),
           poor_(shape_of_quality(0.3, D)),
           worst_(shape_of_quality(0.2, D)) {}
@@ -134,8 +134,8 @@ class Moves final : public Pass<D> {
         CavityRequest<D>& request = candidate.request;
         PatchLimits& limits = candidate.limits;
         cavity_around(r.mesh, v, request.cavity);
-        const double before = worst_known_shape_of(r, request.cavity.elements);
-        if (!(before < wanted_)) return {};
+        const double before = worst_cached_shape_of(r, request.cavity.elements);
+        if (!(before < target_shape_)) return {};
         ConeShapes<D> cones(r, goal_);
         fetch_edges_ahead(r, request.cavity.elements);
         for (const ElementId e : request.cavity.elements) cones.add(e, local_vertex(r.mesh.elements.vertices[e], v));
@@ -143,7 +143,7 @@ class Moves final : public Pass<D> {
         cones.begin_with(worst);
         cones.place_at(v);
         const Vec<D> centre = centre_of_unit_edges(r, request.cavity, cones, v);  // while the cones are at v
-        const double here = r.mesh.is_curved() ? cones.worst_here(v) : std::max(before, 0.0);
+        const double here = r.mesh.is_curved() ? cones.worst_shape(v) : std::max(before, 0.0);
         BestPlace best{{}, {}, gain_ * here};
         const double least = best.shape;
         const auto look = [&](const Vec<D>& target, double share) {
@@ -162,29 +162,29 @@ class Moves final : public Pass<D> {
         if (!(best.shape > least)) return {};
         request.point = v;
         request.place = best.place.point;
-        request.lies = best.place.lies;
+        request.geometry_position = best.place.geometry_position;
         request.metric = best.metric;
-        if (r.mesh.is_curved()) ask_field(r, goal_, best.metric.back, request);
+        if (r.mesh.is_curved()) sample_field(r, goal_, best.metric.back, request);
         limits.min_shape = gain_ * before;
         limits.corrections = 0;
         return candidate;
     }
     void follow(Adaptation<D>& r, const TopologyChanges& changes, std::vector<Task>&) override {
-        know_shapes<D>(r, changes.elements.created);
+        compute_shapes<D>(r, changes.elements.created);
     }
     void refused(Adaptation<D>& r, std::span<const Task> tasks) const override {
-        refuse<VertexTag>(r, AskingPass::smooth, tasks, r.mesh.points.size());
+        refuse<VertexTag>(r, CachedPass::smooth, tasks, r.mesh.points.size());
     }
     /// Vertices of elements below the target quality, except cached rejections.
     [[nodiscard]] std::vector<Task> tasks(const Adaptation<D>& r) const {
-        std::vector<std::uint8_t> is_asked(r.mesh.points.size(), 0);
+        std::vector<std::uint8_t> is_requested(r.mesh.points.size(), 0);
         for (std::size_t e = 0; e < r.mesh.elements.size(); ++e)
-            if (!r.mesh.is_free(ElementId(e)) && r.shapes[e] < wanted_)
-                for (const VertexId v : r.mesh.elements.vertices[e]) is_asked[v.index()] = 1;
+            if (!r.mesh.is_free(ElementId(e)) && r.shapes[e] < target_shape_)
+                for (const VertexId v : r.mesh.elements.vertices[e]) is_requested[v.index()] = 1;
         std::vector<Task> tasks;
-        for (std::size_t i = 0; i < is_asked.size(); ++i) {
+        for (std::size_t i = 0; i < is_requested.size(); ++i) {
             const VertexId v(i);
-            if (is_asked[i] != 0 && !r.refusals.stands(AskingPass::smooth, v, std::span(&v, 1)))
+            if (is_requested[i] != 0 && !r.rejection_cache.is_rejected(CachedPass::smooth, v, std::span(&v, 1)))
                 tasks.push_back(task(0, v));
         }
         return tasks;
@@ -206,9 +206,9 @@ class Moves final : public Pass<D> {
         return !state.marks.has(Mark::required) && !state.marks.has(Mark::frozen) && state.place != VertexPlace::corner;
     }
     void look_at(const Adaptation<D>& r, const Cavity<D>& around, ConeShapes<D>& cones, VertexId v,
-                 const Vec<D>& wanted, BestPlace& best) const {
+                 const Vec<D>& target, BestPlace& best) const {
         const std::optional<BoundaryPlace<D>> place =
-            place_for(goal_, r.mesh, around, v, r.vertices.place(v).entity, wanted);
+            place_for(goal_, r.mesh, around, v, r.vertices.place(v).entity, target);
         if (!place) return;
         ConePoint<D> point = cone_point(r, v);  // the gradient is accurate enough
         point.place = place->point;
@@ -221,7 +221,7 @@ class Moves final : public Pass<D> {
         if (shape > best.shape) best = {*place, metric, shape};
     }
     /// Metric near v. Degree 2: first order by the gradient, which spares a search in curved elements; the request
-    /// samples the field (`ask_field`).
+    /// samples the field (`sample_field`).
     [[nodiscard]] VertexMetric<D> metric_near(const Adaptation<D>& r, VertexId v, const Vec<D>& place) const {
         const VertexMetric<D>& here = r.vertices.metrics[v];
         if (r.mesh.is_curved()) {
@@ -272,12 +272,14 @@ class Moves final : public Pass<D> {
         const Vec<3>& b = r.mesh.points[triangle[(local + 2) % 3]];
         const Vec<3>& here = r.mesh.points[v];
         const auto& rows = r.vertices.metrics[v].measure.rows;
-        const auto seen = [&](const Vec<3>& x) { return Vec<3>{{dot(rows[0], x), dot(rows[1], x), dot(rows[2], x)}}; };
+        const auto in_metric = [&](const Vec<3>& x) {
+            return Vec<3>{{dot(rows[0], x), dot(rows[1], x), dot(rows[2], x)}};
+        };
         // Direction of the present height, with the length of the regular one.
-        const Vec<3> edge = seen(b - a);
-        const double share = dot(edge, seen(here - a)) / norm_squared(edge);
+        const Vec<3> edge = in_metric(b - a);
+        const double share = dot(edge, in_metric(here - a)) / norm_squared(edge);
         const Vec<3> height = here - (a + share * (b - a));
-        return midpoint(a, b) + (std::sqrt(3.0) / 2 * norm(edge) / norm(seen(height))) * height;
+        return midpoint(a, b) + (std::sqrt(3.0) / 2 * norm(edge) / norm(in_metric(height))) * height;
     }
     /// Mean of the positions that give each edge unit length from its other end, weighted by its elements (surface:
     /// facets). Boundary vertices use only edges of their facets, line vertices only their lines.
@@ -319,7 +321,7 @@ class Moves final : public Pass<D> {
     }
 
     const AdaptationGoal<D>& goal_;
-    double wanted_, gain_, poor_, worst_;  ///< shapes
+    double target_shape_, gain_, poor_, worst_;  ///< shapes
 };
 
 }  // namespace
@@ -331,8 +333,8 @@ Outcome<Adapted<D>> smooth(Adaptation<D> state, const AdaptationGoal<D>& goal, c
     return guarded([&]() -> Outcome<Adapted<D>> {
         const auto snap = snap_to_geometry(state, goal, without_progress(execution));
         if (!snap) return fail(snap.error());
-        if (auto known = know_shapes(state, without_progress(execution)); !known) return fail(known.error());
-        state.refusals.begin(AskingPass::smooth, {options.wanted, options.gain});
+        if (auto known = compute_shapes(state, without_progress(execution)); !known) return fail(known.error());
+        state.rejection_cache.begin(CachedPass::smooth, {options.target_quality, options.gain});
         Moves<D> pass(state, goal, options);
         Adapted<D> out{std::move(state), *snap};
         for (int sweep = 0; sweep < options.sweeps; ++sweep) {
@@ -386,8 +388,8 @@ Incidence<ElementId> free_shells(const DynamicMesh<D>& mesh) {
 template <int D>
 class NodeSweeps {
   public:
-    NodeSweeps(Adaptation<D>& r, double wanted)
-        : r_(r), wanted_(wanted), shells_(free_shells(r.mesh)), schedule_(r.mesh.elements.size()) {
+    NodeSweeps(Adaptation<D>& r, double target)
+        : r_(r), target_shape_(target), shells_(free_shells(r.mesh)), schedule_(r.mesh.elements.size()) {
         for (std::size_t e = 0; e < r.mesh.edges.size(); ++e)
             if (!shells_[e].empty()) edges_.emplace_back(e);
         std::ranges::sort(edges_, {}, [](EdgeId e) { return spread_rank(e); });
@@ -402,7 +404,7 @@ class NodeSweeps {
                 now.push_back(e);
         touched_.assign(touched_.size(), 0);
         NodeMoves moves;
-        auto done = in_rounds(
+        auto done = run_in_rounds(
             schedule_, std::move(now), execution, [](EdgeId) { return false; },
             [&](EdgeId e) { return Claim(shells_[e]); },
             [&](std::span<const EdgeId> edges) { return move_all(edges, execution, moves); });
@@ -445,7 +447,7 @@ class NodeSweeps {
         shell.begin(r_.mesh.nodes[edge].point,
                     LogMetric<D>{0.5 * (r_.vertices.metrics[a].log_metric.l + r_.vertices.metrics[b].log_metric.l)});
         const NodePlace<D> here = shell.at({});
-        if (!(here.worst > 0 && here.worst < wanted_) || !bound(shell)) return {};
+        if (!(here.worst > 0 && here.worst < target_shape_) || !bound(shell)) return {};
         NodePlace<D> there = shell.better(here);
         for (int halving = 0; halving < 6 && is_gain(here, there); ++halving) {
             if (auto moved = shell.judged(edge, there.point)) return {true, moved};
@@ -487,7 +489,7 @@ class NodeSweeps {
     }
 
     Adaptation<D>& r_;
-    double wanted_;  ///< a quality
+    double target_shape_;  ///< a quality
     Incidence<ElementId> shells_;
     Schedule schedule_;
     std::vector<EdgeId> edges_;
@@ -501,7 +503,7 @@ Outcome<NodeMoves> smooth_nodes(Adaptation<D>& r, const SmoothOptions& options, 
     if (auto checked = check_limits(options); !checked) return fail(checked.error());
     if (!r.mesh.is_curved()) return NodeMoves{};
     return guarded([&]() -> Outcome<NodeMoves> {
-        NodeSweeps<D> sweeps(r, options.wanted);
+        NodeSweeps<D> sweeps(r, options.target_quality);
         NodeMoves all;
         for (int sweep = 0; sweep < options.sweeps; ++sweep) {
             const auto moves = sweeps.sweep(execution);

@@ -31,16 +31,16 @@ class Swaps final : public Pass<D> {
     Swaps(const Adaptation<D>& r, const AdaptationGoal<D>& goal, const SwapOptions& options)
         : goal_(goal),
           distance_(options.distance),
-          wanted_(wanted_shape(r, options.wanted)),
+          target_shape_(target_shape(r, options.target_quality)),
           gain_(shape_of_quality(options.gain, D)) {}
 
-    [[nodiscard]] double order_of(double shape) const { return shape < wanted_ ? shape : infinite_order; }
+    [[nodiscard]] double order_of(double shape) const { return shape < target_shape_ ? shape : infinite_order; }
 
     [[nodiscard]] std::optional<Candidate<D>> candidate(const Adaptation<D>& r, const Task& task) const override {
         const ElementId e(std::size_t{task.id});
         if (r.mesh.is_free(e)) return {};
         const double shape = r.shapes[e.index()];
-        if (!(shape < wanted_)) return {};
+        if (!(shape < target_shape_)) return {};
         BestSwap<D> best;
         best.gain = gain_;
         ConeShapes<D> cones(r, goal_);
@@ -55,15 +55,15 @@ class Swaps final : public Pass<D> {
         candidate.request.join_to(r, best.point);
         candidate.limits.min_shape = gain_ * shape;
         candidate.limits.corrections = 0;
-        candidate.limits.wall_elements = WallElements::refused;
+        candidate.limits.two_facet_elements = TwoFacetElements::refused;
         candidate.limits.facet_distance = distance_;
         return candidate;
     }
     void refused(Adaptation<D>& r, std::span<const Task> tasks) const override {
-        refuse<ElementTag>(r, AskingPass::swap, tasks, r.mesh.elements.size());
+        refuse<ElementTag>(r, CachedPass::swap, tasks, r.mesh.elements.size());
     }
     void follow(Adaptation<D>& r, const TopologyChanges& changes, std::vector<Task>& tasks) override {
-        know_shapes<D>(r, changes.elements.created);
+        compute_shapes<D>(r, changes.elements.created);
         for (const ElementId e : changes.elements.created)
             if (!r.mesh.is_free(e))
                 if (const double order = order_of(r.shapes[e.index()]); order < infinite_order)
@@ -118,7 +118,7 @@ class Swaps final : public Pass<D> {
         Cavity<D> cavity;
         cavity_of_edge(r.mesh, e, k, cavity);
         if (D == 2 && !cavity.facets.empty()) return;
-        if (worst_known_shape_of(r, cavity.elements) < r.shapes[e.index()]) return;
+        if (worst_cached_shape_of(r, cavity.elements) < r.shapes[e.index()]) return;
         const double before = worst_bent(r, cavity.elements, e);
         const VertexId a = r.mesh.elements.vertices[e][local_edges<D>[k][0]];
         const VertexId b = r.mesh.elements.vertices[e][local_edges<D>[k][1]];
@@ -179,7 +179,7 @@ class Swaps final : public Pass<D> {
 
     const AdaptationGoal<D>& goal_;
     double distance_;
-    double wanted_, gain_;  ///< shapes
+    double target_shape_, gain_;  ///< shapes
 };
 
 }  // namespace
@@ -188,11 +188,11 @@ template <int D>
 Outcome<Adapted<D>> swap(Adaptation<D> state, const AdaptationGoal<D>& goal, const SwapOptions& options,
                          const Execution& execution) {
     if (auto checked = check_limits(options); !checked) return fail(checked.error());
-    state.refusals.begin(AskingPass::swap, {options.wanted, options.gain, options.distance});
-    if (auto known = know_shapes(state, without_progress(execution)); !known) return fail(known.error());
+    state.rejection_cache.begin(CachedPass::swap, {options.target_quality, options.gain, options.distance});
+    if (auto known = compute_shapes(state, without_progress(execution)); !known) return fail(known.error());
     Swaps<D> pass(state, goal, options);
     auto tasks = element_tasks(
-        state, AskingPass::swap, [&](double shape) { return pass.order_of(shape); }, without_progress(execution));
+        state, CachedPass::swap, [&](double shape) { return pass.order_of(shape); }, without_progress(execution));
     if (!tasks) return fail(tasks.error());
     auto statistics = run_pass<D>(state, goal, pass, std::move(*tasks), execution);
     if (!statistics) return fail(statistics.error());

@@ -94,8 +94,8 @@ struct EdgeRing::Measured {
     std::size_t count;
     ShapedVertex a, b;
     std::array<ShapedVertex, most> around;
-    std::array<Vec<3>, most> seen_from_a, seen_from_b;   ///< twice the area vector of (i, next) and an end
-    std::array<double, most> to_a{}, to_b{}, to_next{};  ///< `squares_between`
+    std::array<Vec<3>, most> normals_from_a, normals_from_b;  ///< twice the area vector of (i, next) and an end
+    std::array<double, most> to_a{}, to_b{}, to_next{};       ///< `squares_between`
 
     Measured(const Adaptation<3>& r, const EdgeRing& ring)
         : count(ring.count_), a(shaped_vertex(r, ring.a_)), b(shaped_vertex(r, ring.b_)) {
@@ -103,8 +103,8 @@ struct EdgeRing::Measured {
         for (std::size_t i = 0; i < count; ++i) {
             const Vec<3>& p = around[i].place;
             const Vec<3>& q = around[next(i)].place;
-            seen_from_a[i] = cross(p - a.place, q - a.place);
-            seen_from_b[i] = cross(q - b.place, p - b.place);
+            normals_from_a[i] = cross(p - a.place, q - a.place);
+            normals_from_b[i] = cross(q - b.place, p - b.place);
         }
     }
     [[nodiscard]] std::size_t next(std::size_t i) const { return i + 1 < count ? i + 1 : 0; }
@@ -117,10 +117,10 @@ struct EdgeRing::Measured {
     }
     /// Six times the volume of (i, next), an end and p.
     [[nodiscard]] double volume_at_a(std::size_t i, std::size_t p) const {
-        return dot(seen_from_a[i], around[p].place - a.place);
+        return dot(normals_from_a[i], around[p].place - a.place);
     }
     [[nodiscard]] double volume_at_b(std::size_t i, std::size_t p) const {
-        return dot(seen_from_b[i], around[p].place - b.place);
+        return dot(normals_from_b[i], around[p].place - b.place);
     }
     [[nodiscard]] bool are_volumes_positive(std::size_t p) const {
         for (std::size_t i = next(p); next(i) != p; i = next(i))
@@ -222,22 +222,22 @@ void BentEdges::take_edge(ElementId e, std::size_t i, std::size_t j) {
     put(i, j, {offset_of(r_.mesh, edge), squares_of(r_, edge)});
 }
 
-void BentEdges::ask(std::size_t i, std::size_t j) {
+void BentEdges::add_request(std::size_t i, std::size_t j) {
     const Vertex& a = vertices_[i];
     const Vertex& b = vertices_[j];
-    pairs_[asked_] = {i, j};
-    chords_[asked_] = b.place - a.place;
-    ends_[asked_] = {sight_of(*a.metric, r_.vertices.gradients[a.id]),
-                     sight_of(*b.metric, r_.vertices.gradients[b.id])};
-    ++asked_;
+    pairs_[requested_] = {i, j};
+    chords_[requested_] = b.place - a.place;
+    ends_[requested_] = {end_sample_of(*a.metric, r_.vertices.gradients[a.id]),
+                         end_sample_of(*b.metric, r_.vertices.gradients[b.id])};
+    ++requested_;
 }
 
 void BentEdges::bend() {
-    bent_edges<3>(std::span(chords_).first(asked_), std::span(ends_).first(asked_), goal_.accuracy,
-                  std::span(offsets_).first(asked_), std::span(lengths_).first(asked_));
-    for (std::size_t k = 0; k < asked_; ++k)
+    bent_edges<3>(std::span(chords_).first(requested_), std::span(ends_).first(requested_), goal_.accuracy,
+                  std::span(offsets_).first(requested_), std::span(lengths_).first(requested_));
+    for (std::size_t k = 0; k < requested_; ++k)
         put(pairs_[k][0], pairs_[k][1], {offsets_[k], 2 * lengths_[k] * lengths_[k]});
-    asked_ = 0;
+    requested_ = 0;
 }
 
 Vec<3> BentEdges::tangent(std::size_t i, std::size_t j) const {
@@ -333,7 +333,7 @@ class BentRing {
         };
         for (const std::size_t p : possible)
             for (std::size_t j = 0; j < count_; ++j)
-                if (j != p && next(j) != p && next(p) != j && !comes_before(j, p)) edges_.ask(p, j);
+                if (j != p && next(j) != p && next(p) != j && !comes_before(j, p)) edges_.add_request(p, j);
         edges_.bend();
     }
     [[nodiscard]] double worst(std::size_t p, double least) const {
@@ -394,10 +394,10 @@ BentSwap best_without_face(const Adaptation<3>& r, const AdaptationGoal<3>& goal
     for (const int face : faces) {
         const FaceNeighbour across = r.mesh.face_neighbours[e][face];
         if (!across.is_element()) continue;
-        const std::size_t q = edges.add(vertex_apart(r.mesh, across.element(), e));
+        const std::size_t q = edges.add(opposite_vertex(r.mesh, across.element(), e));
         edges.take_edges(across.element());
         if (!is_positive_at_face(edges, face, q)) continue;
-        edges.ask(static_cast<std::size_t>(face), q);
+        edges.add_request(static_cast<std::size_t>(face), q);
         beyond[count++] = {face, across.element(), q};
     }
     if (count == 0) return {};

@@ -73,8 +73,8 @@ class BentEdges {
     void take_edges(ElementId e);
     /// Stores one of them.
     void take_edge(ElementId e, std::size_t i, std::size_t j);
-    /// Requests a new edge, computed by `bend`; at most `most_asked`.
-    void ask(std::size_t i, std::size_t j);
+    /// Requests a new edge, computed by `bend`; at most `max_requested`.
+    void add_request(std::size_t i, std::size_t j);
     void bend();
     /// At i towards j, as long as a chord.
     [[nodiscard]] Vec<3> tangent(std::size_t i, std::size_t j) const;
@@ -97,14 +97,14 @@ class BentEdges {
 
     const Adaptation<3>& r_;
     const AdaptationGoal<3>& goal_;
-    std::size_t count_ = 0, asked_ = 0;
+    std::size_t count_ = 0, requested_ = 0;
     std::array<Vertex, most> vertices_;
     std::array<std::array<Edge, most>, most> edges_;
-    static constexpr std::size_t most_asked = EdgeRing::most * (EdgeRing::most - 3) / 2;  ///< new edges in a ring
-    std::array<std::array<std::size_t, 2>, most_asked> pairs_{};
-    std::array<Vec<3>, most_asked> chords_, offsets_;
-    std::array<EndSights<3>, most_asked> ends_;
-    std::array<double, most_asked> lengths_{};
+    static constexpr std::size_t max_requested = EdgeRing::most * (EdgeRing::most - 3) / 2;  ///< new edges in a ring
+    std::array<std::array<std::size_t, 2>, max_requested> pairs_{};
+    std::array<Vec<3>, max_requested> chords_, offsets_;
+    std::array<EndSamples<3>, max_requested> ends_;
+    std::array<double, max_requested> lengths_{};
 };
 
 /// The best swap of an inner edge, if it exceeds `gain` times the present worst shape.
@@ -128,7 +128,7 @@ namespace camber {
 
 /// Computes missing element shapes in `shapes`.
 template <int D>
-[[nodiscard]] Outcome<Done> know_shapes(Adaptation<D>& r, const Execution& execution) {
+[[nodiscard]] Outcome<Done> compute_shapes(Adaptation<D>& r, const Execution& execution) {
     auto shapes = take(std::move(r.shapes));
     shapes.resize(r.mesh.elements.size(), -1.0);
     auto measured = each(execution, shapes.size(), [&](std::size_t e) {
@@ -139,7 +139,7 @@ template <int D>
 }
 /// The same for elements of a commit.
 template <int D>
-void know_shapes(Adaptation<D>& r, std::span<const ElementId> created) {
+void compute_shapes(Adaptation<D>& r, std::span<const ElementId> created) {
     if (!r.mesh.is_curved()) return;  // `operate` has computed all
     auto shapes = take(std::move(r.shapes));
     for (const ElementId e : created)
@@ -149,7 +149,7 @@ void know_shapes(Adaptation<D>& r, std::span<const ElementId> created) {
 
 /// Precondition: the shapes are known.
 template <int D>
-[[nodiscard]] double worst_known_shape_of(const Adaptation<D>& r, std::span<const ElementId> elements) {
+[[nodiscard]] double worst_cached_shape_of(const Adaptation<D>& r, std::span<const ElementId> elements) {
     double worst = std::numeric_limits<double>::infinity();
     for (const ElementId e : elements) worst = std::min(worst, r.shapes[e.index()]);
     return worst;
@@ -184,9 +184,9 @@ template <int D>
     int best = -1;
     double least = 0;
     for (int n = 0; n < D; ++n) {
-        Mat<D> seen = sides;
-        seen.column[n] = b - a;
-        const double part = volume > 0 ? det(seen) : -det(seen);
+        Mat<D> replaced = sides;
+        replaced.column[n] = b - a;
+        const double part = volume > 0 ? det(replaced) : -det(replaced);
         if (part < least) best = others[n], least = part;
     }
     return best;
@@ -219,7 +219,7 @@ void cavity_around(const DynamicMesh<D>& mesh, VertexId v, Cavity<D>& out) {
 }
 
 template <int D>
-[[nodiscard]] VertexId vertex_apart(const DynamicMesh<D>& mesh, ElementId e, ElementId from) {
+[[nodiscard]] VertexId opposite_vertex(const DynamicMesh<D>& mesh, ElementId e, ElementId from) {
     const auto& faces = mesh.face_neighbours[e];
     for (int i = 0; i <= D; ++i)
         if (faces[i] == FaceNeighbour(from)) return mesh.elements.vertices[e][i];
@@ -236,11 +236,11 @@ template <class Id>
 
 /// Length from the request's position to the nearest vertex of its holders.
 template <int D>
-[[nodiscard]] double nearest_of_holders(const Adaptation<D>& r, const CavityRequest<D>& request,
-                                        const ConePoint<D>& point, BentSpokes<D>& spokes) {
+[[nodiscard]] double nearest_fixed_vertex(const Adaptation<D>& r, const CavityRequest<D>& request,
+                                          const ConePoint<D>& point, BentSpokes<D>& spokes) {
     spokes.begin(point);
     std::size_t count = 0;
-    for (std::size_t i = 0; i < request.holders; ++i) {
+    for (std::size_t i = 0; i < request.fixed_element_count; ++i) {
         const auto& vertices = r.mesh.elements.vertices[request.cavity.elements[i]];
         for (const VertexId v : vertices)
             if (i == 0 || local_vertex(r.mesh.elements.vertices[request.cavity.elements[i - 1]], v) < 0) {
@@ -257,7 +257,7 @@ template <int D>
 /// Shape of a quality target. For standalone surfaces the distance from 1 is quartered: 0.8 for tetrahedra is 0.95 for
 /// triangles.
 template <int D>
-[[nodiscard]] double wanted_shape(const Adaptation<D>& r, double quality) {
+[[nodiscard]] double target_shape(const Adaptation<D>& r, double quality) {
     return shape_of_quality(r.mesh.is_surface() ? 1 - (1 - quality) / 4 : quality, D);
 }
 
@@ -275,23 +275,23 @@ template <int D>
 /// No task.
 inline constexpr double infinite_order = std::numeric_limits<double>::infinity();
 
-/// See `Refusals`.
+/// See `RejectionCache`.
 template <class Tag, int D>
-void refuse(Adaptation<D>& r, AskingPass pass, std::span<const Task> tasks, std::size_t entities) {
+void refuse(Adaptation<D>& r, CachedPass pass, std::span<const Task> tasks, std::size_t entities) {
     std::vector<Id<Tag>> ids;
     ids.reserve(tasks.size());
     for (const Task& task : tasks) ids.emplace_back(std::size_t{task.id});
-    r.refusals.template refuse<Tag>(pass, ids, entities);
+    r.rejection_cache.template refuse<Tag>(pass, ids, entities);
 }
 
 /// Edges with finite `order_of(length)`, except cached rejections.
-template <int D, class OrderOf, class HasStood>
-[[nodiscard]] Outcome<std::vector<Task>> edge_tasks(const Adaptation<D>& r, OrderOf&& order_of, HasStood&& has_stood,
-                                                    const Execution& execution) {
+template <int D, class OrderOf, class IsRejected>
+[[nodiscard]] Outcome<std::vector<Task>> edge_tasks(const Adaptation<D>& r, OrderOf&& order_of,
+                                                    IsRejected&& is_cached_rejection, const Execution& execution) {
     return reduce_each(
         execution, r.mesh.edges.size(), std::vector<Task>{},
         [&](std::vector<Task>& tasks, std::size_t e) {
-            if (r.mesh.is_free(EdgeId(e)) || has_stood(EdgeId(e))) return;
+            if (r.mesh.is_free(EdgeId(e)) || is_cached_rejection(EdgeId(e))) return;
             if (const double order = order_of(length_of(r, EdgeId(e))); order < infinite_order)
                 tasks.push_back(task(order, EdgeId(e)));
         },
@@ -306,8 +306,8 @@ template <int D, class EdgePass>
 [[nodiscard]] Outcome<Adapted<D>> run_on_edges(Adaptation<D> state, const AdaptationGoal<D>& goal, EdgePass pass,
                                                const Execution& execution) {
     auto tasks = edge_tasks(
-        state, [&](double length) { return pass.order_of(length); }, [&](EdgeId e) { return pass.has_stood(state, e); },
-        without_progress(execution));
+        state, [&](double length) { return pass.order_of(length); },
+        [&](EdgeId e) { return pass.is_cached_rejection(state, e); }, without_progress(execution));
     if (!tasks) return fail(tasks.error());
     auto statistics = run_pass<D>(state, goal, pass, std::move(*tasks), execution);
     if (!statistics) return fail(statistics.error());
@@ -325,7 +325,7 @@ void add_edge_tasks(const Adaptation<D>& r, const TopologyChanges& changes, Orde
 
 /// The same for elements by known shape.
 template <int D, class OrderOf>
-[[nodiscard]] Outcome<std::vector<Task>> element_tasks(const Adaptation<D>& r, AskingPass pass, OrderOf&& order_of,
+[[nodiscard]] Outcome<std::vector<Task>> element_tasks(const Adaptation<D>& r, CachedPass pass, OrderOf&& order_of,
                                                        const Execution& execution) {
     return reduce_each(
         execution, r.mesh.elements.size(), std::vector<Task>{},
@@ -333,7 +333,8 @@ template <int D, class OrderOf>
             const ElementId id(e);
             if (r.mesh.is_free(id)) return;
             const double order = order_of(r.shapes[e]);
-            if (order < infinite_order && !r.refusals.stands(pass, id, std::span(r.mesh.elements.vertices[id])))
+            if (order < infinite_order &&
+                !r.rejection_cache.is_rejected(pass, id, std::span(r.mesh.elements.vertices[id])))
                 tasks.push_back(task(order, id));
         },
         [](std::vector<Task> a, std::vector<Task> b) {

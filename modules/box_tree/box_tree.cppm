@@ -52,7 +52,7 @@ class BoxTree {
         return best;
     }
 
-    struct Met {
+    struct RayHit {
         std::size_t item = std::numeric_limits<std::size_t>::max();
         double distance = std::numeric_limits<double>::infinity();  ///< ray parameter s
     };
@@ -61,11 +61,11 @@ class BoxTree {
     /// misses it; of equal items the lowest is first. Items whose boxes the ray misses are skipped, so boxes need a
     /// margin for rounding. Only s below `within` count.
     template <class Meets>
-    [[nodiscard]] Met first_along(const Vec<D>& p, const Vec<D>& d, Meets&& meets,
-                                  double within = std::numeric_limits<double>::infinity()) const {
-        Met first;
+    [[nodiscard]] RayHit first_hit(const Vec<D>& p, const Vec<D>& d, Meets&& meets,
+                                   double within = std::numeric_limits<double>::infinity()) const {
+        RayHit first;
         first.distance = within;
-        if (!nodes_.empty() && entry(nodes_[0].box, p, d) < within) go_along(0, p, d, meets, first);
+        if (!nodes_.empty() && entry(nodes_[0].box, p, d) < within) walk_along(0, p, d, meets, first);
         return first;
     }
 
@@ -152,7 +152,7 @@ class BoxTree {
     }
 
     template <class Meets>
-    void go_along(std::uint32_t at, const Vec<D>& p, const Vec<D>& d, Meets& meets, Met& first) const {
+    void walk_along(std::uint32_t at, const Vec<D>& p, const Vec<D>& d, Meets& meets, RayHit& first) const {
         const Node& node = nodes_[at];
         if (node.right == 0) {
             for (std::uint32_t i = node.begin; i < node.end; ++i) {
@@ -167,7 +167,8 @@ class BoxTree {
             {{entry(nodes_[node.left].box, p, d), node.left}, {entry(nodes_[node.right].box, p, d), node.right}}};
         if (children[1].first < children[0].first) std::swap(children[0], children[1]);
         for (const auto& [s, child] : children)
-            if (s <= first.distance && s < std::numeric_limits<double>::infinity()) go_along(child, p, d, meets, first);
+            if (s <= first.distance && s < std::numeric_limits<double>::infinity())
+                walk_along(child, p, d, meets, first);
     }
 
     template <class Visit>

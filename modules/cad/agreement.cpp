@@ -34,9 +34,9 @@ struct SampledReference {
 /// the best face than half of its longest edge. It counts fully if that face is transverse to it.
 struct SampleVerdict {
     double share = 0;                        ///< estimate for all facets
-    std::size_t astray = 0, facets = 0;      ///< numbers of facets in the sample
+    std::size_t off_count = 0, facets = 0;   ///< numbers of facets in the sample
     const SampledReference* lost = nullptr;  ///< reference with the largest astray share, if above one half
-    std::size_t lost_astray = 0;
+    std::size_t worst_off_count = 0;
     FacetId farthest;  ///< farthest of the astray facets
 
     [[nodiscard]] bool fits() const {
@@ -46,9 +46,9 @@ struct SampleVerdict {
 };
 
 /// Minimum sample of each reference; total sample if there are few references.
-constexpr std::size_t min_of_each = 24, wanted = 512;
+constexpr std::size_t min_of_each = 24, target_count = 512;
 
-struct Looked {
+struct FacetCheck {
     double share = 0, distance = 0;
 };
 
@@ -81,21 +81,22 @@ double sine_between(const CadModel& model, std::size_t curve, const std::array<V
 }
 
 template <int D>
-Looked looked_at(const CadModel& model, std::span<const std::size_t> candidates, const std::array<Vec<D>, D>& corners) {
+FacetCheck check_facet(const CadModel& model, std::span<const std::size_t> candidates,
+                       const std::array<Vec<D>, D>& corners) {
     constexpr double across = 0.9, far = 0.5;
     const double longest = longest_side(corners);
     // Boxes show that distant facets are off the model; searches from far away would be slow.
-    const bool is_elsewhere = std::all_of(corners.begin(), corners.end(), [&](const Vec<D>& p) {
+    const bool is_unassociated = std::all_of(corners.begin(), corners.end(), [&](const Vec<D>& p) {
         return std::all_of(candidates.begin(), candidates.end(),
                            [&](std::size_t face) { return is_beyond(model, face, p, far * longest); });
     });
-    if (is_elsewhere) {
+    if (is_unassociated) {
         double beyond = std::numeric_limits<double>::infinity();
         for (const std::size_t face : candidates) beyond = std::min(beyond, away_from_box(model, face, corners[0]));
         return {1, beyond};
     }
     const std::size_t face = best_fit<D>(model, candidates, corners).face;
-    Looked out;
+    FacetCheck out;
     for (const Vec<D>& p : corners) {
         const double away = away_from(model, face, p);
         out.distance = std::max(out.distance, away);
@@ -105,17 +106,17 @@ Looked looked_at(const CadModel& model, std::span<const std::size_t> candidates,
     return out;
 }
 
-/// `elsewhere`: excluded references, ascending.
+/// `excluded`: excluded references, ascending.
 template <int D>
-std::vector<SampledReference> sampled(const LinearMesh<D>& mesh, std::span<const Reference> elsewhere) {
+std::vector<SampledReference> sampled(const LinearMesh<D>& mesh, std::span<const Reference> excluded) {
     std::map<Reference, std::vector<FacetId>> all;
     for (std::size_t f = 0; f < mesh.facets.size(); ++f) {
         const Reference reference = mesh.facets.references[f];
-        if (!std::binary_search(elsewhere.begin(), elsewhere.end(), reference)) all[reference].push_back(FacetId(f));
+        if (!std::binary_search(excluded.begin(), excluded.end(), reference)) all[reference].push_back(FacetId(f));
     }
     std::vector<SampledReference> sample;
     for (const auto& [reference, facets] : all) {
-        const std::size_t most = std::max(min_of_each, wanted / all.size()), count = facets.size();
+        const std::size_t most = std::max(min_of_each, target_count / all.size()), count = facets.size();
         const std::size_t taken = std::min(count, most);
         SampledReference some{reference, count, {}};
         some.facets.reserve(taken);
@@ -127,9 +128,9 @@ std::vector<SampledReference> sampled(const LinearMesh<D>& mesh, std::span<const
 
 /// `factor` scales the mesh's coordinates. Errors: stopped.
 template <int D>
-Outcome<SampleVerdict> judged(const LinearMesh<D>& mesh, const CadModel& model,
-                              std::span<const SampledReference> sample, std::span<const std::size_t> candidates,
-                              double factor, const Execution& execution) {
+Outcome<SampleVerdict> sample_verdict(const LinearMesh<D>& mesh, const CadModel& model,
+                                      std::span<const SampledReference> sample, std::span<const std::size_t> candidates,
+                                      double factor, const Execution& execution) {
     constexpr double half = 0.5;
     std::vector<FacetId> facets;
     for (const auto& some : sample) facets.insert(facets.end(), some.facets.begin(), some.facets.end());
@@ -138,7 +139,7 @@ Outcome<SampleVerdict> judged(const LinearMesh<D>& mesh, const CadModel& model,
         [&](std::size_t i) {
             auto corners = facet_site(mesh, facets[i]).corners;
             for (Vec<D>& p : corners) p = factor * p;
-            return looked_at<D>(model, candidates, corners);
+            return check_facet<D>(model, candidates, corners);
         },
         4);
     if (!looked) return fail(looked.error());
@@ -150,7 +151,7 @@ Outcome<SampleVerdict> judged(const LinearMesh<D>& mesh, const CadModel& model,
         double share = 0;
         std::size_t touched = 0;
         for (const FacetId f : some.facets) {
-            const Looked& facet = (*looked)[i++];
+            const FacetCheck& facet = (*looked)[i++];
             share += facet.share;
             touched += facet.share > 0 ? 1 : 0;
             if (facet.share == 0 || facet.distance <= farthest) continue;
@@ -160,11 +161,11 @@ Outcome<SampleVerdict> judged(const LinearMesh<D>& mesh, const CadModel& model,
         share /= static_cast<double>(some.facets.size());
         strays += share * static_cast<double>(some.count);
         all += static_cast<double>(some.count);
-        verdict.astray += touched;
+        verdict.off_count += touched;
         if (share <= max_lost) continue;
         max_lost = share;
         verdict.lost = &some;
-        verdict.lost_astray = touched;
+        verdict.worst_off_count = touched;
     }
     verdict.share = all > 0 ? strays / all : 0;
     return verdict;
@@ -211,7 +212,7 @@ Box<D> box_of(const CadParts& parts, std::span<const std::size_t> faces) {
 /// True if the boxes agree within a tenth of the mesh's diagonal. The mesh has only chords of a curved boundary.
 template <int D>
 bool agree(const Box<D>& mesh, const Box<D>& model, double factor) {
-    const double most = near_enough * mesh.diagonal();
+    const double most = match_tolerance * mesh.diagonal();
     for (std::size_t k = 0; k < D; ++k)
         if (std::abs(mesh.low[k] - factor * model.low[k]) > most ||
             std::abs(mesh.high[k] - factor * model.high[k]) > most)
@@ -259,14 +260,14 @@ Outcome<std::vector<CadUnit>> units_of_sample(const LinearMesh<D>& mesh, const C
                                               std::span<const SampledReference> sample,
                                               std::span<const std::size_t> candidates, const Execution& execution) {
     return fitting_units(model.parts(), [&](double factor) -> Outcome<bool> {
-        const auto scaled = judged<D>(mesh, model, sample, candidates, factor, execution);
+        const auto scaled = sample_verdict<D>(mesh, model, sample, candidates, factor, execution);
         if (!scaled) return fail(scaled.error());
         return scaled->fits();
     });
 }
 
 /// First unit that fits, for the remedy of an error.
-std::optional<std::string> first_of(const std::vector<CadUnit>& units) {
+std::optional<std::string> suggested_unit(const std::vector<CadUnit>& units) {
     if (units.empty()) return std::nullopt;
     return std::string(word_of(units.front()));
 }
@@ -333,48 +334,48 @@ bool is_off(const LinearMesh<D>& mesh, const CadModel& model, std::span<const st
 }
 
 /// Text with the number of sampled facets that are off the model.
-std::string strays_of(const auto& verdict, const char* facets) {
+std::string off_facets_text(const auto& verdict, const char* facets) {
     const bool is_one = verdict.share <= 0.1 && verdict.lost != nullptr;
-    const auto counted = [&](std::size_t astray, std::size_t all) {
-        return std::to_string(astray) + " of the " + std::to_string(all) + " " + facets;
+    const auto counted = [&](std::size_t off_count, std::size_t all) {
+        return std::to_string(off_count) + " of the " + std::to_string(all) + " " + facets;
     };
-    const std::string which = is_one ? counted(verdict.lost_astray, verdict.lost->facets.size()) + " of reference " +
-                                           std::to_string(verdict.lost->reference)
-                                     : counted(verdict.astray, verdict.facets);
-    return which + " in the sample do not lie on it";
+    const std::string details = is_one ? counted(verdict.worst_off_count, verdict.lost->facets.size()) +
+                                             " of reference " + std::to_string(verdict.lost->reference)
+                                       : counted(verdict.off_count, verdict.facets);
+    return details + " in the sample do not lie on it";
 }
 
 }  // namespace
 
 template <int D>
 Outcome<Done> check_sample(const LinearMesh<D>& mesh, const CadModel& model, std::span<const std::size_t> candidates,
-                           std::span<const Reference> elsewhere, const Execution& execution) {
-    const bool is_whole = elsewhere.empty();
-    const auto sample = sampled(mesh, elsewhere);
-    const auto verdict = judged<D>(mesh, model, sample, candidates, 1, execution);
+                           std::span<const Reference> excluded, const Execution& execution) {
+    const bool is_whole = excluded.empty();
+    const auto sample = sampled(mesh, excluded);
+    const auto verdict = sample_verdict<D>(mesh, model, sample, candidates, 1, execution);
     if (!verdict) return fail(verdict.error());
     if (verdict->fits()) return Done{};
     const auto units = units_of_sample(mesh, model, sample, candidates, execution);
     if (!units) return fail(units.error());
     const Box<D> of_part = box_of(mesh, [&](std::size_t f) {
-        return !std::binary_search(elsewhere.begin(), elsewhere.end(), mesh.facets.references[f]);
+        return !std::binary_search(excluded.begin(), excluded.end(), mesh.facets.references[f]);
     });
     const auto [vertex, away] = farthest_corner(mesh, model, candidates, verdict->farthest);
     return fail(ErrorKind::input,
                 std::string(subject(is_whole)) + " reaches from " + text(of_part) + ", the CAD model from " +
                     text(box_of<D>(model.parts(), candidates)) + ": " +
-                    strays_of(*verdict, D == 2 ? "edges" : "triangles") + ", the farthest by " + text(away),
-                {}, Entity{"vertex", vertex.index() + 1}, remedy(first_of(*units), is_whole));
+                    off_facets_text(*verdict, D == 2 ? "edges" : "triangles") + ", the farthest by " + text(away),
+                {}, Entity{"vertex", vertex.index() + 1}, remedy(suggested_unit(*units), is_whole));
 }
 
 template <int D>
-Outcome<CadModel> in_unit_of(const LinearMesh<D>& mesh, const CadModel& model, std::span<const Reference> elsewhere,
+Outcome<CadModel> in_unit_of(const LinearMesh<D>& mesh, const CadModel& model, std::span<const Reference> excluded,
                              const Execution& execution) {
     return guarded([&]() -> Outcome<CadModel> {
         const std::vector<std::size_t> all = candidates<D>(model);
-        const auto sample = sampled(mesh, elsewhere);
+        const auto sample = sampled(mesh, excluded);
         if (all.empty() || sample.empty()) return model;
-        const auto own = judged<D>(mesh, model, sample, all, 1, execution);
+        const auto own = sample_verdict<D>(mesh, model, sample, all, 1, execution);
         if (!own) return fail(own.error());
         if (own->fits()) return model;
         const auto units = units_of_sample(mesh, model, sample, all, execution);
@@ -385,14 +386,14 @@ Outcome<CadModel> in_unit_of(const LinearMesh<D>& mesh, const CadModel& model, s
 
 template <int D>
 Outcome<std::vector<Reference>> references_within_materials(const LinearMesh<D>& mesh, const CadModel& model,
-                                                            std::span<const Reference> elsewhere,
+                                                            std::span<const Reference> excluded,
                                                             const Execution& execution) {
     return guarded([&]() -> Outcome<std::vector<Reference>> {
         const auto around = balls(mesh, execution);
         if (!around) return fail(around.error());
         const std::vector<std::size_t> all = candidates<D>(model);
         std::vector<Reference> found;
-        for (const SampledReference& some : sampled(mesh, elsewhere)) {
+        for (const SampledReference& some : sampled(mesh, excluded)) {
             if (!is_within_material(mesh, *around, some.reference)) continue;
             const auto off = map_each(execution, some.facets.size(), [&](std::size_t i) -> std::uint8_t {
                 return is_off<D>(mesh, model, all, some.facets[i]) ? 1 : 0;
@@ -421,17 +422,17 @@ Outcome<Done> check_part(const LinearMesh<D>& mesh, const CadModel& model, const
             return fail(ErrorKind::input,
                         std::string(subject(is_whole)) + " reaches from " + text(of_part) +
                             ", the matching part of the CAD model from " + text(met),
-                        {}, {}, remedy(first_of(*units), is_whole));
+                        {}, {}, remedy(suggested_unit(*units), is_whole));
     }
-    if (association.torn_vertices > 0)
+    if (association.detached_vertices > 0)
         return fail(ErrorKind::input,
-                    std::to_string(association.torn_vertices) + " vertices of " + subject(is_whole) +
+                    std::to_string(association.detached_vertices) + " vertices of " + subject(is_whole) +
                         " are farther from the CAD edges between their CAD faces than their own edges are long, the "
                         "farthest by " +
                         text(association.largest_vertex_distance),
                     {}, Entity{"vertex", association.farthest_vertex.index() + 1}, remedy(std::nullopt, is_whole));
     constexpr double most = 0.1;
-    const auto& [strays, all] = std::pair(association.stray_vertices, association.vertices);
+    const auto& [strays, all] = std::pair(association.off_vertices, association.vertices);
     if (static_cast<double>(strays) <= most * static_cast<double>(all)) return Done{};
     return fail(ErrorKind::input,
                 std::to_string(strays) + " of the " + std::to_string(all) + " vertices of " + subject(is_whole) +

@@ -32,9 +32,9 @@ std::vector<std::size_t> faces_of(const CadAssociation& association, std::span<c
 namespace {
 
 /// True if a second face fits the facet nearly as well as the best one.
-bool is_unsure(const CadFit& fit) { return fit.face != no_face && fit.second <= doubt * fit.misfit; }
+bool is_unsure(const CadFit& fit) { return fit.face != no_face && fit.second <= ambiguity_ratio * fit.fit_error; }
 /// True if such a second face does not meet the best one smoothly.
-bool is_doubtful(const CadFit& fit) { return fit.face != no_face && fit.other <= doubt * fit.misfit; }
+bool is_ambiguous(const CadFit& fit) { return fit.face != no_face && fit.other <= ambiguity_ratio * fit.fit_error; }
 
 template <int D>
 std::array<Vec<D>, D> corners_of(const LinearMesh<D>& mesh, std::size_t f) {
@@ -74,13 +74,14 @@ Buffer<std::uint32_t> chosen(const LinearMesh<D>& mesh, const CadModel& model, s
         faces[f] = static_cast<std::uint32_t>(fits[f].face);
         out.coincident_facets += fits[f].has_twin ? 1 : 0;
         if (!is_unsure(fits[f])) continue;
-        out.doubtful_facets += is_doubtful(fits[f]) ? 1 : 0;
+        out.ambiguous_facets += is_ambiguous(fits[f]) ? 1 : 0;
         const auto known = of_classes.find(class_of(mesh, f));
         if (known == of_classes.end()) continue;
-        const std::array<std::size_t, 1> that{known->second};
-        if (best_fit<D>(model, that, corners_of<D>(mesh, f)).misfit > doubt * fits[f].misfit) continue;
+        const std::array<std::size_t, 1> one_entity{known->second};
+        if (best_fit<D>(model, one_entity, corners_of<D>(mesh, f)).fit_error > ambiguity_ratio * fits[f].fit_error)
+            continue;
         faces[f] = static_cast<std::uint32_t>(known->second);
-        out.settled_facets += is_doubtful(fits[f]) ? 1 : 0;
+        out.settled_facets += is_ambiguous(fits[f]) ? 1 : 0;
     }
     return faces;
 }
@@ -103,14 +104,14 @@ void list_references(const LinearMesh<D>& mesh, CadAssociation& out) {
     }
 }
 
-struct Met {
+struct EntityMatch {
     std::int64_t entity = -1;  ///< model edge or vertex; −1: none
     std::uint32_t faces = 0;
     double distance = 0;
     double nearest = 0;  ///< distance from the nearest face; small even if edges are far because the mesh omits a
                          ///< fillet
-    bool is_doubtful = false, is_corner = false, is_stray = false;
-    bool is_torn = false;          ///< near its faces, far from their common edge or vertex
+    bool is_ambiguous = false, is_corner = false, is_off = false;
+    bool is_detached = false;      ///< near its faces, far from their common edge or vertex
     bool is_within_group = false;  ///< on no edge, between faces of one virtual face
     EdgeLengthsAt edges = {};
     std::vector<std::pair<std::size_t, double>> off = {};  ///< for vertices: faces that are too far, with their
@@ -118,11 +119,11 @@ struct Met {
 };
 
 template <int D>
-Met met_by_faces(const CadModel& model, std::span<const std::size_t> faces, const Vec<D>& p,
-                 const EdgeLengthsAt& edges) {
-    Met out{.faces = static_cast<std::uint32_t>(faces.size()),
-            .nearest = std::numeric_limits<double>::infinity(),
-            .edges = edges};
+EntityMatch match_faces(const CadModel& model, std::span<const std::size_t> faces, const Vec<D>& p,
+                        const EdgeLengthsAt& edges) {
+    EntityMatch out{.faces = static_cast<std::uint32_t>(faces.size()),
+                    .nearest = std::numeric_limits<double>::infinity(),
+                    .edges = edges};
     for (const std::size_t face : faces) {
         const double away = closest_on_virtual_face(model, face, p).foot.distance;
         out.distance = std::max(out.distance, away);
@@ -132,11 +133,11 @@ Met met_by_faces(const CadModel& model, std::span<const std::size_t> faces, cons
     return out;
 }
 
-Met met_by_vertex(const CadModel& model, std::span<const std::size_t> faces, const Vec<3>& p, double size,
-                  const EdgeLengthsAt& edges) {
-    Met out = met_by_faces<3>(model, faces, p, edges);
+EntityMatch match_vertex(const CadModel& model, std::span<const std::size_t> faces, const Vec<3>& p, double size,
+                         const EdgeLengthsAt& edges) {
+    EntityMatch out = match_faces<3>(model, faces, p, edges);
     if (faces.size() == 1) return out;
-    const double reach = near_enough * size;
+    const double reach = match_tolerance * size;
     const Junction at = junction_at_vertex(model, faces, p, {reach, smooth_reach * edges.shortest});
     if (at.is_within_group) {
         out.distance = at.distance;
@@ -153,22 +154,22 @@ Met met_by_vertex(const CadModel& model, std::span<const std::size_t> faces, con
     if (faces.size() == 2) return out;
     // The vertex may lie inside an edge that has more than two faces.
     const auto edge = edge_between(model, faces, std::span(&p, 1));
-    out.is_doubtful = !edge || closest_on_edge(model, *edge, p).distance > at_one_place(model.parts());
+    out.is_ambiguous = !edge || closest_on_edge(model, *edge, p).distance > coincidence_tolerance(model.parts());
     return out;
 }
 
-Met met_by_vertex(const CadModel& model, std::span<const std::size_t> curves, const Vec<2>& p, double size,
-                  const EdgeLengthsAt& edges) {
-    Met out = met_by_faces<2>(model, curves, p, edges);
+EntityMatch match_vertex(const CadModel& model, std::span<const std::size_t> curves, const Vec<2>& p, double size,
+                         const EdgeLengthsAt& edges) {
+    EntityMatch out = match_faces<2>(model, curves, p, edges);
     const auto vertex = end_between(model, curves, p);
     const double away = vertex ? distance(vertex_in_plane(model, *vertex), p) : size;
     const auto is_joined = [&](std::size_t curve) {
         return model.parts().virtual_curves.are_joined(curves.front(), curve);
     };
     const bool is_smooth = curves.size() > 1 && std::all_of(curves.begin(), curves.end(), is_joined);
-    out.is_corner = away <= (is_smooth ? smooth_reach * edges.shortest : near_enough * size);
+    out.is_corner = away <= (is_smooth ? smooth_reach * edges.shortest : match_tolerance * size);
     out.is_within_group = is_smooth && !out.is_corner;
-    out.is_doubtful = !out.is_corner && curves.size() > 1 && !out.is_within_group;
+    out.is_ambiguous = !out.is_corner && curves.size() > 1 && !out.is_within_group;
     if (out.is_within_group) out.distance = out.nearest;
     if (!out.is_corner) return out;
     out.entity = static_cast<std::int64_t>(*vertex);
@@ -177,21 +178,21 @@ Met met_by_vertex(const CadModel& model, std::span<const std::size_t> curves, co
 }
 
 /// Rim edge of a face, for a mesh edge beside facets that are off the model.
-Met met_by_rim(const CadModel& model, std::span<const std::size_t> face, const std::array<Vec<3>, 2>& ends) {
+EntityMatch match_rim(const CadModel& model, std::span<const std::size_t> face, const std::array<Vec<3>, 2>& ends) {
     const auto edge = edge_between(model, face, ends);
     if (!edge) return {};
     const double away =
         std::max(closest_on_edge(model, *edge, ends[0]).distance, closest_on_edge(model, *edge, ends[1]).distance);
-    if (away > near_enough * distance(ends[0], ends[1])) return {};
+    if (away > match_tolerance * distance(ends[0], ends[1])) return {};
     return {.entity = static_cast<std::int64_t>(*edge), .faces = 1, .distance = away};
 }
 
-Met met_by_edge(const CadModel& model, std::span<const std::size_t> faces, const std::array<Vec<3>, 2>& ends) {
-    const double reach = near_enough * distance(ends[0], ends[1]);
+EntityMatch match_edge(const CadModel& model, std::span<const std::size_t> faces, const std::array<Vec<3>, 2>& ends) {
+    const double reach = match_tolerance * distance(ends[0], ends[1]);
     const Junction at = junction_at(model, faces, ends, reach_along(ends));
-    Met out{.faces = static_cast<std::uint32_t>(faces.size()), .is_within_group = at.is_within_group};
+    EntityMatch out{.faces = static_cast<std::uint32_t>(faces.size()), .is_within_group = at.is_within_group};
     if (at.is_within_group) return out;
-    out.is_doubtful = at.on == Junction::On::nothing || at.distance > reach;
+    out.is_ambiguous = at.on == Junction::On::nothing || at.distance > reach;
     if (at.on == Junction::On::nothing) return out;
     out.entity = static_cast<std::int64_t>(at.number);
     out.distance = at.distance;
@@ -208,8 +209,8 @@ struct Fits {
     std::map<std::size_t, VertexFit> faces, edges;
 };
 
-void add_vertex(const CadModel& model, VertexId v, std::span<const std::size_t> faces, const Met& met, bool is_3d,
-                Fits& fits) {
+void add_vertex(const CadModel& model, VertexId v, std::span<const std::size_t> faces, const EntityMatch& met,
+                bool is_3d, Fits& fits) {
     for (const std::size_t face : faces) {
         const auto off = std::find_if(met.off.begin(), met.off.end(), [&](const auto& o) { return o.first == face; });
         fits.faces[face].add(v, off == met.off.end() ? 0 : off->second, met.edges);
@@ -220,15 +221,15 @@ void add_vertex(const CadModel& model, VertexId v, std::span<const std::size_t> 
 }
 
 /// The refused entity with the largest share of off vertices; of equal shares, with the largest distance.
-std::optional<CadMisfit> misfit_of(const Fits& fits, std::size_t facet_vertices) {
-    std::optional<CadMisfit> worst;
+std::optional<CadFitError> fit_error_of(const Fits& fits, std::size_t facet_vertices) {
+    std::optional<CadFitError> worst;
     std::pair<double, double> largest;
     const auto compare = [&](const std::map<std::size_t, VertexFit>& some, bool is_edge) {
         for (const auto& [number, fit] : some) {
             const std::pair far(static_cast<double>(fit.off) / static_cast<double>(fit.vertices), fit.largest);
             if (!fit.is_refused(facet_vertices) || (worst && far <= largest)) continue;
             largest = far;
-            worst = CadMisfit{is_edge, number, fit};
+            worst = CadFitError{is_edge, number, fit};
         }
     };
     compare(fits.faces, false);
@@ -243,22 +244,22 @@ void add_pairs(std::span<const std::size_t> faces, Pairs& pairs) {
 }
 
 template <int D>
-Outcome<Done> meet_vertices(const LinearMesh<D>& mesh, const CadModel& model, const Execution& execution,
-                            CadAssociation& out, Pairs& pairs) {
+Outcome<Done> match_vertices(const LinearMesh<D>& mesh, const CadModel& model, const Execution& execution,
+                             CadAssociation& out, Pairs& pairs) {
     const auto around = facet_balls(mesh, without_progress(execution));
     if (!around) return fail(around.error());
-    const auto met = map_each(execution, mesh.points.size(), [&](std::size_t v) -> Met {
+    const auto met = map_each(execution, mesh.points.size(), [&](std::size_t v) -> EntityMatch {
         const auto facets = (*around)[v];
         if (facets.empty()) return {};
         const auto faces = faces_of(out, facets);
         if (faces.empty()) return {};
         const auto corners = corners_of<D>(mesh, facets.front().index());
         const double size = distance(corners[0], corners[1]);
-        Met met = met_by_vertex(model, faces, mesh.points[v], size, edge_lengths_at(mesh, facets, VertexId(v)));
+        EntityMatch met = match_vertex(model, faces, mesh.points[v], size, edge_lengths_at(mesh, facets, VertexId(v)));
         double longest = 0;
         for (const FacetId f : facets) longest = std::max(longest, longest_side(corners_of<D>(mesh, f.index())));
-        met.is_stray = !(met.nearest <= astray * longest);
-        met.is_torn = met.entity >= 0 && met.faces > 1 && !(met.distance <= astray * longest);
+        met.is_off = !(met.nearest <= stray_limit * longest);
+        met.is_detached = met.entity >= 0 && met.faces > 1 && !(met.distance <= stray_limit * longest);
         return met;
     });
     if (!met) return fail(met.error());
@@ -266,16 +267,16 @@ Outcome<Done> meet_vertices(const LinearMesh<D>& mesh, const CadModel& model, co
     std::vector<std::int64_t> corners;
     std::pair<bool, double> farthest;  // torn vertices count as farther than all others
     for (std::size_t v = 0; v < met->size(); ++v) {
-        const Met& m = (*met)[v];
-        if (const std::pair far(m.is_torn, m.distance); far > farthest) {
+        const EntityMatch& m = (*met)[v];
+        if (const std::pair far(m.is_detached, m.distance); far > farthest) {
             farthest = far;
             out.largest_vertex_distance = m.distance;
             out.farthest_vertex = VertexId(v);
         }
         out.vertices += m.faces > 0 ? 1 : 0;
-        out.stray_vertices += m.is_stray ? 1 : 0;
-        out.torn_vertices += m.is_torn ? 1 : 0;
-        out.doubtful_vertices += m.is_doubtful ? 1 : 0;
+        out.off_vertices += m.is_off ? 1 : 0;
+        out.detached_vertices += m.is_detached ? 1 : 0;
+        out.ambiguous_vertices += m.is_ambiguous ? 1 : 0;
         if (m.faces > 0) {
             const auto faces = faces_of(out, (*around)[v]);
             add_vertex(model, VertexId(v), faces, m, D == 3, fits);
@@ -286,39 +287,39 @@ Outcome<Done> meet_vertices(const LinearMesh<D>& mesh, const CadModel& model, co
         out.corners.push_back(VertexId(v));
     }
     out.vertices_met = count_distinct(std::move(corners));
-    out.misfit = misfit_of(fits, D);
+    out.fit_error = fit_error_of(fits, D);
     return Done{};
 }
 
-Outcome<Done> meet_edges(const LinearMesh<3>& mesh, const EdgeSet<3>& edges, const CadModel& model,
-                         const Execution& execution, CadAssociation& out, Pairs& pairs) {
+Outcome<Done> match_edges(const LinearMesh<3>& mesh, const EdgeSet<3>& edges, const CadModel& model,
+                          const Execution& execution, CadAssociation& out, Pairs& pairs) {
     const auto shells = facet_shells(edges, without_progress(execution));
     if (!shells) return fail(shells.error());
-    const auto met = map_each(execution, edges.size(), [&](std::size_t e) -> Met {
+    const auto met = map_each(execution, edges.size(), [&](std::size_t e) -> EntityMatch {
         const auto facets = (*shells)[e];
         const auto faces = faces_of(out, facets);
         const std::array ends{mesh.points[edges.vertices[e][0]], mesh.points[edges.vertices[e][1]]};
-        if (faces.size() >= 2) return met_by_edge(model, faces, ends);
-        const auto is_elsewhere = [&](FacetId f) { return out.faces[f] == no_face; };
-        const bool is_rim = faces.size() == 1 && std::any_of(facets.begin(), facets.end(), is_elsewhere);
-        return is_rim ? met_by_rim(model, faces, ends) : Met{};
+        if (faces.size() >= 2) return match_edge(model, faces, ends);
+        const auto is_unassociated = [&](FacetId f) { return out.faces[f] == no_face; };
+        const bool is_rim = faces.size() == 1 && std::any_of(facets.begin(), facets.end(), is_unassociated);
+        return is_rim ? match_rim(model, faces, ends) : EntityMatch{};
     });
     if (!met) return fail(met.error());
     std::vector<std::int64_t> curves;
     for (std::size_t e = 0; e < met->size(); ++e) {
-        const Met& m = (*met)[e];
-        out.doubtful_edges += m.is_doubtful ? 1 : 0;
+        const EntityMatch& m = (*met)[e];
+        out.ambiguous_edges += m.is_ambiguous ? 1 : 0;
         if (m.is_within_group) add_pairs(faces_of(out, (*shells)[e]), pairs);
         if (m.entity < 0) continue;
         curves.push_back(m.entity);
-        if (m.faces >= 2 && !m.is_doubtful) out.ridges.push_back(EdgeId(e));
+        if (m.faces >= 2 && !m.is_ambiguous) out.ridges.push_back(EdgeId(e));
     }
     out.edges_met = count_distinct(std::move(curves));
     return Done{};
 }
 
 /// For a 2D mesh, counts the edges with facets and the faces that they bound.
-void count_met(const CadModel& model, CadAssociation& out) {
+void count_matched(const CadModel& model, CadAssociation& out) {
     std::vector<std::int64_t> faces;
     for (const auto& [reference, curves] : out.of_references)
         for (const std::size_t curve : curves)
@@ -345,10 +346,10 @@ Outcome<CadAssociation> associate(const LinearMesh<D>& mesh, const EdgeSet<D>& e
 
 template <int D>
 Outcome<CadAssociation> associate(const LinearMesh<D>& mesh, const EdgeSet<D>& edges, const CadModel& model,
-                                  std::span<const Reference> elsewhere, const Execution& execution) {
+                                  std::span<const Reference> excluded, const Execution& execution) {
     if (auto fits = check_kind<D>(model); !fits) return fail(fits.error());
     const auto is_on_model = [&](std::size_t f) {
-        return !std::binary_search(elsewhere.begin(), elsewhere.end(), mesh.facets.references[f]);
+        return !std::binary_search(excluded.begin(), excluded.end(), mesh.facets.references[f]);
     };
     if (mesh.facets.size() == 0)
         return fail(ErrorKind::input,
@@ -356,7 +357,7 @@ Outcome<CadAssociation> associate(const LinearMesh<D>& mesh, const EdgeSet<D>& e
                     "model");
     return guarded([&]() -> Outcome<CadAssociation> {
         const std::vector<std::size_t> all = candidates<D>(model);
-        if (auto fit = check_sample<D>(mesh, model, all, elsewhere, without_progress(execution)); !fit)
+        if (auto fit = check_sample<D>(mesh, model, all, excluded, without_progress(execution)); !fit)
             return fail(fit.error());
         const auto fits = map_each(
             part_of(execution, 0, 0.7), mesh.facets.size(),
@@ -376,12 +377,12 @@ Outcome<CadAssociation> associate(const LinearMesh<D>& mesh, const EdgeSet<D>& e
             met_faces.insert(met_faces.end(), faces.begin(), faces.end());
         out.faces_met = count_distinct(std::move(met_faces));
         Pairs pairs;
-        if (auto met = meet_vertices(mesh, model, part_of(execution, 0.7, 0.9), out, pairs); !met)
+        if (auto met = match_vertices(mesh, model, part_of(execution, 0.7, 0.9), out, pairs); !met)
             return fail(met.error());
         if (auto agreed = check_part(mesh, model, out); !agreed) return fail(agreed.error());
         if constexpr (D == 2) {
-            count_met(model, out);
-        } else if (auto met = meet_edges(mesh, edges, model, part_of(execution, 0.9, 1), out, pairs); !met) {
+            count_matched(model, out);
+        } else if (auto met = match_edges(mesh, edges, model, part_of(execution, 0.9, 1), out, pairs); !met) {
             return fail(met.error());
         }
         if (auto found = find_spans<D>(mesh, model, *fits, pairs, without_progress(execution), out); !found)
@@ -396,8 +397,8 @@ constexpr double infinite = std::numeric_limits<double>::infinity();
 
 /// Largest vertex distance + distance of the facet's middle + longest side × sine of the angle between the normals.
 /// Above `enough` it may be underestimated. `foot`: closest point to the middle.
-double misfit(const CadModel& model, std::size_t face, const std::array<Vec<3>, 3>& corners, const CadFoot& foot,
-              double enough) {
+double fit_error(const CadModel& model, std::size_t face, const std::array<Vec<3>, 3>& corners, const CadFoot& foot,
+                 double enough) {
     const Vec<3> normal = normalised(cross(corners[1] - corners[0], corners[2] - corners[0]));
     double sum = foot.distance + longest_side(corners) * norm(cross(normal, foot.normal));
     double farthest = 0;
@@ -452,7 +453,7 @@ CadFit best_face(const CadModel& model, std::span<const std::size_t> faces, cons
     // rounding.
     const double rounding = 1e-6 * longest_side(corners);
     struct Fit {
-        double misfit = 0;
+        double fit_error = 0;
         std::size_t face = 0;
         std::array<double, 2> middle{};
     };
@@ -462,29 +463,33 @@ CadFit best_face(const CadModel& model, std::span<const std::size_t> faces, cons
         model, faces, middle, [&] { return enough; },
         [&](std::size_t face) {
             const CadFoot foot = closest_on_face(model, face, middle);
-            const double here = misfit(model, face, corners, foot, enough);
+            const double here = fit_error(model, face, corners, foot, enough);
             if (!(here <= enough)) return;
             fits.push_back({here, face, foot.parameters});
-            enough = std::min(enough, std::max(doubt * here, here + rounding));
+            enough = std::min(enough, std::max(ambiguity_ratio * here, here + rounding));
         });
     // No face was accepted, because all distances are NaN.
-    if (fits.empty()) return {.face = faces.front(), .misfit = infinite, .second = infinite, .other = infinite};
-    std::sort(fits.begin(), fits.end(),
-              [](const Fit& a, const Fit& b) { return std::pair(a.misfit, a.face) < std::pair(b.misfit, b.face); });
+    if (fits.empty()) return {.face = faces.front(), .fit_error = infinite, .second = infinite, .other = infinite};
+    std::sort(fits.begin(), fits.end(), [](const Fit& a, const Fit& b) {
+        return std::pair(a.fit_error, a.face) < std::pair(b.fit_error, b.face);
+    });
     const Fit& first = fits.front();
-    CadFit best{
-        .face = first.face, .misfit = first.misfit, .second = infinite, .other = infinite, .middle = first.middle};
+    CadFit best{.face = first.face,
+                .fit_error = first.fit_error,
+                .second = infinite,
+                .other = infinite,
+                .middle = first.middle};
     const VirtualFaces& joined = model.parts().virtual_faces;
     for (const Fit& fit : std::span(fits).subspan(1)) {
-        if (fit.misfit > enough) break;
+        if (fit.fit_error > enough) break;
         if (coincide(model, first.face, fit.face, corners)) {
             best.has_twin = true;
             if (fit.face > best.face) continue;
             best.face = fit.face;
             best.middle = fit.middle;
         } else {
-            best.second = std::min(best.second, fit.misfit);
-            if (!joined.are_joined(first.face, fit.face)) best.other = std::min(best.other, fit.misfit);
+            best.second = std::min(best.second, fit.fit_error);
+            if (!joined.are_joined(first.face, fit.face)) best.other = std::min(best.other, fit.fit_error);
         }
     }
     return best;
@@ -525,7 +530,7 @@ std::optional<std::size_t> edge_through(const CadModel& model, std::span<const s
                                         std::span<const Vec<3>> points) {
     for (const std::size_t face : faces)
         if (const auto edge = edge_of_pair(model, face, std::nullopt, points))
-            if (farthest_from(model, *edge, points) <= at_one_place(model.parts())) return edge;
+            if (farthest_from(model, *edge, points) <= coincidence_tolerance(model.parts())) return edge;
     return std::nullopt;
 }
 

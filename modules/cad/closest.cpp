@@ -178,10 +178,10 @@ Parameters clamped(const Parameters& uv, const Cell& within) {
     return {std::clamp(uv[0], within.low[0], within.high[0]), std::clamp(uv[1], within.low[1], within.high[1])};
 }
 
-/// A step of both parameters. `held`: the parameter is at a bound, and the distance decreases beyond it.
+/// A step of both parameters. `active`: the parameter is at a bound, and the distance decreases beyond it.
 struct Step {
     Parameters change{};
-    std::array<bool, 2> held{};
+    std::array<bool, 2> active{};
 };
 
 /// Newton step for ½|S(u, v) − p|² in the parameters that are not held. Where it is not convex, uses the Gauss-Newton
@@ -194,23 +194,23 @@ Step step(const OnSurface& from, const Cell& within, const Vec<3>& p) {
     const double huu = guu + dot(r, vec(jet.uu)), huv = guv + dot(r, vec(jet.uv)), hvv = gvv + dot(r, vec(jet.vv));
     Step out;
     for (std::size_t k = 0; k < 2; ++k)
-        out.held[k] = (from.uv[k] <= within.low[k] && slope[k] > 0) || (from.uv[k] >= within.high[k] && slope[k] < 0);
+        out.active[k] = (from.uv[k] <= within.low[k] && slope[k] > 0) || (from.uv[k] >= within.high[k] && slope[k] < 0);
     constexpr double convex = 0.1, least = 1e-14;
     const bool whole = huu > convex * guu && hvv > convex * gvv && huu * hvv - huv * huv > convex * convex * guu * gvv;
     const double ridge = least * (guu + gvv);
     const double a = (whole ? huu : guu) + ridge, b = whole ? huv : guv, c = (whole ? hvv : gvv) + ridge;
     const double det = a * c - b * b;
-    if (out.held[0] || out.held[1] || !(det > 0))
-        out.change = {out.held[0] ? 0 : -slope[0] / a, out.held[1] ? 0 : -slope[1] / c};
+    if (out.active[0] || out.active[1] || !(det > 0))
+        out.change = {out.active[0] ? 0 : -slope[0] / a, out.active[1] ? 0 : -slope[1] / c};
     else
         out.change = {(b * slope[1] - c * slope[0]) / det, (b * slope[0] - a * slope[1]) / det};
     return out;
 }
 
 /// True if a held parameter is at a bound of its cell, but inside the face: the closest point is in another cell.
-bool leads_on(const Step& step, const Parameters& uv, const occ::FaceFacts& facts) {
+bool continues_beyond_cell(const Step& step, const Parameters& uv, const occ::FaceFacts& facts) {
     for (std::size_t k = 0; k < 2; ++k)
-        if (step.held[k] && uv[k] > facts.low[k] && uv[k] < facts.high[k]) return true;
+        if (step.active[k] && uv[k] > facts.low[k] && uv[k] < facts.high[k]) return true;
     return false;
 }
 
@@ -221,9 +221,9 @@ OnSurface nearest_within(const CadParts& parts, std::size_t face, const Paramete
     OnSurface best = at(parts, face, from, p);
     int pressed = 0;
     for (int n = 0; n < max_steps; ++n) {
-        const auto [change, held] = step(best, within, p);
+        const auto [change, active] = step(best, within, p);
         if (!std::isfinite(change[0]) || !std::isfinite(change[1])) break;
-        pressed = leads_on({change, held}, best.uv, parts.kernel->faces[face]) ? pressed + 1 : 0;
+        pressed = continues_beyond_cell({change, active}, best.uv, parts.kernel->faces[face]) ? pressed + 1 : 0;
         if (pressed == max_pressed) break;
         OnSurface next = at(parts, face, clamped({best.uv[0] + change[0], best.uv[1] + change[1]}, within), p);
         // Rounding hides the decrease of the distance in the last steps, as in `nearest_between`.
@@ -273,7 +273,7 @@ std::size_t cell_of(const occ::FaceFacts& facts, const Parameters& uv) {
 }
 
 /// True if the next step, with held parameters fixed, would not move the point.
-bool is_settled(const CadParts& parts, const OnSurface& place, const Cell& within, const Vec<3>& p) {
+bool is_converged(const CadParts& parts, const OnSurface& place, const Cell& within, const Vec<3>& p) {
     constexpr double nothing = 1e-9;  // relative to the model's size
     const Parameters change = step(place, within, p).change;
     return norm(change[0] * vec(place.jet.u) + change[1] * vec(place.jet.v)) <= nothing * parts.size;
@@ -289,19 +289,19 @@ OnSurface nearest(const CadParts& parts, std::size_t face, const Vec<3>& p, cons
         best = at(parts, face, parts.kernel->nearest_parameters(face, p.c), p);
     } else {
         const EntityCells& cells = parts.faces[face];
-        const double none_is_nearer = 16 * rounding(parts, p) * rounding(parts, p);
+        const double rounding_squared = 16 * rounding(parts, p) * rounding(parts, p);
         std::size_t settled = cells.cells.size();
         if (near != nullptr) {
             best = nearest_within(parts, face, clamped(*near, whole(facts)), whole(facts), p);
             if (!std::isfinite(best.distance_squared))
                 best = {};
-            else if (is_settled(parts, best, whole(facts), p))
+            else if (is_converged(parts, best, whole(facts), p))
                 settled = cell_of(facts, turned(best.uv, facts));
         }
         bool is_from_cell = false;
         const auto look_into = [&](std::size_t i) {
             const double beyond = std::max(cells.boxes[i].distance_squared(p), cells.oriented[i].distance_squared(p));
-            if (i == settled || beyond >= best.distance_squared || best.distance_squared <= none_is_nearer)
+            if (i == settled || beyond >= best.distance_squared || best.distance_squared <= rounding_squared)
                 return std::max(beyond, best.distance_squared);
             const Cell& cell = cells.cells[i];
             const Parameters middle{0.5 * (cell.low[0] + cell.high[0]), 0.5 * (cell.low[1] + cell.high[1])};
@@ -312,7 +312,7 @@ OnSurface nearest(const CadParts& parts, std::size_t face, const Vec<3>& p, cons
             }
             return here.distance_squared;
         };
-        if (best.distance_squared > none_is_nearer) (void)cells.tree.nearest(p, look_into, best.distance_squared);
+        if (best.distance_squared > rounding_squared) (void)cells.tree.nearest(p, look_into, best.distance_squared);
         if (is_from_cell) best = nearest_within(parts, face, best.uv, whole(facts), p);
     }
     best.uv = turned(best.uv, facts);
@@ -338,16 +338,16 @@ std::optional<OnEdge> nearest_edge(const CadModel& model, std::size_t face, cons
 
 CadFoot foot_of(const CadModel& model, std::size_t face, const OnSurface& found, const Vec<3>& p) {
     const double distance = std::sqrt(found.distance_squared);
-    const bool is_there = distance <= 4 * rounding(model.parts(), p);
-    return {is_there ? p : found.point(), point_on_face(model, face, found.uv).normal, found.uv,
-            is_there ? 0 : distance};
+    const bool is_present = distance <= 4 * rounding(model.parts(), p);
+    return {is_present ? p : found.point(), point_on_face(model, face, found.uv).normal, found.uv,
+            is_present ? 0 : distance};
 }
 
 /// True if the closest point of the surface is that of the face: it is on the face, or an edge is as near. Edges are
 /// tested before OpenCASCADE, which is slowest for points on edges.
 bool is_on_face(const CadModel& model, std::size_t face, const OnSurface& found, const Vec<3>& p) {
     const CadParts& parts = model.parts();
-    if (const auto known = parts.kernel->has_at_once(face, found.uv[0], found.uv[1])) return *known;
+    if (const auto known = parts.kernel->has_if_known(face, found.uv[0], found.uv[1])) return *known;
     const auto is_as_near = [&](std::size_t edge) {
         return parts.edges[edge].reach.distance_squared(p) <= found.distance_squared &&
                closest_on_edge(model, edge, p).distance <= std::sqrt(found.distance_squared);
@@ -386,44 +386,45 @@ CadFoot closest_on_face(const CadModel& model, std::size_t face, const Vec<3>& p
     return closest(model, face, p, &near).foot;
 }
 
-FaceWalk::FaceWalk(const CadModel& model, std::size_t face, const Parameters* start) : model_(&model), face_(face) {
+FaceDistances::FaceDistances(const CadModel& model, std::size_t face, const Parameters* start)
+    : model_(&model), face_(face) {
     if (start == nullptr) return;
     last_ = place_at({}, clamped(*start, whole(model.parts().kernel->faces[face])));
     last_->from = vec(last_->jet.point);
 }
 
-FaceWalk::Place FaceWalk::place_at(const Vec<3>& from, const Parameters& uv) const {
+FaceDistances::Place FaceDistances::place_at(const Vec<3>& from, const Parameters& uv) const {
     return {from, uv, model_->parts().kernel->on_surface(face_, uv[0], uv[1])};
 }
 
 /// Chooses an earlier closest point as the start of the search for p.
-void FaceWalk::go_near(const Vec<3>& p) {
+void FaceDistances::set_start(const Vec<3>& p) {
     if (!first_of_row_ || !(norm_squared(first_of_row_->from - p) < norm_squared(last_->from - p))) return;
     last_ = first_of_row_;
     first_of_row_.reset();  // p starts the next row of points
 }
 
-void FaceWalk::remember(const Place& place) {
+void FaceDistances::remember(const Place& place) {
     last_ = place;
     if (!first_of_row_) first_of_row_ = last_;
 }
 
-double FaceWalk::distance(const Vec<3>& p) {
-    go_near(p);
+double FaceDistances::distance(const Vec<3>& p) {
+    set_start(p);
     const CadFoot foot = closest(*model_, face_, p, last_ ? &last_->uv : nullptr).foot;
     remember(place_at(p, foot.parameters));
     return foot.distance;
 }
 
 /// True if the face is within the bound of p, where the surface point at `uv` is. Edges decide faster than OpenCASCADE.
-bool FaceWalk::is_face_within(double bound, const Vec<3>& p, const std::array<double, 2>& uv) {
+bool FaceDistances::is_face_within(double bound, const Vec<3>& p, const std::array<double, 2>& uv) {
     const occ::Kernel& kernel = *model_->parts().kernel;
     const Parameters own = turned(uv, kernel.faces[face_]);
-    if (const auto known = kernel.has_at_once(face_, own[0], own[1])) return *known;
+    if (const auto known = kernel.has_if_known(face_, own[0], own[1])) return *known;
     return is_edge_within(bound, p) || kernel.has(face_, own[0], own[1]);
 }
 
-bool FaceWalk::is_surface_within(double bound, const Vec<3>& p) {
+bool FaceDistances::is_surface_within(double bound, const Vec<3>& p) {
     constexpr int max_steps = 3;
     const CadParts& parts = model_->parts();
     const occ::FaceFacts& facts = parts.kernel->faces[face_];
@@ -432,7 +433,7 @@ bool FaceWalk::is_surface_within(double bound, const Vec<3>& p) {
         return foot.distance <= bound && is_face_within(bound, p, foot.uv);
     }
     if (!last_) return false;
-    go_near(p);
+    set_start(p);
     OnSurface here{last_->uv, last_->jet, norm_squared(vec(last_->jet.point) - p)};
     const Cell within = whole(facts);
     for (int n = 0; n < max_steps; ++n) {
@@ -449,8 +450,8 @@ bool FaceWalk::is_surface_within(double bound, const Vec<3>& p) {
 
 /// True if an edge is within the bound of p. Starts at the last point on an edge, then in the edge cell with the
 /// nearest box.
-bool FaceWalk::is_edge_within(double bound, const Vec<3>& p) {
-    if (edge_ && leads_within(bound, p)) return true;
+bool FaceDistances::is_edge_within(double bound, const Vec<3>& p) {
+    if (edge_ && search_edge_within(bound, p)) return true;
     const CadParts& parts = model_->parts();
     double least = std::numeric_limits<double>::infinity();
     for (const std::size_t edge : parts.kernel->faces[face_].edges) {
@@ -462,11 +463,11 @@ bool FaceWalk::is_edge_within(double bound, const Vec<3>& p) {
         edge_ = edge;
         on_edge_ = 0.5 * (cells.cells[piece.item].low[0] + cells.cells[piece.item].high[0]);
     }
-    return least <= bound * bound && leads_within(bound, p);
+    return least <= bound * bound && search_edge_within(bound, p);
 }
 
 /// True if a few steps along the edge come within the bound of p.
-bool FaceWalk::leads_within(double bound, const Vec<3>& p) {
+bool FaceDistances::search_edge_within(double bound, const Vec<3>& p) {
     constexpr int max_steps = 4;
     const occ::EdgeFacts& facts = model_->parts().kernel->edges[*edge_];
     for (int n = 0; n < max_steps; ++n) {
@@ -480,7 +481,7 @@ bool FaceWalk::leads_within(double bound, const Vec<3>& p) {
     return false;
 }
 
-std::optional<double> FaceWalk::distance_beyond(double bound, const Vec<3>& p) {
+std::optional<double> FaceDistances::distance_beyond(double bound, const Vec<3>& p) {
     const double most = std::max(bound, 4 * rounding(model_->parts(), p));
     if (is_surface_within(most, p) || is_edge_within(most, p)) return std::nullopt;
     ++searches_;
@@ -495,7 +496,7 @@ std::optional<double> FaceWalk::distance_beyond(double bound, const Vec<3>& p) {
 }
 
 EntityPoint<3> point_on_face(const CadModel& model, std::size_t face, const std::array<double, 2>& uv) {
-    constexpr double unseen = 1e-9;
+    constexpr double negligible = 1e-9;
     const occ::FaceFacts& facts = model.parts().kernel->faces[face];
     const occ::SurfaceJet jet = model.parts().kernel->on_surface(face, uv[0], uv[1]);
     const Vec<3> u = vec(jet.u), v = vec(jet.v);
@@ -504,8 +505,8 @@ EntityPoint<3> point_on_face(const CadModel& model, std::size_t face, const std:
     // the mixed derivative.
     const auto inwards = [&](std::size_t k) { return uv[k] < 0.5 * (facts.low[k] + facts.high[k]) ? 1.0 : -1.0; };
     const auto reach = [&](std::size_t k) { return facts.high[k] - facts.low[k]; };
-    if (norm(u) * reach(0) <= unseen * norm(v) * reach(1)) along_u = inwards(1) * vec(jet.uv);
-    if (norm(v) * reach(1) <= unseen * norm(u) * reach(0)) along_v = inwards(0) * vec(jet.uv);
+    if (norm(u) * reach(0) <= negligible * norm(v) * reach(1)) along_u = inwards(1) * vec(jet.uv);
+    if (norm(v) * reach(1) <= negligible * norm(u) * reach(0)) along_v = inwards(0) * vec(jet.uv);
     const Vec<3> normal = normalised(cross(along_u, along_v));
     return {vec(jet.point), {u, v}, facts.is_reversed ? -normal : normal};
 }

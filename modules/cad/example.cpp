@@ -136,7 +136,7 @@ int main() {
     std::filesystem::remove(path);
     // If OpenCASCADE is not available, the message contains a remedy.
     if (!model) std::printf("%s\n", describe(model.error()).c_str());
-    if (!model) return !knows_cad() && model.error().kind == ErrorKind::unsupported ? 0 : 1;
+    if (!model) return !has_cad_support() && model.error().kind == ErrorKind::unsupported ? 0 : 1;
     const auto right = example(*model, Execution{});
     if (!right) std::fprintf(stderr, "%s\n", describe(right.error()).c_str());
     return right && *right ? 0 : 1;

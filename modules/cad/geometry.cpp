@@ -129,13 +129,13 @@ GeometryEntity curve(const occ::EdgeFacts& facts, std::size_t edge) {
 }  // namespace
 
 template <>
-Outcome<GeometrySamples<2>> samples_of<2>(const CadModel& model, std::size_t wanted, const Execution& execution) {
+Outcome<GeometrySamples<2>> samples_of<2>(const CadModel& model, std::size_t target_count, const Execution& execution) {
     constexpr double coarse = 0;  // step 0 gives the minimum number of points per curve, enough to estimate its length
     return guarded([&]() -> Outcome<GeometrySamples<2>> {
         const std::vector<std::size_t> curves = curves_of(model);
         double length = 0;
         for (const std::size_t e : curves) length += area_of(of_edge(model, e, coarse));
-        const double step = length / static_cast<double>(std::max<std::size_t>(wanted, 1));
+        const double step = length / static_cast<double>(std::max<std::size_t>(target_count, 1));
         const auto found = map_each(
             without_progress(execution), curves.size(), [&](std::size_t i) { return of_edge(model, curves[i], step); },
             1);
@@ -151,7 +151,7 @@ Outcome<GeometrySamples<2>> samples_of<2>(const CadModel& model, std::size_t wan
 }
 
 template <>
-Outcome<GeometrySamples<3>> samples_of<3>(const CadModel& model, std::size_t wanted, const Execution& execution) {
+Outcome<GeometrySamples<3>> samples_of<3>(const CadModel& model, std::size_t target_count, const Execution& execution) {
     constexpr std::size_t coarse = 16, closer_on_edges = 2;
     const occ::Kernel& kernel = *model.parts().kernel;
     return guarded([&]() -> Outcome<GeometrySamples<3>> {
@@ -161,7 +161,7 @@ Outcome<GeometrySamples<3>> samples_of<3>(const CadModel& model, std::size_t wan
         if (!areas) return fail(areas.error());
         double area = 0;
         for (const double a : *areas) area += a;
-        const double step = std::sqrt(area / static_cast<double>(std::max<std::size_t>(wanted, 1)));
+        const double step = std::sqrt(area / static_cast<double>(std::max<std::size_t>(target_count, 1)));
         std::vector<Samples> faces(kernel.faces.size()), edges(kernel.edges.size());
         auto done = each(
             without_progress(execution), faces.size(), [&](std::size_t f) { faces[f] = of_face(model, f, step); }, 1);
@@ -252,7 +252,7 @@ class CadGeometryModel final : public GeometryModel<3> {
         if (!cad_.model.parts().kernel->faces[face].is_plane) return std::nullopt;
         // A facet that spans several faces is not planar, even if its associated face is.
         const auto is_off = [&](const Vec<3>& p) {
-            return closest_on_face(cad_.model, face, p).distance > at_one_place(cad_.model.parts());
+            return closest_on_face(cad_.model, face, p).distance > coincidence_tolerance(cad_.model.parts());
         };
         if (joined_[face] != no_face && std::any_of(facet.corners.begin(), facet.corners.end(), is_off))
             return std::nullopt;
@@ -282,7 +282,7 @@ class CadGeometryModel final : public GeometryModel<3> {
             for (std::size_t i = 0; i < points.size(); ++i) out[i] = closest_from(face, points[i]).foot.distance;
             return true;
         }
-        FaceWalk walk = walk_from(facet);
+        FaceDistances walk = walk_from(facet);
         for (std::size_t i = 0; i < points.size(); ++i) out[i] = walk.distance(points[i]);
         return true;
     }
@@ -296,7 +296,7 @@ class CadGeometryModel final : public GeometryModel<3> {
             for (const Vec<3>& p : points) largest = std::max(largest, closest_from(face, p).foot.distance);
             return LargestDistance{largest, points.size()};
         }
-        FaceWalk walk = walk_from(facet);
+        FaceDistances walk = walk_from(facet);
         for (const Vec<3>& p : points)
             if (const auto beyond = walk.distance_beyond(largest, p)) largest = *beyond;
         return LargestDistance{largest, walk.searches()};
@@ -305,7 +305,7 @@ class CadGeometryModel final : public GeometryModel<3> {
     [[nodiscard]] bool are_within(const FacetSite<3>& facet, std::span<const Vec<3>> points,
                                   std::span<const double> bounds) const override {
         const std::size_t face = face_of(facet);
-        FaceWalk walk(cad_.model, face, nullptr);
+        FaceDistances walk(cad_.model, face, nullptr);
         for (std::size_t i = 0; i < points.size(); ++i)
             if (joined_[face] != no_face ? closest_from(face, points[i]).foot.distance > bounds[i]
                                          : walk.distance_beyond(bounds[i], points[i]).has_value())
@@ -315,23 +315,23 @@ class CadGeometryModel final : public GeometryModel<3> {
 
     [[nodiscard]] bool is_one_surface(Reference reference) const override { return faces_of(reference).size() == 1; }
 
-    [[nodiscard]] double distance_where(std::span<const FacetSite<3>> meet, const Vec<3>& p) const override {
+    [[nodiscard]] double distance_at_facets(std::span<const FacetSite<3>> meet, const Vec<3>& p) const override {
         double largest = 0;
         for (const std::size_t face : faces_of(meet)) largest = std::max(largest, closest_from(face, p).foot.distance);
         return largest;
     }
 
-    [[nodiscard]] EntityName called(const GeometryEntity& entity) const override {
-        EntityName name = GeometryModel<3>::called(entity);
+    [[nodiscard]] EntityName name_of_entity(const GeometryEntity& entity) const override {
+        EntityName name = GeometryModel<3>::name_of_entity(entity);
         if (entity.kind == GeometryKind::surface) name.kind = "face";
         if (entity.kind == GeometryKind::curve) name.kind = "edge";
         return name;
     }
 
     /// If only part of the boundary is on the model, samples the faces with facets, and their edges.
-    [[nodiscard]] Outcome<GeometrySamples<3>> own_samples(std::size_t wanted,
-                                                          const Execution& execution) const override {
-        auto whole = samples_of<3>(cad_.model, wanted, execution);
+    [[nodiscard]] Outcome<GeometrySamples<3>> sample_all(std::size_t target_count,
+                                                         const Execution& execution) const override {
+        auto whole = samples_of<3>(cad_.model, target_count, execution);
         if (!whole || cad_.is_whole()) return whole;
         return part_of_samples(*whole, [&](const GeometryEntity& entity) { return is_met(entity); });
     }
@@ -360,7 +360,7 @@ class CadGeometryModel final : public GeometryModel<3> {
         for (const FacetSite<3>& facet : around)
             for (std::size_t i = 0; i < 3; ++i)
                 shortest = std::min(shortest, distance(facet.corners[i], facet.corners[(i + 1) % 3]));
-        return {near_enough * distance(first[0], first[1]), smooth_reach * shortest};
+        return {match_tolerance * distance(first[0], first[1]), smooth_reach * shortest};
     }
 
     /// Entity of a mesh edge; on a chain of model edges, also both faces.
@@ -390,7 +390,7 @@ class CadGeometryModel final : public GeometryModel<3> {
         const GeometryEntity rim = curve_of(faces, ends);
         if (rim.kind != GeometryKind::curve) return rim;
         for (const Vec<3>& p : ends)
-            if (closest_on_edge(cad_.model, index(rim.id), p).distance > near_enough * distance(ends[0], ends[1]))
+            if (closest_on_edge(cad_.model, index(rim.id), p).distance > match_tolerance * distance(ends[0], ends[1]))
                 return surface(faces[0]);
         return rim;
     }
@@ -423,7 +423,7 @@ class CadGeometryModel final : public GeometryModel<3> {
         return cad_.of_reference(reference);
     }
 
-    [[nodiscard]] FaceWalk walk_from(const FacetSite<3>& facet) const {
+    [[nodiscard]] FaceDistances walk_from(const FacetSite<3>& facet) const {
         const bool is_known = cad_.has(facet) && facet.id.index() < cad_.association.middles.size();
         return {cad_.model, face_of(facet), is_known ? &cad_.association.middles[facet.id.index()] : nullptr};
     }

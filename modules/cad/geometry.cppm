@@ -119,16 +119,16 @@ struct CadGeometry {
 /// approximate. They are uniform by area, with a minimum for small faces. Entities have the model's numbers. 2D: only
 /// curves (`curves_of`), uniform by length. Errors: stopped.
 template <int D>
-[[nodiscard]] Outcome<GeometrySamples<D>> samples_of(const CadModel& model, std::size_t wanted,
+[[nodiscard]] Outcome<GeometrySamples<D>> samples_of(const CadModel& model, std::size_t target_count,
                                                      const Execution& execution);
 
-/// Samples of the entities for which is_wanted(entity) is true.
-template <int D, class IsWanted>
-[[nodiscard]] Outcome<GeometrySamples<D>> part_of_samples(const GeometrySamples<D>& whole, IsWanted&& is_wanted) {
+/// Samples of the entities for which is_selected(entity) is true.
+template <int D, class IsSelected>
+[[nodiscard]] Outcome<GeometrySamples<D>> part_of_samples(const GeometrySamples<D>& whole, IsSelected&& is_selected) {
     return guarded([&]() -> Outcome<GeometrySamples<D>> {
         GeometrySamples<D> part;
         for (const auto& [entity, begin, end] : whole.entities) {
-            if (!is_wanted(entity)) continue;
+            if (!is_selected(entity)) continue;
             part.begin(entity);
             for (std::size_t i = begin; i < end; ++i) part.add(whole.points[i], whole.weights[i]);
         }
@@ -144,10 +144,11 @@ enum class CadVertices : std::uint8_t { keep, move };
 
 template <int D>
 struct VerticesOnModel {
-    Column<Vec<D>> points;   ///< all vertices
-    std::size_t moved = 0;   ///< vertices with a new position
-    std::size_t held = 0;  ///< vertices that did not reach their targets, because elements or facets would become flat
-    double largest = 0;      ///< length of the largest move
+    Column<Vec<D>> points;  ///< all vertices
+    std::size_t moved = 0;  ///< vertices with a new position
+    std::size_t constrained =
+        0;               ///< vertices that did not reach their targets, because elements or facets would become flat
+    double largest = 0;  ///< length of the largest move
     VertexId farthest = {};  ///< vertex of the largest move
 };
 
@@ -162,7 +163,7 @@ template <int D>
                                                         const Execution& execution);
 
 /// Checks that the mesh fits the model. Errors (input): too many vertices are off a face or an edge
-/// (`CadAssociation::misfit`). The error names the farthest vertex, its distance, the number of off vertices, and,
+/// (`CadAssociation::fit_error`). The error names the farthest vertex, its distance, the number of off vertices, and,
 /// unless `vertices` is `move`, how to move them.
 template <int D>
 [[nodiscard]] Outcome<Done> check_vertices(const CadAssociation& association, CadVertices vertices);

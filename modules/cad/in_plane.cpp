@@ -50,7 +50,7 @@ bool coincide(const CadModel& model, std::size_t a, std::size_t b) {
 }
 
 /// Larger distance of the ends + distance of the facet's middle + length × sine of the angle between the tangents.
-double misfit(const CadModel& model, std::size_t edge, const std::array<Vec<2>, 2>& ends) {
+double fit_error(const CadModel& model, std::size_t edge, const std::array<Vec<2>, 2>& ends) {
     const Vec<2> chord = ends[1] - ends[0];
     const CadCurveFoot foot = closest_on_curve(model, edge, midpoint(ends[0], ends[1]));
     return foot.distance + std::abs(dot(chord, foot.normal)) +
@@ -133,13 +133,13 @@ CadFit best_curve(const CadModel& model, std::span<const std::size_t> edges, con
     const VirtualFaces& joined = model.parts().virtual_curves;
     for (const std::size_t edge : edges) {
         // Misfits above twice the best one need not be exact.
-        const double enough = doubt * best.misfit;
+        const double enough = ambiguity_ratio * best.fit_error;
         if (model.parts().edges[edge].reach.distance_squared(middle) > enough * enough) continue;
-        const double here = misfit(model, edge, ends);
-        if (here < best.misfit) {
-            best.second = best.misfit;
-            if (!joined.are_joined(best.face, edge)) best.other = best.misfit;
-            best.misfit = here;
+        const double here = fit_error(model, edge, ends);
+        if (here < best.fit_error) {
+            best.second = best.fit_error;
+            if (!joined.are_joined(best.face, edge)) best.other = best.fit_error;
+            best.fit_error = here;
             best.face = edge;
         } else {
             best.second = std::min(best.second, here);
@@ -226,7 +226,7 @@ class CurvesModel final : public GeometryModel<2> {
         const std::size_t curve = curve_of(facet);
         if (!facts(curve).is_line) return std::nullopt;
         const auto is_off = [&](const Vec<2>& p) {
-            return closest_on_curve(cad_.model, curve, p).distance > at_one_place(cad_.model.parts());
+            return closest_on_curve(cad_.model, curve, p).distance > coincidence_tolerance(cad_.model.parts());
         };
         if (joined_[curve] != no_face && std::any_of(facet.corners.begin(), facet.corners.end(), is_off))
             return std::nullopt;
@@ -240,23 +240,23 @@ class CurvesModel final : public GeometryModel<2> {
         return project({.facet = {}, .reference = facet.reference, .entity = surface_at(facet)}, p);
     }
 
-    [[nodiscard]] double distance_where(std::span<const FacetSite<2>> meet, const Vec<2>& p) const override {
+    [[nodiscard]] double distance_at_facets(std::span<const FacetSite<2>> meet, const Vec<2>& p) const override {
         double largest = 0;
         for (const FacetSite<2>& facet : meet)
             largest = std::max(largest, closest_from(curve_of(facet), p).foot.distance);
         return largest;
     }
 
-    [[nodiscard]] EntityName called(const GeometryEntity& entity) const override {
-        EntityName name = GeometryModel<2>::called(entity);
+    [[nodiscard]] EntityName name_of_entity(const GeometryEntity& entity) const override {
+        EntityName name = GeometryModel<2>::name_of_entity(entity);
         if (entity.kind == GeometryKind::surface) name.kind = "edge";
         return name;
     }
 
     /// If only part of the boundary is on the model, samples the edges with facets.
-    [[nodiscard]] Outcome<GeometrySamples<2>> own_samples(std::size_t wanted,
-                                                          const Execution& execution) const override {
-        auto whole = samples_of<2>(cad_.model, wanted, execution);
+    [[nodiscard]] Outcome<GeometrySamples<2>> sample_all(std::size_t target_count,
+                                                         const Execution& execution) const override {
+        auto whole = samples_of<2>(cad_.model, target_count, execution);
         if (!whole || cad_.is_whole()) return whole;
         return part_of_samples(*whole, [&](const GeometryEntity& entity) {
             return std::binary_search(all_.begin(), all_.end(), static_cast<std::size_t>(entity.id));

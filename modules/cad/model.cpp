@@ -37,10 +37,10 @@ Library loaded() {
         void* const handle = dlopen(name, RTLD_NOW | RTLD_LOCAL);
         if (handle == nullptr) {
             const char* const said = dlerror();
-            const std::string why = said != nullptr ? said : "no such library";
+            const std::string reason = said != nullptr ? said : "no such library";
             // A missing file is not reported; a broken library is.
-            if (why.starts_with(name) && why.ends_with("No such file or directory")) continue;
-            library.missing += (library.missing.empty() ? "" : "; ") + why;
+            if (reason.starts_with(name) && reason.ends_with("No such file or directory")) continue;
+            library.missing += (library.missing.empty() ? "" : "; ") + reason;
             continue;
         }
         library.open = reinterpret_cast<occ::Open*>(dlsym(handle, "camber_occ_open"));
@@ -65,13 +65,13 @@ Outcome<std::unique_ptr<const occ::Kernel>> kernel_by(const std::string& path, O
     open(library, opened);
     if (opened.is_out_of_memory)
         return fail(ErrorKind::memory, "not enough memory to read the model", path, {}, "make more memory available");
-    if (!opened.kernel) return fail(ErrorKind::input, opened.fault, path, {}, opened.remedy);
+    if (!opened.kernel) return fail(ErrorKind::input, opened.error_text, path, {}, opened.remedy);
     return std::unique_ptr<const occ::Kernel>(std::move(opened.kernel));
 }
 
 }  // namespace
 
-bool knows_cad() { return true; }
+bool has_cad_support() { return true; }
 
 Outcome<std::unique_ptr<const occ::Kernel>> open_kernel(const std::string& path, occ::Format format,
                                                         double millimetres) {
@@ -87,7 +87,7 @@ Outcome<std::unique_ptr<const occ::Kernel>> restored_kernel(const std::string& b
 
 #else
 
-bool knows_cad() { return false; }
+bool has_cad_support() { return false; }
 
 Outcome<std::unique_ptr<const occ::Kernel>> open_kernel(const std::string& path, occ::Format, double) {
     return fail(ErrorKind::unsupported, "this build of Camber reads no CAD files", path, {},

@@ -86,7 +86,7 @@ class CadModel {
     std::shared_ptr<const CadParts> parts_;
 };
 
-[[nodiscard]] bool knows_cad();
+[[nodiscard]] bool has_cad_support();
 
 /// File extensions, for messages.
 inline constexpr std::string_view cad_endings = ".step, .stp, .iges, .igs or .brep";
@@ -135,7 +135,7 @@ struct CadFoot {
 inline constexpr std::uint32_t no_face = 0xffffffffU;
 
 /// A face or edge of the model from which too many vertices of the mesh are off.
-struct CadMisfit {
+struct CadFitError {
     bool is_edge = false;  ///< edge between two faces; 2D: always false
     std::size_t number = 0;
     VertexFit fit;
@@ -166,13 +166,13 @@ struct CadAssociation {
 
     std::size_t faces_met = 0, edges_met = 0, vertices_met = 0;  ///< numbers of entities that the mesh uses
     std::size_t coincident_facets = 0;   ///< facets with another coincident face (touching solids); the first is used
-    std::size_t doubtful_facets = 0;     ///< facets that another face, not joined to theirs, fits nearly as well
+    std::size_t ambiguous_facets = 0;    ///< facets that another face, not joined to theirs, fits nearly as well
     std::size_t settled_facets = 0;      ///< doubtful facets with the face of the sure facets of their reference
-    std::size_t doubtful_edges = 0;      ///< mesh edges between faces without a common edge
-    std::size_t doubtful_vertices = 0;   ///< mesh vertices between three or more faces, far from any model vertex
+    std::size_t ambiguous_edges = 0;     ///< mesh edges between faces without a common edge
+    std::size_t ambiguous_vertices = 0;  ///< mesh vertices between three or more faces, far from any model vertex
     std::size_t vertices = 0;            ///< vertices of facets on the model
-    std::size_t stray_vertices = 0;      ///< vertices farther from the model than their longest edge
-    std::size_t torn_vertices = 0;       ///< vertices that far from the common edge or vertex of their faces
+    std::size_t off_vertices = 0;        ///< vertices farther from the model than their longest edge
+    std::size_t detached_vertices = 0;   ///< vertices that far from the common edge or vertex of their faces
     double largest_vertex_distance = 0;  ///< distance of a vertex from its face, edge or vertex
     VertexId farthest_vertex = {};
 
@@ -180,7 +180,7 @@ struct CadAssociation {
     /// has no facets.
     std::vector<std::vector<std::size_t>> joined;
     FacetsAcrossRidges across;
-    std::optional<CadMisfit> misfit;  ///< entity with the largest share of off vertices; empty: the mesh fits
+    std::optional<CadFitError> fit_error;  ///< entity with the largest share of off vertices; empty: the mesh fits
 };
 
 /// Associates each facet with the face that fits its vertices, middle and normal best. A doubtful facet, which two
@@ -197,11 +197,11 @@ template <int D>
 [[nodiscard]] Outcome<CadAssociation> associate(const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
                                                 const CadModel& model, const Execution& execution);
 
-/// For a model of part of the boundary, or of more than the mesh. Facets of references in `elsewhere` (ascending) are
+/// For a model of part of the boundary, or of more than the mesh. Facets of references in `excluded` (ascending) are
 /// not on the model.
 template <int D>
 [[nodiscard]] Outcome<CadAssociation> associate(const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
-                                                const CadModel& model, std::span<const Reference> elsewhere,
+                                                const CadModel& model, std::span<const Reference> excluded,
                                                 const Execution& execution);
 
 /// Returns the model in the unit of the mesh: unchanged if the sampled facets of each reference lie on it, else in the
@@ -209,23 +209,23 @@ template <int D>
 /// stopped, and those of `in_unit`.
 template <int D>
 [[nodiscard]] Outcome<CadModel> in_unit_of(const LinearMesh<D>& mesh, const CadModel& model,
-                                           std::span<const Reference> elsewhere, const Execution& execution);
+                                           std::span<const Reference> excluded, const Execution& execution);
 
 /// Returns the references (ascending) whose facets are inside one material and off the model, for example sheets (2D:
 /// lines) added to the mesh. All their facets have elements of equal reference on both sides. Over half of their
 /// sampled facets have a corner farther from the model than `off_limit` times the longest side. References in
-/// `elsewhere` (ascending) are excluded. Errors: stopped, memory.
+/// `excluded` (ascending) are excluded. Errors: stopped, memory.
 template <int D>
 [[nodiscard]] Outcome<std::vector<Reference>> references_within_materials(const LinearMesh<D>& mesh,
                                                                           const CadModel& model,
-                                                                          std::span<const Reference> elsewhere,
+                                                                          std::span<const Reference> excluded,
                                                                           const Execution& execution);
 
 /// Fit of the best face to a facet (model units).
 struct CadFit {
     std::size_t face = 0;
-    double misfit = 0;               ///< 0: same vertices, middle and normal
-    double second = 0;               ///< misfit of the second-best face, exact up to twice `misfit`
+    double fit_error = 0;            ///< 0: same vertices, middle and normal
+    double second = 0;               ///< misfit of the second-best face, exact up to twice `fit_error`
     double other = 0;                ///< as `second`, among faces that do not meet the best one smoothly
     std::array<double, 2> middle{};  ///< parameters of the face at the facet's middle; unused in 2D
     bool has_twin = false;           ///< another face coincides with the best one; it does not count as second

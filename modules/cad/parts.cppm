@@ -73,10 +73,10 @@ struct CadParts {
 
 /// Computes distances from a face, equal to those of `closest_on_face` up to rounding. Each search starts at an earlier
 /// closest point: pass neighbouring points consecutively.
-class FaceWalk {
+class FaceDistances {
   public:
     /// `start`: parameters near the first point, or null.
-    FaceWalk(const CadModel& model, std::size_t face, const std::array<double, 2>* start);
+    FaceDistances(const CadModel& model, std::size_t face, const std::array<double, 2>* start);
 
     [[nodiscard]] double distance(const Vec<3>& p);
     /// Distance of p if it exceeds `bound`, else empty (usually without a search).
@@ -92,8 +92,8 @@ class FaceWalk {
     [[nodiscard]] bool is_surface_within(double bound, const Vec<3>& p);
     [[nodiscard]] bool is_face_within(double bound, const Vec<3>& p, const std::array<double, 2>& uv);
     [[nodiscard]] bool is_edge_within(double bound, const Vec<3>& p);
-    [[nodiscard]] bool leads_within(double bound, const Vec<3>& p);
-    void go_near(const Vec<3>& p);
+    [[nodiscard]] bool search_edge_within(double bound, const Vec<3>& p);
+    void set_start(const Vec<3>& p);
     void remember(const Place& place);
     [[nodiscard]] Place place_at(const Vec<3>& from, const std::array<double, 2>& uv) const;
 
@@ -116,22 +116,22 @@ class FaceWalk {
 [[nodiscard]] inline Vec<3> vec(const occ::Point& p) { return {p}; }
 
 /// Two faces fit similarly well if their misfits differ at most by this factor.
-inline constexpr double doubt = 2;
+inline constexpr double ambiguity_ratio = 2;
 
 /// Largest distance of a match, as a share of the length of a mesh edge (boxes: of the diagonal).
-inline constexpr double near_enough = 0.1;
+inline constexpr double match_tolerance = 0.1;
 
 /// Vertices farther from the model than this times their longest edge are off the model. Smaller distances may be due
 /// to omitted fillets.
-inline constexpr double astray = 1;
+inline constexpr double stray_limit = 1;
 
 /// Largest distance of coincident points: the accuracy with which a model's edges fit its faces.
-[[nodiscard]] inline double at_one_place(const CadParts& parts) { return 1e-6 * parts.size; }
+[[nodiscard]] inline double coincidence_tolerance(const CadParts& parts) { return 1e-6 * parts.size; }
 
 /// Checks for `associate` on sampled facets (`check_sample`) and on all vertices (`check_part`).
 template <int D>
 [[nodiscard]] Outcome<Done> check_sample(const LinearMesh<D>& mesh, const CadModel& model,
-                                         std::span<const std::size_t> candidates, std::span<const Reference> elsewhere,
+                                         std::span<const std::size_t> candidates, std::span<const Reference> excluded,
                                          const Execution& execution);
 template <int D>
 [[nodiscard]] Outcome<Done> check_part(const LinearMesh<D>& mesh, const CadModel& model,
@@ -199,7 +199,7 @@ struct Reach {
 inline constexpr double smooth_reach = 0.005;
 [[nodiscard]] inline Reach reach_along(const std::array<Vec<3>, 2>& ends) {
     const double length = distance(ends[0], ends[1]);
-    return {near_enough * length, smooth_reach * length};
+    return {match_tolerance * length, smooth_reach * length};
 }
 
 /// Returns the first of these entities that exists, for at least two faces (ascending):

@@ -35,14 +35,14 @@ class Targets {
         const auto faces = faces_of(association_, facets);
         if (faces.empty()) return std::nullopt;
         const auto corners = facet_site(mesh_, facets.front()).corners;
-        const double near = near_enough * distance(corners[0], corners[1]);
-        const bool ends_here =
+        const double near = match_tolerance * distance(corners[0], corners[1]);
+        const bool is_curve_end =
             std::any_of(facets.begin(), facets.end(), [&](FacetId f) { return association_.faces[f] == no_face; });
         if (faces.size() == 1) {
-            if (ends_here) return at_rim(faces, facets, p, near);
+            if (is_curve_end) return at_rim(faces, facets, p, near);
             return closest_on_virtual_face(model_, faces[0], p).foot.point;
         }
-        if (faces.size() == 2 && ends_here)
+        if (faces.size() == 2 && is_curve_end)
             if (const auto vertex = vertex_between(model_, faces, p))
                 if (distance(model_.vertex(*vertex), p) <= near) return model_.vertex(*vertex);
         return at_junction(faces, p, near);
@@ -61,7 +61,7 @@ class Targets {
                 const auto edge = edge_between(model_, faces, std::span(&p, 1));
                 const auto foot = edge ? std::optional(closest_on_edge(model_, *edge, p)) : std::nullopt;
                 if (foot && foot->distance < 0.5 * at.distance) return foot->point;
-                if (at.distance <= vertex_reach / near_enough * near) return model_.vertex(at.number);
+                if (at.distance <= vertex_reach / match_tolerance * near) return model_.vertex(at.number);
                 return std::nullopt;
             }
             case Junction::On::nothing: return std::nullopt;
@@ -74,10 +74,10 @@ class Targets {
         EdgeSite<3> site{{}, EdgeKind::ridge, {p, p}, {}};
         bool meets = false;
         for (const FacetId f : facets) {
-            const bool is_elsewhere = association_.faces[f] == no_face;
+            const bool is_unassociated = association_.faces[f] == no_face;
             if (!geometry_->prescribes(mesh_.facets.references[f])) continue;
             site.facets.push_back(facet_site(mesh_, f));
-            meets = meets || is_elsewhere;
+            meets = meets || is_unassociated;
         }
         if (meets) return geometry_->on_edge(site, p).point;
         const auto edge = edge_between(model_, face, std::span(&p, 1));
@@ -102,20 +102,20 @@ class TargetsInPlane {
         if (curves.empty()) return std::nullopt;
         const auto corners = facet_site(mesh_, facets.front()).corners;
         const double length = distance(corners[0], corners[1]);
-        const bool ends_here = curves.size() == 1 && faces_elsewhere(facets);
-        const auto vertex = ends_here ? nearest_end(curves[0], p) : end_between(model_, curves, p);
-        const double reach = (ends_here ? near_enough : vertex_reach) * length;
+        const bool is_curve_end = curves.size() == 1 && unassociated_faces(facets);
+        const auto vertex = is_curve_end ? nearest_end(curves[0], p) : end_between(model_, curves, p);
+        const double reach = (is_curve_end ? match_tolerance : vertex_reach) * length;
         const VirtualFaces& groups = model_.parts().virtual_curves;
         const bool is_smooth = std::all_of(curves.begin(), curves.end(),
                                            [&](std::size_t curve) { return groups.are_joined(curve, curves[0]); });
-        if (vertex && distance(vertex_in_plane(model_, *vertex), p) <= (is_smooth ? near_enough * length : reach))
+        if (vertex && distance(vertex_in_plane(model_, *vertex), p) <= (is_smooth ? match_tolerance * length : reach))
             return vertex_in_plane(model_, *vertex);
         if (!is_smooth) return std::nullopt;
         return closest_on_virtual_face(model_, *nearest_curve(model_, curves, p), p).foot.point;
     }
 
   private:
-    [[nodiscard]] bool faces_elsewhere(std::span<const FacetId> facets) const {
+    [[nodiscard]] bool unassociated_faces(std::span<const FacetId> facets) const {
         return std::any_of(facets.begin(), facets.end(), [&](FacetId f) { return association_.faces[f] == no_face; });
     }
     [[nodiscard]] std::optional<std::size_t> nearest_end(std::size_t curve, const Vec<2>& p) const {
@@ -136,7 +136,7 @@ using TargetsOf = std::conditional_t<D == 2, TargetsInPlane, Targets>;
 
 /// Targets of the vertices. `shares`: share of each vertex's move; 0: fixed.
 template <int D>
-struct Ways {
+struct MovesOntoModel {
     const LinearMesh<D>& mesh;
     Buffer<Vec<D>> targets;
     Buffer<double> shares;
@@ -153,18 +153,18 @@ struct Ways {
     }
 };
 
-constexpr double kept = 0.2;
+constexpr double preserved_share = 0.2;
 
 /// True if the moved element preserves a share of its volume, or had none.
 template <int D>
-bool is_sound(const Ways<D>& ways, const SimplexVertices<D>& element) {
+bool is_sound(const MovesOntoModel<D>& moves, const SimplexVertices<D>& element) {
     std::array<Vec<D>, D + 1> before, after;
     for (std::size_t i = 0; i <= D; ++i) {
-        before[i] = ways.mesh.points[element[i]];
-        after[i] = ways.at(element[i]);
+        before[i] = moves.mesh.points[element[i]];
+        after[i] = moves.at(element[i]);
     }
     const double volume = signed_volume<D>(before);
-    return volume <= 0 || signed_volume<D>(after) >= kept * volume;
+    return volume <= 0 || signed_volume<D>(after) >= preserved_share * volume;
 }
 
 /// Normal whose length is twice the triangle's area; 2D: the edge vector.
@@ -173,21 +173,21 @@ Vec<2> area_vector(const std::array<Vec<2>, 2>& c) { return c[1] - c[0]; }
 
 /// True if the moved facet preserves a share of its area along its normal.
 template <int D>
-bool is_sound_facet(const Ways<D>& ways, const SimplexVertices<D - 1>& facet) {
+bool is_sound_facet(const MovesOntoModel<D>& moves, const SimplexVertices<D - 1>& facet) {
     std::array<Vec<D>, D> before, after;
     for (std::size_t i = 0; i < D; ++i) {
-        before[i] = ways.mesh.points[facet[i]];
-        after[i] = ways.at(facet[i]);
+        before[i] = moves.mesh.points[facet[i]];
+        after[i] = moves.at(facet[i]);
     }
     const Vec<D> normal = area_vector(before);
-    return dot(normal, area_vector(after)) >= kept * dot(normal, normal);
+    return dot(normal, area_vector(after)) >= preserved_share * dot(normal, normal);
 }
 
 template <int D, class Simplices, class IsSound>
-Outcome<std::vector<std::size_t>> flattened(const Ways<D>& ways, const Simplices& simplices, IsSound&& sound,
+Outcome<std::vector<std::size_t>> flattened(const MovesOntoModel<D>& moves, const Simplices& simplices, IsSound&& sound,
                                             const Execution& execution) {
     const auto marks = map_each(execution, simplices.size(), [&](std::size_t s) -> std::uint8_t {
-        return ways.is_moved(simplices[s]) && !sound(ways, simplices[s]) ? 1 : 0;
+        return moves.is_moved(simplices[s]) && !sound(moves, simplices[s]) ? 1 : 0;
     });
     if (!marks) return fail(marks.error());
     std::vector<std::size_t> found;
@@ -198,35 +198,36 @@ Outcome<std::vector<std::size_t>> flattened(const Ways<D>& ways, const Simplices
 
 /// Halves the moves at flat simplices, and finally drops them, until no simplex is flat.
 template <int D>
-Outcome<Done> hold_back(Ways<D>& ways, const Execution& execution) {
+Outcome<Done> limit_moves(MovesOntoModel<D>& moves, const Execution& execution) {
     constexpr int halvings = 6;
     for (int round = 0;; ++round) {
-        const auto elements = flattened(ways, ways.mesh.elements.vertices, is_sound<D>, execution);
+        const auto elements = flattened(moves, moves.mesh.elements.vertices, is_sound<D>, execution);
         if (!elements) return fail(elements.error());
-        const auto facets = flattened(ways, ways.mesh.facets.vertices, is_sound_facet<D>, execution);
+        const auto facets = flattened(moves, moves.mesh.facets.vertices, is_sound_facet<D>, execution);
         if (!facets) return fail(facets.error());
         if (elements->empty() && facets->empty()) return Done{};
-        std::vector<VertexId> held;
+        std::vector<VertexId> constrained;
         for (const std::size_t e : *elements)
-            for (const VertexId v : ways.mesh.elements.vertices[e]) held.push_back(v);
+            for (const VertexId v : moves.mesh.elements.vertices[e]) constrained.push_back(v);
         for (const std::size_t f : *facets)
-            for (const VertexId v : ways.mesh.facets.vertices[f]) held.push_back(v);
-        std::sort(held.begin(), held.end());
-        held.erase(std::unique(held.begin(), held.end()), held.end());
-        for (const VertexId v : held) ways.shares[v.index()] = round < halvings ? ways.shares[v.index()] / 2 : 0;
+            for (const VertexId v : moves.mesh.facets.vertices[f]) constrained.push_back(v);
+        std::sort(constrained.begin(), constrained.end());
+        constrained.erase(std::unique(constrained.begin(), constrained.end()), constrained.end());
+        for (const VertexId v : constrained)
+            moves.shares[v.index()] = round < halvings ? moves.shares[v.index()] / 2 : 0;
     }
 }
 
 template <int D>
-VerticesOnModel<D> moved(const Ways<D>& ways, const Buffer<std::uint8_t>& is_off) {
+VerticesOnModel<D> moved(const MovesOntoModel<D>& moves, const Buffer<std::uint8_t>& is_off) {
     VerticesOnModel<D> out;
-    Buffer<Vec<D>> points(ways.mesh.points.begin(), ways.mesh.points.end());
+    Buffer<Vec<D>> points(moves.mesh.points.begin(), moves.mesh.points.end());
     for (std::size_t v = 0; v < points.size(); ++v) {
         if (is_off[v] == 0) continue;
-        points[v] = ways.at(VertexId(v));
-        const double way = distance(points[v], ways.mesh.points[VertexId(v)]);
+        points[v] = moves.at(VertexId(v));
+        const double way = distance(points[v], moves.mesh.points[VertexId(v)]);
         out.moved += way > 0 ? 1 : 0;
-        out.held += ways.shares[v] < 1 ? 1 : 0;
+        out.constrained += moves.shares[v] < 1 ? 1 : 0;
         if (way <= out.largest) continue;
         out.largest = way;
         out.farthest = VertexId(v);
@@ -255,20 +256,21 @@ Outcome<VerticesOnModel<D>> vertices_onto(const CadModel& model, const CadAssoci
         });
         if (!targets) return fail(targets.error());
         Buffer<std::uint8_t> is_off(targets->size(), 0);
-        Ways<D> ways{mesh, std::move(*targets), Buffer<double>(is_off.size(), 0.0)};
+        MovesOntoModel<D> moves{mesh, std::move(*targets), Buffer<double>(is_off.size(), 0.0)};
         for (std::size_t v = 0; v < is_off.size(); ++v) {
-            is_off[v] = ways.targets[v] != mesh.points[VertexId(v)] ? 1 : 0;
-            ways.shares[v] = is_off[v];
+            is_off[v] = moves.targets[v] != mesh.points[VertexId(v)] ? 1 : 0;
+            moves.shares[v] = is_off[v];
         }
-        if (auto held = hold_back(ways, without_progress(execution)); !held) return fail(held.error());
-        return moved(ways, is_off);
+        if (auto constrained = limit_moves(moves, without_progress(execution)); !constrained)
+            return fail(constrained.error());
+        return moved(moves, is_off);
     });
 }
 
 template <int D>
 Outcome<Done> check_vertices(const CadAssociation& association, CadVertices vertices) {
-    if (!association.misfit) return Done{};
-    const auto& [is_edge, number, fit] = *association.misfit;
+    if (!association.fit_error) return Done{};
+    const auto& [is_edge, number, fit] = *association.fit_error;
     const std::string name = (is_edge || D == 2 ? "CAD edge " : "CAD face ") + std::to_string(number + 1);
     const char* const remedy =
         vertices == CadVertices::move

@@ -85,13 +85,13 @@ bool is_on_rim(const CadModel& model, const Vec<D>& foot, const Vec<D>& normal, 
 template <class Found, int D>
 Found walked(const CadModel& model, Found best, const VirtualFaces& faces, const Vec<D>& p, const MayTake& may_take,
              auto&& foot_on) {
-    std::vector<std::size_t> seen{best.face};
+    std::vector<std::size_t> visited{best.face};
     while (is_on_rim(model, best.foot.point, best.foot.normal, p)) {
         std::optional<Found> nearer;
         for (const std::size_t other : faces.beside[best.face]) {
-            if (std::find(seen.begin(), seen.end(), other) != seen.end()) continue;
+            if (std::find(visited.begin(), visited.end(), other) != visited.end()) continue;
             if (may_take && !may_take(other)) continue;
-            seen.push_back(other);
+            visited.push_back(other);
             Found there{other, foot_on(other)};
             if (there.foot.distance < (nearer ? *nearer : best).foot.distance) nearer = std::move(there);
         }
@@ -325,7 +325,7 @@ Outcome<Done> find_spans(const LinearMesh<D>& mesh, const CadModel& model, std::
         execution, mesh.facets.size(),
         [&](std::size_t f) -> Span {
             const auto corners = facet_site(mesh, FacetId(f)).corners;
-            if (association.faces[f] == no_face || fits[f].misfit <= off_limit * longest_side(corners)) return {};
+            if (association.faces[f] == no_face || fits[f].fit_error <= off_limit * longest_side(corners)) return {};
             return span_of<D>(model, all, association.faces[f], corners);
         },
         16);

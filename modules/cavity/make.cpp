@@ -87,7 +87,7 @@ Lines lines_of(const LinearMesh<3>& mesh, const EdgeSet<3>& edges, const BreaksO
     };
     for (const std::uint32_t row : listed.required) mark(row, Mark::required);
     for (const std::uint32_t row : mesh.ridges) mark(row, Mark::ridge);
-    const auto breaks_here = [&](std::size_t e) {
+    const auto is_break = [&](std::size_t e) {
         const auto facets = facet_shells[e];
         if (facets.empty()) return false;
         if (!breaks.edge_kinds.empty() && breaks.edge_kinds[e] == EdgeKind::ridge) return true;
@@ -97,7 +97,7 @@ Lines lines_of(const LinearMesh<3>& mesh, const EdgeSet<3>& edges, const BreaksO
                entity_of(mesh.facets.entities, facets[0].index()) != entity_of(mesh.facets.entities, facets[1].index());
     };
     for (std::size_t e = 0; e < edges.size(); ++e)
-        if (!lines.of_edges[e].valid() && breaks_here(e)) lines.add(EdgeId(e), 0, 0, Mark::implied);
+        if (!lines.of_edges[e].valid() && is_break(e)) lines.add(EdgeId(e), 0, 0, Mark::implied);
     for (std::size_t l = 0; !breaks.edge_kinds.empty() && l < lines.edges.size(); ++l)
         if (breaks.edge_kinds[lines.edges[l].index()] != EdgeKind::ridge) lines.marks[l] |= Mark::embedded;
     return lines;
@@ -120,7 +120,7 @@ struct Meeting {
 
 /// Returns the state of each vertex. `inside`: ends of lines without facets.
 template <int D>
-Buffer<VertexState> places(const LinearMesh<D>& mesh, const DynamicMesh<D>& made, const BreaksOfMesh& breaks,
+Buffer<VertexState> places(const LinearMesh<D>& mesh, const DynamicMesh<D>& result, const BreaksOfMesh& breaks,
                            std::span<const VertexId> inside) {
     Buffer<VertexState> states(mesh.points.size(), VertexState{});
     for (const auto& f : mesh.facets.vertices)
@@ -132,13 +132,14 @@ Buffer<VertexState> places(const LinearMesh<D>& mesh, const DynamicMesh<D>& made
     if constexpr (D == 2) {
         for (std::size_t f = 0; f < mesh.facets.size(); ++f)
             for (const VertexId v : mesh.facets.vertices[f])
-                meetings[v.index()].add(made.facets.references[f], entity_of(made.facets.entities, f), {});
+                meetings[v.index()].add(result.facets.references[f], entity_of(result.facets.entities, f), {});
         for (const std::uint32_t f : mesh.ridges)
             for (const VertexId v : mesh.facets.vertices[f]) states[v.index()].place = VertexPlace::corner;
     } else {
-        for (std::size_t l = 0; l < made.lines.size(); ++l)
-            for (const VertexId v : made.edges[made.lines[l]]) {
-                meetings[v.index()].add(made.line_references[l], made.line_entities[l], kind_of(made.line_marks[l]));
+        for (std::size_t l = 0; l < result.lines.size(); ++l)
+            for (const VertexId v : result.edges[result.lines[l]]) {
+                meetings[v.index()].add(result.line_references[l], result.line_entities[l],
+                                        kind_of(result.line_marks[l]));
                 states[v.index()].place = VertexPlace::line;
             }
     }
@@ -150,14 +151,14 @@ Buffer<VertexState> places(const LinearMesh<D>& mesh, const DynamicMesh<D>& made
     for (const auto& on : mesh.geometry.on_points) states[on.item.index()].place = VertexPlace::corner;
     for (const Group& group : mesh.groups)
         for (std::size_t v = 0; group.dimension == 0 && v < states.size(); ++v)
-            if (made.point_references[v] == group.reference) states[v].place = VertexPlace::corner;
+            if (result.point_references[v] == group.reference) states[v].place = VertexPlace::corner;
     for (const VertexId v : breaks.corners) states[v.index()].place = VertexPlace::corner;
     return states;
 }
 
 template <int D>
-void mark_given(const GivenGeometry<D>& geometry, Buffer<VertexState>& states) {
-    const auto mark = [&](VertexId v) { states[v.index()].marks |= Mark::given; };
+void mark_input_data(const InputGeometry<D>& geometry, Buffer<VertexState>& states) {
+    const auto mark = [&](VertexId v) { states[v.index()].marks |= Mark::has_input_data; };
     for (const auto& at : geometry.normals.at) mark(at.vertex);
     for (const auto& at : geometry.tangents.at) mark(at.vertex);
     for (const auto& on : geometry.on_points) mark(on.item);
@@ -167,10 +168,11 @@ void mark_given(const GivenGeometry<D>& geometry, Buffer<VertexState>& states) {
 
 /// Freezes vertices whose surroundings cannot be changed soundly.
 template <int D>
-Outcome<Done> hold(const LinearMesh<D>& mesh, const DynamicMesh<D>& made, const Incidence<ElementId>& balls,
-                   const EdgeSet<D>& edges, Buffer<VertexState>& states, const Execution& execution) {
-    for (std::size_t f = 0; f < made.sides.size(); ++f)
-        if (!made.sides[f][0].valid())
+Outcome<Done> freeze_vertices(const LinearMesh<D>& mesh, const DynamicMesh<D>& result,
+                              const Incidence<ElementId>& balls, const EdgeSet<D>& edges, Buffer<VertexState>& states,
+                              const Execution& execution) {
+    for (std::size_t f = 0; f < result.sides.size(); ++f)
+        if (!result.sides[f][0].valid())
             for (const VertexId v : mesh.facets.vertices[f]) states[v.index()].marks |= Mark::frozen;
     const auto around = shells(edges, execution);
     if (!around) return fail(around.error());
@@ -182,7 +184,8 @@ Outcome<Done> hold(const LinearMesh<D>& mesh, const DynamicMesh<D>& made, const 
         for (std::size_t v = begin; v < end; ++v) {
             const auto n = balls[v].size();
             if (states[v].place == VertexPlace::infinity) continue;
-            if (n == 0 || (states[v].place != VertexPlace::inside && is_pinched(made, n, VertexId(v), *around, found)))
+            if (n == 0 ||
+                (states[v].place != VertexPlace::inside && is_pinched(result, n, VertexId(v), *around, found)))
                 states[v].marks |= Mark::frozen;
         }
     });
@@ -198,33 +201,34 @@ Outcome<DynamicMesh<D>> make_dynamic_with(const LinearMesh<D>& mesh, const EdgeS
         if (auto checked = check_sizes(mesh, edges, breaks); !checked) return fail(checked.error());
         const auto around = balls(mesh, execution);
         if (!around) return fail(around.error());
-        auto made = with_faces(mesh, edges, *around, execution);
-        if (!made) return made;
-        if (auto checked = check_facets(*made, execution); !checked) return fail(checked.error());
+        auto result = with_faces(mesh, edges, *around, execution);
+        if (!result) return result;
+        if (auto checked = check_facets(*result, execution); !checked) return fail(checked.error());
         std::vector<VertexId> inside;
         if constexpr (D == 3) {
             const auto facets = facet_shells(edges, execution);
             if (!facets) return fail(facets.error());
-            Lines lines = lines_of(mesh, edges, breaks, *facets, made->sides);
-            made->line_of = std::move(lines.of_edges);
-            made->lines = std::move(lines.edges);
-            made->line_references = std::move(lines.references);
-            made->line_entities = std::move(lines.entities);
-            made->line_marks = std::move(lines.marks);
-            for (const EdgeId line : made->lines)
+            Lines lines = lines_of(mesh, edges, breaks, *facets, result->sides);
+            result->line_of = std::move(lines.of_edges);
+            result->lines = std::move(lines.edges);
+            result->line_references = std::move(lines.references);
+            result->line_entities = std::move(lines.entities);
+            result->line_marks = std::move(lines.marks);
+            for (const EdgeId line : result->lines)
                 if ((*facets)[line].empty())
                     inside.insert(inside.end(), edges.vertices[line].begin(), edges.vertices[line].end());
         }
-        auto states = places(mesh, *made, breaks, inside);
+        auto states = places(mesh, *result, breaks, inside);
         for (const VertexId v : mesh.required_vertices) states[v.index()].marks |= Mark::required;
-        mark_given(mesh.geometry, states);
+        mark_input_data(mesh.geometry, states);
         for (const VertexId v : at_infinity) states[v.index()] = {VertexPlace::infinity, Mark::frozen};
-        made->at_infinity = Buffer<VertexId>(at_infinity.begin(), at_infinity.end());
-        made->states = states;
-        if (auto done = hold(mesh, *made, *around, edges, states, execution); !done) return fail(done.error());
-        made->states = std::move(states);
-        made->stamp = new_stamp();
-        return made;
+        result->at_infinity = Buffer<VertexId>(at_infinity.begin(), at_infinity.end());
+        result->states = states;
+        if (auto done = freeze_vertices(mesh, *result, *around, edges, states, execution); !done)
+            return fail(done.error());
+        result->states = std::move(states);
+        result->stamp = new_stamp();
+        return result;
     });
 }
 
@@ -239,9 +243,9 @@ Outcome<DynamicMesh<D>> make_dynamic(const QuadraticMesh<D>& mesh, const BreaksO
                                      const Execution& execution) {
     if (mesh.mid_nodes.size() != mesh.edges.size())
         return fail(ErrorKind::internal, "a mesh of degree 2 must have one node for each edge");
-    auto made = make_dynamic(mesh.linear, mesh.edges, breaks, execution);
-    if (made) made->nodes = mesh.mid_nodes;
-    return made;
+    auto result = make_dynamic(mesh.linear, mesh.edges, breaks, execution);
+    if (result) result->nodes = mesh.mid_nodes;
+    return result;
 }
 
 namespace {
@@ -314,7 +318,7 @@ Buffer<Marks> with_ridges(Buffer<Marks> marks, const Column<std::uint32_t>& ridg
 template <int D>
 Outcome<DynamicMesh<D>> with_faces(const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
                                    const Incidence<ElementId>& balls, const Execution& execution) {
-    DynamicMesh<D> made;
+    DynamicMesh<D> result;
     auto beside = neighbours(mesh, balls, execution);
     if (!beside) return fail(beside.error());
     auto across = faces_across<D>(*beside);
@@ -326,24 +330,24 @@ Outcome<DynamicMesh<D>> with_faces(const LinearMesh<D>& mesh, const EdgeSet<D>& 
                 std::ranges::find(across[side.index()], FaceNeighbour(FacetId(f))) == across[side.index()].end())
                 return fail(ErrorKind::input, "two facets have the same vertices", {}, Entity{"facet", f + 1},
                             prepare_it);
-    made.face_neighbours = std::move(across);
-    made.sides = std::move(sides);
-    made.elements = with_marks(mesh.elements, 0);
-    made.facets = with_marks(mesh.facets, 0);
-    if (D == 2) made.facets.marks = with_ridges(take(std::move(made.facets.marks)), mesh.ridges);
+    result.face_neighbours = std::move(across);
+    result.sides = std::move(sides);
+    result.elements = with_marks(mesh.elements, 0);
+    result.facets = with_marks(mesh.facets, 0);
+    if (D == 2) result.facets.marks = with_ridges(take(std::move(result.facets.marks)), mesh.ridges);
     auto element_of = map_each(execution, mesh.points.size(),
                                [&](std::size_t v) { return balls[v].empty() ? ElementId{} : balls[v].front(); });
     if (!element_of) return fail(element_of.error());
-    made.element_of = std::move(*element_of);
-    made.points = mesh.points;
-    made.point_references = mesh.point_references.size() == mesh.points.size()
-                                ? mesh.point_references
-                                : Column<Reference>(Buffer<Reference>(mesh.points.size(), 0));
-    made.edges_of = edges.of_elements;
-    made.edges = edges.vertices;
-    made.geometry = mesh.geometry;
-    made.groups = mesh.groups;
-    return made;
+    result.element_of = std::move(*element_of);
+    result.points = mesh.points;
+    result.point_references = mesh.point_references.size() == mesh.points.size()
+                                  ? mesh.point_references
+                                  : Column<Reference>(Buffer<Reference>(mesh.points.size(), 0));
+    result.edges_of = edges.of_elements;
+    result.edges = edges.vertices;
+    result.geometry = mesh.geometry;
+    result.groups = mesh.groups;
+    return result;
 }
 
 template <int D>
@@ -421,25 +425,25 @@ Reference reference_of_none(const Column<Reference>& references) {
 Simplices<2> with_faces_to_infinity(const LinearMesh<3>& mesh, const EdgeSet<3>& edges,
                                     const Incidence<FacetId>& around, const Pieces& pieces) {
     Simplices<2> facets = mesh.facets;
-    Buffer<SimplexVertices<2>> made;
+    Buffer<SimplexVertices<2>> result;
     const auto piece = [&](FacetId f) { return pieces.of[f.index()]; };
     for (std::size_t e = 0; e < around.size(); ++e) {
         const auto at = around[e];
         if (at.size() == 2 && piece(at[0]) != no_piece && piece(at[1]) != no_piece) continue;
         const auto& [a, b] = edges.vertices[e];
         for (const FacetId f : at)
-            if (piece(f) != no_piece) made.push_back({a, b, VertexId(mesh.points.size() + piece(f))});
+            if (piece(f) != no_piece) result.push_back({a, b, VertexId(mesh.points.size() + piece(f))});
     }
     auto vertices = take(std::move(facets.vertices));
     auto references = facets.references.size() == mesh.facets.size() ? take(std::move(facets.references))
                                                                      : Buffer<Reference>(mesh.facets.size(), 0);
-    references.insert(references.end(), made.size(), reference_of_none(mesh.facets.references));
-    vertices.insert(vertices.end(), made.begin(), made.end());
+    references.insert(references.end(), result.size(), reference_of_none(mesh.facets.references));
+    vertices.insert(vertices.end(), result.begin(), result.end());
     facets.vertices = std::move(vertices);
     facets.references = std::move(references);
     if (!facets.entities.empty()) {
         auto entities = take(std::move(facets.entities));
-        entities.insert(entities.end(), made.size(), 0);
+        entities.insert(entities.end(), result.size(), 0);
         facets.entities = std::move(entities);
     }
     return facets;

@@ -21,10 +21,10 @@ void rise(std::vector<Id>& ids) {
 }
 
 template <int D>
-void add_facets(const DynamicMesh<D>& mesh, ElementId e, const std::array<bool, D + 1>& held,
+void add_facets(const DynamicMesh<D>& mesh, ElementId e, const std::array<bool, D + 1>& contains_vertex,
                 std::vector<FacetId>& found) {
     for (int face = 0; face <= D; ++face)
-        if (!held[face] && mesh.face_neighbours[e][face].is_facet())
+        if (!contains_vertex[face] && mesh.face_neighbours[e][face].is_facet())
             found.push_back(mesh.face_neighbours[e][face].facet());
 }
 
@@ -106,11 +106,11 @@ void facets_with(const DynamicMesh<D>& mesh, const std::vector<ElementId>& eleme
                  std::vector<FacetId>& found) {
     found.clear();
     for (const ElementId e : elements) {
-        std::array<bool, D + 1> held{};
+        std::array<bool, D + 1> contains_vertex{};
         const int local = local_vertex(mesh.elements.vertices[e], v);
         if (local < 0) continue;
-        held[local] = true;
-        add_facets<D>(mesh, e, held, found);
+        contains_vertex[local] = true;
+        add_facets<D>(mesh, e, contains_vertex, found);
     }
     rise(found);
 }
@@ -122,9 +122,9 @@ void facets_with(const DynamicMesh<D>& mesh, const std::vector<ElementId>& eleme
     for (const ElementId e : elements)
         for (int k = 0; k < edges_per_simplex<D>; ++k) {
             if (mesh.edges_of[e][k] != edge) continue;
-            std::array<bool, D + 1> held{};
-            for (const int i : local_edges<D>[k]) held[i] = true;
-            add_facets<D>(mesh, e, held, found);
+            std::array<bool, D + 1> contains_vertex{};
+            for (const int i : local_edges<D>[k]) contains_vertex[i] = true;
+            add_facets<D>(mesh, e, contains_vertex, found);
         }
     rise(found);
 }
@@ -324,8 +324,8 @@ Outcome<Done> check_edges(const DynamicMesh<D>& mesh) {
             continue;
         }
         const auto& [a, b] = mesh.edges[e];
-        const bool held = mesh.states[a].marks.has(Mark::frozen) && mesh.states[b].marks.has(Mark::frozen);
-        if (used[e] == 0 && !held) return wrong("an edge belongs to no element", "edge", e);
+        const bool contains_vertex = mesh.states[a].marks.has(Mark::frozen) && mesh.states[b].marks.has(Mark::frozen);
+        if (used[e] == 0 && !contains_vertex) return wrong("an edge belongs to no element", "edge", e);
         if (const LineId l = mesh.line_at(EdgeId(e)); l.valid() && mesh.lines[l] != EdgeId(e))
             return wrong("the line of an edge belongs to another edge", "edge", e);
         ends.push_back({a, b});

@@ -45,14 +45,14 @@ enum class VertexPlace : std::uint8_t {
 };
 
 enum class Mark : std::uint8_t {
-    required = 1,    ///< must not change
-    frozen = 2,      ///< fixed: a facet has no elements, or the mesh touches itself
-    given = 4,       ///< has directions or associations of the input
-    moved = 8,       ///< a new or moved vertex
-    ridge = 16,      ///< a ridge listed by the input
-    implied = 32,    ///< a line at which facets break, not listed by the input
-    corner = 64,     ///< a corner listed by the input
-    embedded = 128,  ///< a line at which no surface breaks
+    required = 1,        ///< must not change
+    frozen = 2,          ///< fixed: a facet has no elements, or the mesh touches itself
+    has_input_data = 4,  ///< has directions or associations of the input
+    moved = 8,           ///< a new or moved vertex
+    ridge = 16,          ///< a ridge listed by the input
+    implied = 32,        ///< a line at which facets break, not listed by the input
+    corner = 64,         ///< a corner listed by the input
+    embedded = 128,      ///< a line at which no surface breaks
 };
 class Marks {
   public:
@@ -90,9 +90,9 @@ struct DynamicSimplices {
     friend bool operator==(const DynamicSimplices&, const DynamicSimplices&) = default;
 };
 
-struct FreePlaces {
+struct FreeSlots {
     Column<std::uint32_t> vertices, edges, lines, facets, elements;
-    friend bool operator==(const FreePlaces&, const FreePlaces&) = default;
+    friend bool operator==(const FreeSlots&, const FreeSlots&) = default;
 };
 
 /// Identity of a mesh value: copies share it, commits change it.
@@ -123,8 +123,8 @@ struct DynamicMesh {
     Column<Reference> line_references, line_entities;
     Column<Marks> line_marks;
 
-    FreePlaces free;
-    GivenGeometry<D> geometry;  ///< input data of vertices with `Mark::given`
+    FreeSlots free;
+    InputGeometry<D> geometry;  ///< input data of vertices with `Mark::has_input_data`
     Column<Group> groups;
     Column<VertexId> at_infinity;  ///< only standalone surface meshes
     Stamp stamp;

@@ -67,9 +67,9 @@ void put_lines(const MeshPart<3>& part, const EdgeSet<3>& edges, const Incidence
 }
 
 template <int D>
-Outcome<Buffer<VertexState>> held_states(const MeshPart<D>& part, const DynamicMesh<D>& mesh,
-                                         const Incidence<ElementId>& balls, const EdgeSet<D>& edges,
-                                         const Buffer<std::uint8_t>& on_rim, const Execution& execution) {
+Outcome<Buffer<VertexState>> fixed_states(const MeshPart<D>& part, const DynamicMesh<D>& mesh,
+                                          const Incidence<ElementId>& balls, const EdgeSet<D>& edges,
+                                          const Buffer<std::uint8_t>& on_rim, const Execution& execution) {
     const auto around = shells(edges, execution);
     if (!around) return fail(around.error());
     Buffer<VertexState> states(part.states.begin(), part.states.end());
@@ -96,23 +96,23 @@ Outcome<DynamicPart<D>> make_dynamic_part(const MeshPart<D>& part, const Executi
         if (!edges) return fail(edges.error());
         const auto around = balls(part.mesh, execution);
         if (!around) return fail(around.error());
-        auto made = with_faces(part.mesh, *edges, *around, execution);
-        if (!made) return fail(made.error());
+        auto result = with_faces(part.mesh, *edges, *around, execution);
+        if (!result) return fail(result.error());
         Buffer<Marks> facet_marks(part.facet_marks.begin(), part.facet_marks.end());
         for (Marks& marks : facet_marks)
             if (marks.has(Mark::frozen)) marks |= Mark::required;
-        made->facets.marks = std::move(facet_marks);
-        auto on_rim = rim_of(*made);
+        result->facets.marks = std::move(facet_marks);
+        auto on_rim = rim_of(*result);
         if constexpr (D == 3) {
             const auto facets = facet_shells(*edges, execution);
             if (!facets) return fail(facets.error());
-            put_lines(part, *edges, *facets, on_rim, *made);
+            put_lines(part, *edges, *facets, on_rim, *result);
         }
-        auto states = held_states(part, *made, *around, *edges, on_rim, execution);
+        auto states = fixed_states(part, *result, *around, *edges, on_rim, execution);
         if (!states) return fail(states.error());
-        made->states = std::move(*states);
-        made->stamp = new_stamp();
-        return DynamicPart<D>{std::move(*made), std::move(on_rim)};
+        result->states = std::move(*states);
+        result->stamp = new_stamp();
+        return DynamicPart<D>{std::move(*result), std::move(on_rim)};
     });
 }
 
@@ -164,10 +164,10 @@ Column<std::uint32_t> marked(const Column<Marks>& marks, const Buffer<Id>& ids, 
 
 template <int K, class Id>
 Simplices<K> simplices(const DynamicSimplices<K>& from, const NewIds<Id>& ids, const Buffer<VertexId>& vertices) {
-    auto kept = take(rows(from.vertices, ids));
-    for (auto& simplex : kept)
+    auto part_simplices = take(rows(from.vertices, ids));
+    for (auto& simplex : part_simplices)
         for (VertexId& v : simplex) v = vertices[v.index()];
-    return {std::move(kept), rows(from.references, ids), marked(from.marks, ids.of, Mark::required),
+    return {std::move(part_simplices), rows(from.references, ids), marked(from.marks, ids.of, Mark::required),
             rows(from.entities, ids)};
 }
 
@@ -193,22 +193,23 @@ Simplices<1> listed_lines(const DynamicMesh<D>& mesh, const Buffer<VertexId>& ve
 }
 
 template <int D>
-DirectionsAtVertices<D> directions(const DirectionsAtVertices<D>& given, const DynamicMesh<D>& mesh,
+DirectionsAtVertices<D> directions(const DirectionsAtVertices<D>& specified, const DynamicMesh<D>& mesh,
                                    const Buffer<VertexId>& vertices) {
     Buffer<DirectionRow> at;
-    for (const DirectionRow& row : given.at)
-        if (const Marks marks = mesh.states[row.vertex].marks; marks.has(Mark::given) && !marks.has(Mark::moved))
+    for (const DirectionRow& row : specified.at)
+        if (const Marks marks = mesh.states[row.vertex].marks;
+            marks.has(Mark::has_input_data) && !marks.has(Mark::moved))
             at.push_back({vertices[row.vertex.index()], row.row});
-    return {given.table, std::move(at)};
+    return {specified.table, std::move(at)};
 }
 
 template <int G, int D>
-Column<Association<G>> associations(const Column<Association<G>>& given, const DynamicMesh<D>& mesh,
+Column<Association<G>> associations(const Column<Association<G>>& specified, const DynamicMesh<D>& mesh,
                                     const Buffer<VertexId>& vertices) {
     Buffer<Association<G>> out;
-    for (Association<G> on : given) {
+    for (Association<G> on : specified) {
         const Marks marks = mesh.states[on.item].marks;
-        if (!marks.has(Mark::given)) continue;
+        if (!marks.has(Mark::has_input_data)) continue;
         if (marks.has(Mark::moved) && G < D - 1) continue;
         if (marks.has(Mark::moved)) on.parameters = {}, on.distance = {};
         on.item = vertices[on.item.index()];
@@ -230,10 +231,10 @@ void put_vertices(const DynamicMesh<D>& mesh, const NewIds<VertexId>& new_vertic
     }
     out.corners = std::move(corners);
     out.required_vertices = std::move(required);
-    const GivenGeometry<D>& given = mesh.geometry;
-    out.geometry = {directions(given.normals, mesh, ids), directions(given.tangents, mesh, ids),
-                    associations(given.on_points, mesh, ids), associations(given.on_curves, mesh, ids),
-                    associations(given.on_surfaces, mesh, ids)};
+    const InputGeometry<D>& specified = mesh.geometry;
+    out.geometry = {directions(specified.normals, mesh, ids), directions(specified.tangents, mesh, ids),
+                    associations(specified.on_points, mesh, ids), associations(specified.on_curves, mesh, ids),
+                    associations(specified.on_surfaces, mesh, ids)};
 }
 
 template <int D>

@@ -43,10 +43,11 @@ struct Patch {
 
 /// True if the topology does not change: the patch replaces all elements around an inner vertex, which may move.
 template <int D, class Elements>
-[[nodiscard]] bool keeps_topology(const Elements& elements, const Patch<D>& patch) {
-    const auto& [joined, kept, facets, lines, boundary, vanishing, place] = patch.star;
+[[nodiscard]] bool preserves_topology(const Elements& elements, const Patch<D>& patch) {
+    const auto& [joined, preserved, facets, lines, boundary, vanishing, place] = patch.star;
     const auto& removed = patch.removed;
-    if (!patch.point.vertex.valid() || !kept.empty() || !removed.facets.empty() || !removed.lines.empty()) return false;
+    if (!patch.point.vertex.valid() || !preserved.empty() || !removed.facets.empty() || !removed.lines.empty())
+        return false;
     if (joined.size() != removed.elements.size()) return false;
     for (const ElementFace& open : joined)
         if (elements[open.element.index()][open.opposite] != patch.point.vertex) return false;
@@ -81,8 +82,8 @@ struct ChangedMesh {
 
 /// Applies patches at the cost of their size. Another order of patches gives the same mesh up to numbering. New
 /// entities except vertices first take slots that their patch removes, in ascending order. Then they, like vertices,
-/// take free slots (the last freed first), then new ones. With `keeps_topology`, elements stay in their slots. Pass the
-/// mesh by `std::move` to avoid a copy; an error then destroys it.
+/// take free slots (the last freed first), then new ones. With `preserves_topology`, elements stay in their slots. Pass
+/// the mesh by `std::move` to avoid a copy; an error then destroys it.
 ///
 /// Errors: internal (patches of another mesh; patches that overlap or create the same edge; a moved vertex or node of
 /// elements neither in the cavity nor reshaped; a point that another patch removes; in degree 2, not one node for each

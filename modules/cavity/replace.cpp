@@ -31,16 +31,17 @@ auto refused(std::string what) { return fail(ErrorKind::internal, std::move(what
 
 /// True if edges of elements outside keep their nodes.
 template <int D>
-bool keeps_outer_nodes(const DynamicMesh<D>& mesh, const Patch<D>& patch) {
+bool preserves_outer_nodes(const DynamicMesh<D>& mesh, const Patch<D>& patch) {
     const auto& boundary = patch.star.boundary;
-    for (const ElementFace& face : patch.star.kept) {
+    for (const ElementFace& face : patch.star.preserved) {
         const auto& vertices = mesh.elements.vertices[face.element];
-        const int held = local_vertex(vertices, patch.point.vertex);
+        const int point_index = local_vertex(vertices, patch.point.vertex);
         for (int i = 0; i <= D; ++i) {
-            if (i == held || i == static_cast<int>(face.opposite)) continue;
+            if (i == point_index || i == static_cast<int>(face.opposite)) continue;
             const auto at = std::find(boundary.begin(), boundary.end(), vertices[i]) - boundary.begin();
             if (at == std::ssize(boundary)) continue;  // no new element has this edge
-            if (mesh.nodes[mesh.edges_of[face.element][edge_between<D>[i][held]]] != patch.nodes[at]) return false;
+            if (mesh.nodes[mesh.edges_of[face.element][edge_between<D>[i][point_index]]] != patch.nodes[at])
+                return false;
         }
     }
     return true;
@@ -80,7 +81,7 @@ Outcome<Done> check_patches(const DynamicMesh<D>& mesh, std::span<const Patch<D>
     std::vector<bool> is_removed(mesh.elements.size(), false);
     std::vector<VertexId> vanishing;
     std::vector<std::array<VertexId, 2>> edges;
-    std::size_t made = 0;
+    std::size_t result = 0;
     constexpr std::size_t max_places = 0x7fffffffU;  // see FaceNeighbour
     for (const Patch<D>& patch : patches) {
         if (patch.planned_for != mesh.stamp) return refused("a patch was planned for another mesh");
@@ -92,20 +93,20 @@ Outcome<Done> check_patches(const DynamicMesh<D>& mesh, std::span<const Patch<D>
         }
         if (auto checked = check_following(mesh, patch, is_removed); !checked) return checked;
         append(vanishing, patch.star.vanishing);
-        made += patch.star.joined.size();
-        if (patch.point.vertex.valid() && patch.point.place && !patch.star.kept.empty() &&
+        result += patch.star.joined.size();
+        if (patch.point.vertex.valid() && patch.point.place && !patch.star.preserved.empty() &&
             *patch.point.place != mesh.points[patch.point.vertex])
             return refused("a patch moves a vertex of elements outside its cavity");
         if (patch.nodes.size() != (mesh.is_curved() ? patch.star.boundary.size() : 0))
             return refused("a patch must have one node for each edge at its point");
-        if (mesh.is_curved() && !keeps_outer_nodes(mesh, patch))
+        if (mesh.is_curved() && !preserves_outer_nodes(mesh, patch))
             return refused("a patch moves a node of elements or facets outside its cavity");
         if (const VertexId p = patch.point.vertex;
-            p.valid() && !keeps_topology<D>(mesh.elements.vertices.view(), patch))
+            p.valid() && !preserves_topology<D>(mesh.elements.vertices.view(), patch))
             for (const VertexId v : patch.star.boundary) edges.push_back({std::min(p, v), std::max(p, v)});
     }
-    if (mesh.elements.size() + made >= max_places || mesh.facets.size() + made >= max_places ||
-        mesh.edges.size() + 3 * made >= max_entities)
+    if (mesh.elements.size() + result >= max_places || mesh.facets.size() + result >= max_places ||
+        mesh.edges.size() + 3 * result >= max_entities)
         return fail(ErrorKind::unsupported, "the mesh would have more entities than 32 bits can number");
     std::sort(edges.begin(), edges.end());
     if (std::adjacent_find(edges.begin(), edges.end()) != edges.end())
@@ -200,7 +201,7 @@ struct Draft {
     Buffer<Reference> line_references, line_entities;
     Buffer<Marks> line_marks;
     Buffer<std::uint32_t> free_vertices, free_edges, free_lines, free_facets, free_elements;
-    GivenGeometry<D> geometry;
+    InputGeometry<D> geometry;
     Column<Group> groups;
     Column<VertexId> at_infinity;
 };
@@ -259,9 +260,9 @@ struct Beyond {
 };
 
 template <int D>
-class Committing {
+class PatchCommit {
   public:
-    explicit Committing(DynamicMesh<D> mesh) : d_(std::move(mesh)) {}
+    explicit PatchCommit(DynamicMesh<D> mesh) : d_(std::move(mesh)) {}
 
     void apply(const Patch<D>& patch) {
         for (const auto& [edge, node] : patch.following) d_.nodes[edge.index()] = node;
@@ -269,7 +270,7 @@ class Committing {
         append(changes_.elements.created, patch.reshaped);
         const Star<D>& star = patch.star;
         const VertexId point = put_point(patch);
-        if (keeps_topology<D>(d_.elements, patch)) {
+        if (preserves_topology<D>(d_.elements, patch)) {
             for (const ElementId e : patch.removed.elements) d_.element_marks[e.index()] = {};
             if (!patch.nodes.empty()) {
                 find_edges_at(patch, point);
@@ -331,18 +332,18 @@ class Committing {
         for (const ElementFace& open : star.joined) {
             const std::size_t from = open.element.index();
             const int opposite = static_cast<int>(open.opposite);
-            NewElement<D> made{d_.elements[from],
-                               d_.edges_of[from],
-                               {},
-                               d_.element_references[from],
-                               d_.element_entities.empty() ? 0 : d_.element_entities[from]};
-            made.vertices[opposite] = point;
-            made.face_neighbours[opposite] = d_.face_neighbours[from][opposite];
-            elements_.push_back(made);
+            NewElement<D> result{d_.elements[from],
+                                 d_.edges_of[from],
+                                 {},
+                                 d_.element_references[from],
+                                 d_.element_entities.empty() ? 0 : d_.element_entities[from]};
+            result.vertices[opposite] = point;
+            result.face_neighbours[opposite] = d_.face_neighbours[from][opposite];
+            elements_.push_back(result);
             beyond_.push_back(beyond(open));
         }
-        kept_beyond_.clear();
-        for (const ElementFace& open : star.kept) kept_beyond_.push_back(beyond(open));
+        preserved_beyond_.clear();
+        for (const ElementFace& open : star.preserved) preserved_beyond_.push_back(beyond(open));
         lines_.clear();
         for (const auto& [line, opposite] : star.lines) {
             const std::size_t l = line.index();
@@ -372,11 +373,11 @@ class Committing {
         to_point_.assign(patch.star.boundary.size(), EdgeId{});
         for (const ElementId e : patch.removed.elements) {
             const auto& v = d_.elements[e.index()];
-            const int held = patch.point.vertex.valid() ? local_vertex(v, point) : -1;
-            for (int i = 0; held >= 0 && i <= D; ++i)
-                if (const std::uint32_t at = i == held ? FlatMap<VertexId>::none : vertices_.find(v[i]);
+            const int point_index = patch.point.vertex.valid() ? local_vertex(v, point) : -1;
+            for (int i = 0; point_index >= 0 && i <= D; ++i)
+                if (const std::uint32_t at = i == point_index ? FlatMap<VertexId>::none : vertices_.find(v[i]);
                     at != FlatMap<VertexId>::none)
-                    to_point_[at] = d_.edges_of[e.index()][edge_between<D>[i][held]];
+                    to_point_[at] = d_.edges_of[e.index()][edge_between<D>[i][point_index]];
         }
     }
     void put_nodes(const Patch<D>& patch) {
@@ -386,7 +387,7 @@ class Committing {
     void number_edges(const Patch<D>& patch, VertexId point) {
         const Star<D>& star = patch.star;
         find_edges_at(patch, point);
-        std::vector<EdgeId> old = edges_that_go(patch);
+        std::vector<EdgeId> old = removed_edges(patch);
         append(changes_.edges.removed, old);
         Places places(old, d_.free_edges, [&] {
             d_.edges.push_back({});
@@ -416,7 +417,7 @@ class Committing {
     }
 
     /// Edges of removed elements that are neither on joined faces nor at the point; ascending.
-    [[nodiscard]] std::vector<EdgeId> edges_that_go(const Patch<D>& patch) {
+    [[nodiscard]] std::vector<EdgeId> removed_edges(const Patch<D>& patch) {
         stay_.clear();
         for (const ElementFace& open : patch.star.joined)
             for (int k = 0; k < edges_per_simplex<D>; ++k)
@@ -439,17 +440,18 @@ class Committing {
     /// Creates facets in the star's order. `put_elements` sets `sides`.
     std::vector<FacetId> put_facets(const Patch<D>& patch, VertexId point) {
         const Star<D>& star = patch.star;
-        std::vector<NewFacet<D>> made;
-        made.reserve(star.facets.size());
+        std::vector<NewFacet<D>> result;
+        result.reserve(star.facets.size());
         for (const auto& [facet, opposite] : star.facets) {
             const std::size_t from = facet.index();
-            made.push_back({d_.facets[from], d_.facet_references[from],
-                            d_.facet_entities.empty() ? 0 : d_.facet_entities[from], d_.facet_marks[from]});
-            made.back().vertices[opposite] = point;
+            result.push_back({d_.facets[from], d_.facet_references[from],
+                              d_.facet_entities.empty() ? 0 : d_.facet_entities[from], d_.facet_marks[from]});
+            result.back().vertices[opposite] = point;
         }
         // The preserved side of a facet identifies its face at the point.
         for (StarFace& face : faces_) face.facet = FlatMap<VertexId>::none;
-        for (std::uint32_t f = 0; f < star.facets.size(); ++f) faces_[names_.find(kept_side(star.facets[f]))].facet = f;
+        for (std::uint32_t f = 0; f < star.facets.size(); ++f)
+            faces_[names_.find(preserved_side(star.facets[f]))].facet = f;
         std::vector<FacetId> own = rising(patch.removed.facets);
         append(changes_.facets.removed, own);
         Places places(own, d_.free_facets, [&] {
@@ -461,8 +463,8 @@ class Committing {
             return FacetId(d_.facets.size() - 1);
         });
         std::vector<FacetId> ids;
-        ids.reserve(made.size());
-        for (const NewFacet<D>& facet : made) {
+        ids.reserve(result.size());
+        for (const NewFacet<D>& facet : result) {
             const FacetId f = places.next();
             d_.facets[f.index()] = facet.vertices;
             d_.facet_references[f.index()] = facet.reference;
@@ -480,7 +482,7 @@ class Committing {
         return ids;
     }
     /// The side that a removed facet shares with its new facet.
-    [[nodiscard]] SideId<D> kept_side(const JoinedFacet& joined) const {
+    [[nodiscard]] SideId<D> preserved_side(const JoinedFacet& joined) const {
         const auto& facet = d_.facets[joined.facet.index()];
         const int k = static_cast<int>(joined.opposite);
         if constexpr (D == 2) {
@@ -536,9 +538,9 @@ class Committing {
                     elements_[face.sides[s].of].face_neighbours[face.sides[s].local] = FaceNeighbour(f);
                     d_.sides[f.index()][s] = ids_[face.sides[s].of];
                 }
-            } else if (second.kept) {  // `find_faces` adds kept faces last
-                elements_[first.of].face_neighbours[first.local] = kept_beyond_[second.of].outside;
-                turn_to(kept_beyond_[second.of], ids_[first.of]);
+            } else if (second.preserved) {  // `find_faces` adds kept faces last
+                elements_[first.of].face_neighbours[first.local] = preserved_beyond_[second.of].outside;
+                turn_to(preserved_beyond_[second.of], ids_[first.of]);
             } else {
                 elements_[first.of].face_neighbours[first.local] = FaceNeighbour(ids_[second.of]);
                 elements_[second.of].face_neighbours[second.local] = FaceNeighbour(ids_[first.of]);
@@ -583,7 +585,7 @@ class Committing {
     std::vector<StarFace> faces_;
     std::vector<NewElement<D>> elements_;
     std::vector<NewLine> lines_;
-    std::vector<Beyond> beyond_, kept_beyond_;
+    std::vector<Beyond> beyond_, preserved_beyond_;
     std::vector<EdgeId> to_point_;
     std::vector<ElementId> ids_;
 };
@@ -595,7 +597,7 @@ Outcome<ChangedMesh<D>> replace_cavities(DynamicMesh<D> mesh, std::span<const Pa
     return guarded([&]() -> Outcome<ChangedMesh<D>> {
         if (auto checked = check_patches(mesh, patches); !checked) return fail(checked.error());
         if (patches.empty()) return ChangedMesh<D>{std::move(mesh), {}};
-        Committing<D> committing(std::move(mesh));
+        PatchCommit<D> committing(std::move(mesh));
         for (const Patch<D>& patch : patches) committing.apply(patch);
         return std::move(committing).changed();
     });

@@ -13,18 +13,19 @@ import camber.core;
 namespace camber {
 
 template <int D>
-StarFailure Starring<D>::run() {
+StarFailure StarBuilder<D>::run() {
     out_.clear();
-    using Step = StarFailure (Starring::*)();
-    constexpr std::array<Step, 2> taking{&Starring::take_parts, &Starring::open_faces};
-    constexpr std::array<Step, 8> joining{
-        &Starring::vertices,    &Starring::faces_at_point, &Starring::facets,         &Starring::lines,
-        &Starring::ball_around, &Starring::nothing_exists, &Starring::faces_complete, &Starring::surface_at_point};
+    using Step = StarFailure (StarBuilder::*)();
+    constexpr std::array<Step, 2> taking{&StarBuilder::take_parts, &StarBuilder::open_faces};
+    constexpr std::array<Step, 8> joining{&StarBuilder::vertices,       &StarBuilder::faces_at_point,
+                                          &StarBuilder::facets,         &StarBuilder::lines,
+                                          &StarBuilder::ball_around,    &StarBuilder::check_existing,
+                                          &StarBuilder::faces_complete, &StarBuilder::surface_at_point};
     for (const Step step : taking)
         if (const StarFailure failure = (this->*step)(); failure != StarFailure::none) return failure;
     collect_boundary();
     if (is_ball_inside()) {
-        w_.to_point.assign(out_.boundary.size(), {.is_there = true});
+        w_.to_point.assign(out_.boundary.size(), {.is_present = true});
         return StarFailure::none;
     }
     for (const Step step : joining)
@@ -33,9 +34,9 @@ StarFailure Starring<D>::run() {
 }
 
 template <int D>
-bool Starring<D>::is_ball_inside() const {
+bool StarBuilder<D>::is_ball_inside() const {
     if (!point_.valid() || mesh_.states[point_].place != VertexPlace::inside) return false;
-    if (!cavity_.facets.empty() || !cavity_.lines.empty() || !out_.kept.empty()) return false;
+    if (!cavity_.facets.empty() || !cavity_.lines.empty() || !out_.preserved.empty()) return false;
     // Each element has one open face, opposite the point.
     return out_.joined.size() == cavity_.elements.size() &&
            std::ranges::all_of(out_.joined, [&](const ElementFace& open) {
@@ -44,7 +45,7 @@ bool Starring<D>::is_ball_inside() const {
 }
 
 template <int D>
-StarFailure Starring<D>::take_parts() {
+StarFailure StarBuilder<D>::take_parts() {
     w_.elements.clear();
     w_.facets.clear();
     w_.lines.clear();
@@ -66,30 +67,30 @@ StarFailure Starring<D>::take_parts() {
         const LineId l = cavity_.lines[i];
         if (mesh_.is_free(l)) return StarFailure::line;
         // At frozen ends the mesh may touch itself, so that a walk misses elements of the edge.
-        const bool held = std::ranges::all_of(mesh_.edges[mesh_.lines[l]],
-                                              [&](VertexId v) { return mesh_.states[v].marks.has(Mark::frozen); });
-        if (held || mesh_.line_marks[l].has(Mark::required)) return StarFailure::required;
+        const bool is_frozen = std::ranges::all_of(mesh_.edges[mesh_.lines[l]],
+                                                   [&](VertexId v) { return mesh_.states[v].marks.has(Mark::frozen); });
+        if (is_frozen || mesh_.line_marks[l].has(Mark::required)) return StarFailure::required;
         w_.lines.put(l, i);
     }
     return StarFailure::none;
 }
 
 template <int D>
-StarFailure Starring<D>::open_faces() {
+StarFailure StarBuilder<D>::open_faces() {
     for (const ElementId e : cavity_.elements) {
         const auto& v = mesh_.elements.vertices[e];
-        const int held = point_.valid() ? local_vertex(v, point_) : -1;
+        const int point_index = point_.valid() ? local_vertex(v, point_) : -1;
         for (int face = 0; face <= D; ++face) {
             if (!is_open(e, face)) continue;
             const ElementFace open{e, static_cast<std::uint32_t>(face)};
-            (held >= 0 && held != face ? out_.kept : out_.joined).push_back(open);
+            (point_index >= 0 && point_index != face ? out_.preserved : out_.joined).push_back(open);
         }
     }
     return out_.joined.empty() ? StarFailure::empty : StarFailure::none;
 }
 
 template <int D>
-void Starring<D>::collect_boundary() {
+void StarBuilder<D>::collect_boundary() {
     w_.vertices.clear();
     for (const ElementFace& open : out_.joined)
         for (int i = 0; i <= D; ++i) {
@@ -101,18 +102,18 @@ void Starring<D>::collect_boundary() {
 }
 
 template <int D>
-StarFailure Starring<D>::vertices() {
+StarFailure StarBuilder<D>::vertices() {
     w_.to_point.assign(out_.boundary.size(), {});
     for (const ElementId e : cavity_.elements) {
         const auto& simplex = mesh_.elements.vertices[e];
-        const bool holds_point = point_.valid() && local_vertex(simplex, point_) >= 0;
+        const bool contains_point = point_.valid() && local_vertex(simplex, point_) >= 0;
         for (const VertexId v : simplex) {
             if (v == point_) continue;
             const std::uint32_t at = w_.vertices.find(v);
-            if (at == nothing)
+            if (at == none_found)
                 out_.vanishing.push_back(v);
-            else if (holds_point)
-                w_.to_point[at].is_there = true;
+            else if (contains_point)
+                w_.to_point[at].is_present = true;
         }
     }
     std::sort(out_.vanishing.begin(), out_.vanishing.end());
@@ -126,43 +127,43 @@ StarFailure Starring<D>::vertices() {
 }
 
 template <int D>
-StarFailure Starring<D>::faces_at_point() {
+StarFailure StarBuilder<D>::faces_at_point() {
     return find_faces<D>(mesh_.elements.vertices, mesh_.edges_of, out_, point_, w_.names, w_.faces) ? StarFailure::none
                                                                                                     : StarFailure::ball;
 }
 
 template <int D>
-Reference Starring<D>::reference_beside(const StarFace::Side& side) const {
-    const ElementFace& open = (side.kept ? out_.kept : out_.joined)[side.of];
-    if (!side.kept) return mesh_.elements.references[open.element];
+Reference StarBuilder<D>::reference_beside(const StarFace::Side& side) const {
+    const ElementFace& open = (side.preserved ? out_.preserved : out_.joined)[side.of];
+    if (!side.preserved) return mesh_.elements.references[open.element];
     const FaceNeighbour across = mesh_.face_neighbours[open.element][static_cast<int>(open.opposite)];
-    return across.is_element() ? mesh_.elements.references[across.element()] : nowhere;
+    return across.is_element() ? mesh_.elements.references[across.element()] : no_reference;
 }
 
 template <int D>
-StarFailure Starring<D>::faces_complete() {
+StarFailure StarBuilder<D>::faces_complete() {
     for (const StarFace& face : w_.faces) {
-        const bool is_kept = face.sides[0].kept || (face.count == 2 && face.sides[1].kept);
-        if (face.facet != nothing) {
+        const bool is_preserved = face.sides[0].preserved || (face.count == 2 && face.sides[1].preserved);
+        if (face.facet != none_found) {
             const bool two_sided = mesh_.sides[out_.facets[face.facet].facet][1].valid();
-            if (is_kept || face.count != (two_sided ? 2 : 1)) return StarFailure::surface;
+            if (is_preserved || face.count != (two_sided ? 2 : 1)) return StarFailure::surface;
             continue;
         }
         if (face.count != 2) return StarFailure::surface;
-        if (face.sides[0].kept && face.sides[1].kept) return StarFailure::ball;
+        if (face.sides[0].preserved && face.sides[1].preserved) return StarFailure::ball;
         const Reference a = reference_beside(face.sides[0]);
         const Reference b = reference_beside(face.sides[1]);
-        if (a != b && a != nowhere && b != nowhere) return StarFailure::surface;
+        if (a != b && a != no_reference && b != no_reference) return StarFailure::surface;
     }
     return StarFailure::none;
 }
 
 template <int D>
-StarFailure Starring<D>::ball_around() {
+StarFailure StarBuilder<D>::ball_around() {
     Groups groups(w_.groups, out_.joined.size());
     bool has_border = false;
     for (const StarFace& face : w_.faces) {
-        if (face.count < 2 || face.sides[0].kept || face.sides[1].kept) {
+        if (face.count < 2 || face.sides[0].preserved || face.sides[1].preserved) {
             has_border = true;
             continue;
         }
@@ -176,18 +177,18 @@ StarFailure Starring<D>::ball_around() {
 }
 
 template <int D>
-bool Starring<D>::is_beside_one_part() {
+bool StarBuilder<D>::is_beside_one_part() {
     // Each element without the point stays a separate group.
     Groups groups(w_.groups, cavity_.elements.size());
     std::size_t alone = 0;
     for (std::uint32_t i = 0; i < cavity_.elements.size(); ++i) {
         const ElementId e = cavity_.elements[i];
-        const int held = local_vertex(mesh_.elements.vertices[e], point_);
-        if (held < 0) ++alone;
-        for (int face = 0; held >= 0 && face <= D; ++face) {
-            if (face == held || is_open(e, face)) continue;
+        const int point_index = local_vertex(mesh_.elements.vertices[e], point_);
+        if (point_index < 0) ++alone;
+        for (int face = 0; point_index >= 0 && face <= D; ++face) {
+            if (face == point_index || is_open(e, face)) continue;
             const ElementId next = element_across(mesh_, e, face);
-            if (const std::uint32_t at = next.valid() ? w_.elements.find(next) : nothing; at != nothing)
+            if (const std::uint32_t at = next.valid() ? w_.elements.find(next) : none_found; at != none_found)
                 groups.join(i, at);
         }
     }
@@ -195,25 +196,25 @@ bool Starring<D>::is_beside_one_part() {
 }
 
 template <int D>
-StarFailure Starring<D>::nothing_exists() {
+StarFailure StarBuilder<D>::check_existing() {
     if (!point_.valid()) return StarFailure::none;
     ball(mesh_, point_, w_.outside);
     if (!is_beside_one_part()) return StarFailure::ball;
     for (const ElementId e : w_.outside) {
         if (w_.elements.contains(e)) continue;
         const auto& v = mesh_.elements.vertices[e];
-        const int held = local_vertex(v, point_);
+        const int point_index = local_vertex(v, point_);
         for (int i = 0; i <= D; ++i) {
-            if (i == held) continue;
+            if (i == point_index) continue;
             const std::uint32_t at = w_.vertices.find(v[i]);
-            if (at != nothing && !w_.to_point[at].is_there) return StarFailure::exists;
+            if (at != none_found && !w_.to_point[at].is_present) return StarFailure::exists;
             // This is the face opposite local vertex i.
             const ElementFace beside{e, static_cast<std::uint32_t>(i)};
             const std::uint32_t face =
-                w_.names.find(side_without<D>(mesh_.elements.vertices, mesh_.edges_of, beside, held));
-            if (face == nothing) continue;
+                w_.names.find(side_without<D>(mesh_.elements.vertices, mesh_.edges_of, beside, point_index));
+            if (face == none_found) continue;
             const auto& sides = w_.faces[face].sides;
-            if (!sides[0].kept && !(w_.faces[face].count == 2 && sides[1].kept)) return StarFailure::exists;
+            if (!sides[0].preserved && !(w_.faces[face].count == 2 && sides[1].preserved)) return StarFailure::exists;
         }
     }
     return StarFailure::none;
@@ -222,17 +223,17 @@ StarFailure Starring<D>::nothing_exists() {
 template <int D>
 StarFailure star(const DynamicMesh<D>& mesh, const Cavity<D>& cavity, VertexId point, StarWorkspace<D>& workspace,
                  Star<D>& out) {
-    return Starring<D>(mesh, cavity, point, workspace, out).run();
+    return StarBuilder<D>(mesh, cavity, point, workspace, out).run();
 }
 
 template <int D>
-void Starring<D>::keep_facet_at(EdgeId edge) {
+void StarBuilder<D>::preserve_facet_at(EdgeId edge) {
     for (const VertexId v : mesh_.edges[edge])
-        if (const std::uint32_t at = w_.vertices.find(v); at != nothing) w_.to_point[at].keeps_facet = true;
+        if (const std::uint32_t at = w_.vertices.find(v); at != none_found) w_.to_point[at].preserves_facet = true;
 }
 
 template <int D>
-void Starring<D>::list_facet_sides() {
+void StarBuilder<D>::list_facet_sides() {
     w_.open_sides.clear();
     for (const FacetId f : cavity_.facets)
         for (std::uint32_t k = 0; k < D; ++k) {
@@ -241,7 +242,7 @@ void Starring<D>::list_facet_sides() {
                 const EdgeId edge = facet_edge(mesh_, f, static_cast<int>(k));
                 const LineId line = mesh_.line_of[edge];
                 if (line.valid() && w_.lines.contains(line)) {
-                    keep_facet_at(edge);
+                    preserve_facet_at(edge);
                     continue;
                 }
                 w_.open_sides.push_back({edge, reference, {f, k}, line.valid()});
@@ -256,12 +257,12 @@ void Starring<D>::list_facet_sides() {
 }
 
 template <int D>
-bool Starring<D>::is_inside(std::span<const OpenSide> sides, std::size_t first, std::size_t last) const {
-    return last - first == 2 && (!sides[first].is_line || (D == 2 && holds_point(sides[first].name)));
+bool StarBuilder<D>::is_inside(std::span<const OpenSide> sides, std::size_t first, std::size_t last) const {
+    return last - first == 2 && (!sides[first].is_line || (D == 2 && contains_point(sides[first].name)));
 }
 
 template <int D>
-bool Starring<D>::pieces_have_sides() {
+bool StarBuilder<D>::pieces_have_sides() {
     const auto& sides = w_.open_sides;
     const auto index = [&](const OpenSide& side) { return w_.facets.find(side.facet.facet); };
     Groups groups(w_.groups, cavity_.facets.size());
@@ -289,11 +290,11 @@ bool Starring<D>::pieces_have_sides() {
 }
 
 template <int D>
-StarFailure Starring<D>::facets() {
+StarFailure StarBuilder<D>::facets() {
     list_facet_sides();
     for (const FacetId f : cavity_.facets)
         for (const VertexId v : mesh_.facets.vertices[f])
-            if (const std::uint32_t at = w_.vertices.find(v); at != nothing) w_.to_point[at].lost_facet = true;
+            if (const std::uint32_t at = w_.vertices.find(v); at != none_found) w_.to_point[at].lost_facet = true;
     const auto& sides = w_.open_sides;
     for (std::size_t i = 0, next = 0; i < sides.size(); i = next) {
         next = i + 1;
@@ -303,28 +304,28 @@ StarFailure Starring<D>::facets() {
         if (is_inside(sides, i, next)) continue;
         if (next - i == 2) return StarFailure::surface;
         for (const VertexId v : vertices_of(sides[i].name))
-            if (const std::uint32_t at = w_.vertices.find(v); at != nothing) w_.to_point[at].keeps_facet = true;
-        if (holds_point(sides[i].name)) continue;
+            if (const std::uint32_t at = w_.vertices.find(v); at != none_found) w_.to_point[at].preserves_facet = true;
+        if (contains_point(sides[i].name)) continue;
         const std::uint32_t at = w_.names.find(sides[i].name);
-        if (at == nothing || w_.faces[at].facet != nothing) return StarFailure::surface;
+        if (at == none_found || w_.faces[at].facet != none_found) return StarFailure::surface;
         w_.faces[at].facet = static_cast<std::uint32_t>(out_.facets.size());
         out_.facets.push_back(sides[i].facet);
     }
     if (!pieces_have_sides()) return StarFailure::surface;
     // A remaining vertex must stay on its surface.
     for (const auto& vertex : w_.to_point)
-        if (vertex.lost_facet && !vertex.keeps_facet) return StarFailure::surface;
+        if (vertex.lost_facet && !vertex.preserves_facet) return StarFailure::surface;
     return StarFailure::none;
 }
 
 template <int D>
-bool Starring<D>::count_facet(const SimplexVertices<D - 1>& facet, Reference reference) {
+bool StarBuilder<D>::count_facet(const SimplexVertices<D - 1>& facet, Reference reference) {
     ++facets_at_point_;
     bool fits = true;
     for (const VertexId v : facet) {
         if (v == point_) continue;
         const std::uint32_t at = w_.vertices.find(v);
-        if (at == nothing) continue;
+        if (at == none_found) continue;
         auto& edge = w_.to_point[at];
         if (!edge.is_line && edge.facets > 0 && edge.reference != reference) fits = false;
         ++edge.facets;
@@ -334,14 +335,14 @@ bool Starring<D>::count_facet(const SimplexVertices<D - 1>& facet, Reference ref
 }
 
 template <int D>
-void Starring<D>::count_before(const SimplexVertices<D - 1>& facet) {
+void StarBuilder<D>::count_before(const SimplexVertices<D - 1>& facet) {
     for (const VertexId v : facet)
-        if (const std::uint32_t at = v == point_ ? nothing : w_.vertices.find(v); at != nothing)
+        if (const std::uint32_t at = v == point_ ? none_found : w_.vertices.find(v); at != none_found)
             ++w_.to_point[at].before;
 }
 
 template <int D>
-bool Starring<D>::lines_keep_their_facets() {
+bool StarBuilder<D>::lines_preserve_facets() {
     for (const auto& [line, opposite] : out_.lines) {
         const auto& ends = mesh_.edges[mesh_.lines[line]];
         if (ends[opposite] == point_) continue;  // the line is created again, so its facets are counted
@@ -357,7 +358,7 @@ bool Starring<D>::lines_keep_their_facets() {
 }
 
 template <int D>
-StarFailure Starring<D>::surface_at_point() {
+StarFailure StarBuilder<D>::surface_at_point() {
     facets_at_point_ = 0;
     bool fits = true;
     bool was_touched = false;
@@ -386,7 +387,7 @@ StarFailure Starring<D>::surface_at_point() {
     if (D == 3)
         for (const auto& edge : w_.to_point)
             if (!edge.is_line && edge.facets != 0 && edge.facets != 2) return StarFailure::surface;
-    if (D == 3 && !lines_keep_their_facets()) return StarFailure::surface;
+    if (D == 3 && !lines_preserve_facets()) return StarFailure::surface;
     if (facets_at_point_ > 0) out_.place = VertexPlace::surface;
     // The facets at a new point must form one fan.
     if (!point_.valid()) return D == 2 || is_one_fan() ? StarFailure::none : StarFailure::surface;
@@ -400,7 +401,7 @@ StarFailure Starring<D>::surface_at_point() {
 }
 
 template <int D>
-bool Starring<D>::is_one_fan() {
+bool StarBuilder<D>::is_one_fan() {
     Groups groups(w_.groups, out_.facets.size());
     for (std::uint32_t i = 0; i < out_.facets.size(); ++i)
         for (std::uint32_t j = 0; j < i; ++j)
@@ -409,7 +410,7 @@ bool Starring<D>::is_one_fan() {
 }
 
 template <int D>
-bool Starring<D>::share_a_vertex(const JoinedFacet& a, const JoinedFacet& b) const {
+bool StarBuilder<D>::share_a_vertex(const JoinedFacet& a, const JoinedFacet& b) const {
     const auto& v = mesh_.facets.vertices[a.facet];
     const auto& w = mesh_.facets.vertices[b.facet];
     for (std::size_t i = 0; i < v.size(); ++i)
@@ -419,7 +420,7 @@ bool Starring<D>::share_a_vertex(const JoinedFacet& a, const JoinedFacet& b) con
 }
 
 template <int D>
-bool Starring<D>::survives(EdgeId edge) const {
+bool StarBuilder<D>::survives(EdgeId edge) const {
     if constexpr (D == 3) {
         const auto& [a, b] = mesh_.edges[edge];
         if (a == point_) return w_.vertices.contains(b);
@@ -432,13 +433,14 @@ bool Starring<D>::survives(EdgeId edge) const {
 }
 
 template <int D>
-void Starring<D>::has_line(EdgeId edge) {
+void StarBuilder<D>::has_line(EdgeId edge) {
     const auto& [a, b] = mesh_.edges[edge];
-    if (const std::uint32_t at = w_.vertices.find(a == point_ ? b : a); at != nothing) w_.to_point[at].is_line = true;
+    if (const std::uint32_t at = w_.vertices.find(a == point_ ? b : a); at != none_found)
+        w_.to_point[at].is_line = true;
 }
 
 template <int D>
-bool Starring<D>::pieces_have_ends(std::span<const LineAt> ends) {
+bool StarBuilder<D>::pieces_have_ends(std::span<const LineAt> ends) {
     Groups groups(w_.groups, cavity_.lines.size());
     std::vector<std::uint8_t> has_end(cavity_.lines.size(), 0);
     const auto index = [&](const LineAt& end) { return w_.lines.find(end.line.line); };
@@ -452,7 +454,7 @@ bool Starring<D>::pieces_have_ends(std::span<const LineAt> ends) {
 }
 
 template <int D>
-StarFailure Starring<D>::lines() {
+StarFailure StarBuilder<D>::lines() {
     if constexpr (D == 3) {
         std::size_t met = 0;  // number of removed lines found in the cavity
         std::vector<std::uint8_t> is_met(cavity_.lines.size(), 0);
@@ -460,7 +462,7 @@ StarFailure Starring<D>::lines() {
             for (const EdgeId edge : mesh_.edges_of[e])
                 if (const LineId line = mesh_.line_of[edge]; line.valid()) {
                     const std::uint32_t at = w_.lines.find(line);
-                    const bool removed = at != nothing;
+                    const bool removed = at != none_found;
                     if (removed && is_met[at] == 0) is_met[at] = 1, ++met;
                     const bool of_point = mesh_.edges[edge][0] == point_ || mesh_.edges[edge][1] == point_;
                     if (survives(edge) ? removed && !of_point : !removed) return StarFailure::line;
@@ -498,7 +500,7 @@ StarFailure Starring<D>::lines() {
 }
 
 template <int D>
-StarFailure Starring<D>::line_at_point() {
+StarFailure StarBuilder<D>::line_at_point() {
     if constexpr (D == 3) {
         for (const JoinedLine& joined : out_.lines) meet(mesh_.line_references[joined.line]);
         if (point_.valid()) {

@@ -68,7 +68,7 @@ struct JoinedLine {
 template <int D>
 struct Star {
     std::vector<ElementFace> joined;          ///< faces of removed elements; each gives a new element
-    std::vector<ElementFace> kept;            ///< open faces that contain the point; these give no element
+    std::vector<ElementFace> preserved;       ///< open faces that contain the point; these give no element
     std::vector<JoinedFacet> facets;          ///< sides of removed facets; each gives a new facet
     std::vector<JoinedLine> lines;            ///< ends of removed lines; each gives a new line
     std::vector<VertexId> boundary;           ///< vertices of `joined`; each has an edge to the point
@@ -77,7 +77,7 @@ struct Star {
 
     void clear() {
         joined.clear();
-        kept.clear();
+        preserved.clear();
         facets.clear();
         lines.clear();
         boundary.clear();
@@ -138,11 +138,11 @@ struct SideName<3> {
 template <int D>
 using SideId = typename SideName<D>::Id;
 
-/// A face at the star's point: the adjacent faces in `joined` and `kept`, and the facet on it.
+/// A face at the star's point: the adjacent faces in `joined` and `preserved`, and the facet on it.
 struct StarFace {
     struct Side {
-        std::uint32_t of = 0;  ///< index in `joined` or `kept`
-        bool kept = false;
+        std::uint32_t of = 0;  ///< index in `joined` or `preserved`
+        bool preserved = false;
         std::uint8_t local = 0;  ///< joined: vertex of the new element opposite this face
     };
     std::array<Side, 2> sides{};
@@ -187,9 +187,9 @@ template <int D, class Elements, class EdgesOf>
             if (i != static_cast<int>(star.joined[j].opposite) &&
                 !add(side_without<D>(elements, edges_of, star.joined[j], i), {j, false, static_cast<std::uint8_t>(i)}))
                 return false;
-    for (std::uint32_t k = 0; k < star.kept.size(); ++k) {
-        const int held = local_vertex(elements[star.kept[k].element.index()], point);
-        if (!add(side_without<D>(elements, edges_of, star.kept[k], held), {k, true, 0})) return false;
+    for (std::uint32_t k = 0; k < star.preserved.size(); ++k) {
+        const int point_index = local_vertex(elements[star.preserved[k].element.index()], point);
+        if (!add(side_without<D>(elements, edges_of, star.preserved[k], point_index), {k, true, 0})) return false;
     }
     return true;
 }
@@ -209,13 +209,13 @@ class StarWorkspace {
     FlatMap<SideId<D>> names;    ///< index in `faces`
     std::vector<StarFace> faces;
     struct ToPoint {
-        bool is_there = false;     ///< the edge exists in the cavity
-        bool is_line = false;      ///< the edge has or gets a line
-        bool lost_facet = false;   ///< a facet of the vertex is removed
-        bool keeps_facet = false;  ///< the vertex is on the border of the removed facets
-        std::uint8_t facets = 0;   ///< number on the edge after the operation
-        std::uint8_t before = 0;   ///< for a line: number before, on it or the line that it continues
-        Reference reference = 0;   ///< of the facets
+        bool is_present = false;       ///< the edge exists in the cavity
+        bool is_line = false;          ///< the edge has or gets a line
+        bool lost_facet = false;       ///< a facet of the vertex is removed
+        bool preserves_facet = false;  ///< the vertex is on the border of the removed facets
+        std::uint8_t facets = 0;       ///< number on the edge after the operation
+        std::uint8_t before = 0;       ///< for a line: number before, on it or the line that it continues
+        Reference reference = 0;       ///< of the facets
     };
     std::vector<ToPoint> to_point;
     struct OpenSide {
@@ -241,7 +241,7 @@ template <int D>
 
 namespace camber {
 
-inline constexpr std::uint32_t nothing = 0xffffffffU;
+inline constexpr std::uint32_t none_found = 0xffffffffU;
 
 /// Connected groups of items (union-find).
 class Groups {
@@ -270,10 +270,10 @@ class Groups {
 
 /// Builds a star in steps. Each step returns its failure or `none`.
 template <int D>
-class Starring {
+class StarBuilder {
   public:
-    Starring(const DynamicMesh<D>& mesh, const Cavity<D>& cavity, VertexId point, StarWorkspace<D>& workspace,
-             Star<D>& out)
+    StarBuilder(const DynamicMesh<D>& mesh, const Cavity<D>& cavity, VertexId point, StarWorkspace<D>& workspace,
+                Star<D>& out)
         : mesh_(mesh), cavity_(cavity), point_(point), w_(workspace), out_(out) {}
 
     [[nodiscard]] StarFailure run();
@@ -299,7 +299,7 @@ class Starring {
     [[nodiscard]] bool is_ball_inside() const;
     StarFailure faces_at_point();
     /// Marks the ends of a removed line as vertices on the border of removed facets.
-    void keep_facet_at(EdgeId edge);
+    void preserve_facet_at(EdgeId edge);
     /// Lists the sides of removed facets, except those on removed lines.
     void list_facet_sides();
     [[nodiscard]] auto vertices_of(SideId<D> side) const {
@@ -308,7 +308,7 @@ class Starring {
         else
             return mesh_.edges[side];
     }
-    [[nodiscard]] bool holds_point(SideId<D> side) const {
+    [[nodiscard]] bool contains_point(SideId<D> side) const {
         return point_.valid() && std::ranges::count(vertices_of(side), point_) > 0;
     }
     using OpenSide = typename StarWorkspace<D>::OpenSide;
@@ -322,7 +322,7 @@ class Starring {
     /// one reference is no border unless a line remains there.
     StarFailure facets();
     [[nodiscard]] Reference reference_beside(const StarFace::Side& side) const;
-    static constexpr Reference nowhere = std::numeric_limits<Reference>::min();
+    static constexpr Reference no_reference = std::numeric_limits<Reference>::min();
     /// Checks that faces at the point have two elements, or one and a boundary facet, and that materials meet only at
     /// facets.
     StarFailure faces_complete();
@@ -336,13 +336,13 @@ class Starring {
     /// a ring, or touch only in the point.
     [[nodiscard]] bool is_beside_one_part();
     /// Fails if a new edge or face exists outside the cavity.
-    StarFailure nothing_exists();
+    StarFailure check_existing();
     /// Counts a facet on its edges at the point. Returns false if references on an edge without a line differ.
     [[nodiscard]] bool count_facet(const SimplexVertices<D - 1>& facet, Reference reference);
     void count_before(const SimplexVertices<D - 1>& facet);
     /// True if lines at the point have as many facets as before, or as the line that they continue. Otherwise a surface
     /// would reach or leave a line that did not bound it (3D).
-    [[nodiscard]] bool lines_keep_their_facets();
+    [[nodiscard]] bool lines_preserve_facets();
     /// Checks that edges without a line have no facets or two of one reference, and that the point remains on surfaces,
     /// or off them.
     StarFailure surface_at_point();

@@ -79,7 +79,7 @@ void allow_many_files() {
 
 }  // namespace
 
-int keep_arrays_in_files(const std::string& folder) {
+int store_arrays_in_files(const std::string& folder) {
     if (!folder.empty()) {
         const int file = open_nameless(folder);
         if (file < 0) return errno;
@@ -118,21 +118,21 @@ void* allocate_in_file(std::size_t bytes) {
 
 bool release_in_file(void* array) {
     if (!files().is_used) return false;
-    ArrayFiles::Array gone;
+    ArrayFiles::Array removed;
     {
         const std::scoped_lock lock(files().mutex);
         const auto at = files().arrays.find(array);
         if (at == files().arrays.end()) return false;
-        gone = at->second;
+        removed = at->second;
         files().arrays.erase(at);
     }
-    ::munmap(array, gone.bytes);
-    ::close(gone.file);
+    ::munmap(array, removed.bytes);
+    ::close(removed.file);
     return true;
 }
 
 void fill_bytes(void* array, const void* from, std::size_t bytes) {
-    const auto write_there = [&]() -> bool {
+    const auto write_file = [&]() -> bool {
         if (!files().is_used || bytes < smallest) return false;
         const std::scoped_lock lock(files().mutex);
         auto of = files().arrays.upper_bound(array);
@@ -149,10 +149,10 @@ void fill_bytes(void* array, const void* from, std::size_t bytes) {
         }
         return true;
     };
-    if (bytes > 0 && !write_there()) std::memcpy(array, from, bytes);
+    if (bytes > 0 && !write_file()) std::memcpy(array, from, bytes);
 }
 
-void give_back_arrays() {
+void release_array_memory() {
     const std::scoped_lock lock(files().mutex);
     for (const auto& [array, of] : files().arrays) {
         ::madvise(array, of.bytes, MADV_DONTNEED);  // drops file pages only: the file keeps the data
@@ -169,13 +169,13 @@ std::size_t bytes_in_files() {
 
 #else
 
-int keep_arrays_in_files(const std::string&) { return 95; }  // EOPNOTSUPP: only Linux has anonymous files
+int store_arrays_in_files(const std::string&) { return 95; }  // EOPNOTSUPP: only Linux has anonymous files
 void* allocate_in_file(std::size_t) { return nullptr; }
 bool release_in_file(void*) { return false; }
 void fill_bytes(void* array, const void* from, std::size_t bytes) {
     if (bytes > 0) std::memcpy(array, from, bytes);
 }
-void give_back_arrays() {}
+void release_array_memory() {}
 std::size_t bytes_in_files() { return 0; }
 
 #endif

@@ -186,7 +186,7 @@ class Column {
 /// Stores large arrays from now on in anonymous temporary files of `folder`, so that the system can page them out. With
 /// an empty folder, new arrays are in memory again. A program calls it once, at its start. Returns 0, or the system's
 /// error number if files cannot be created.
-[[nodiscard]] int keep_arrays_in_files(const std::string& folder);
+[[nodiscard]] int store_arrays_in_files(const std::string& folder);
 
 /// Copies bytes into an array, or a part of one, not accessed before. A file is written by file output, in a tenth of
 /// the time of page accesses.
@@ -198,7 +198,7 @@ void fill_array(std::span<T> array, std::span<const std::type_identity_t<T>> fro
 }
 
 /// Lets the system reclaim the memory of arrays in files; their content is preserved.
-void give_back_arrays();
+void release_array_memory();
 
 /// Thrown if an array's file cannot be created or reserved, as on a full disk.
 class NoFileForArray : public std::bad_alloc {
@@ -394,8 +394,8 @@ class ScratchSet {
     }
 
   private:
-    struct Nothing {};
-    ScratchMap<Key, Nothing> members_;
+    struct Empty {};
+    ScratchMap<Key, Empty> members_;
 };
 
 /// Finaliser of SplitMix64: a permutation; each output bit depends on all input bits.

@@ -108,7 +108,7 @@ std::string out_of_limits(const Limits& limits, std::string_view got) {
 
 Outcome<Done> check_limits(std::string_view name, double value, const Limits& limits) {
     if (!std::isfinite(value)) return fail(ErrorKind::usage, std::string(name) + " must be a finite number");
-    if (limits.hold(value)) return Done{};
+    if (limits.permit(value)) return Done{};
     return fail(ErrorKind::usage, std::string(name) + " " + out_of_limits(limits, number(value)));
 }
 
@@ -128,7 +128,7 @@ Error out_of_memory(const std::bad_alloc& failure) {
 namespace {
 
 /// True if no thread can be started. TBB throws a runtime_error with the name of the call.
-bool tells_of_threads(const std::runtime_error& error) {
+bool is_thread_failure(const std::runtime_error& error) {
     return dynamic_cast<const std::system_error*>(&error) != nullptr ||
            std::string_view(error.what()).starts_with("pthread_");
 }
@@ -143,7 +143,7 @@ Error out_of_resources() {
     } catch (const std::length_error&) {
         return out_of_memory(std::bad_alloc());
     } catch (const std::runtime_error& error) {
-        if (!tells_of_threads(error)) throw;
+        if (!is_thread_failure(error)) throw;
         return {ErrorKind::memory,
                 std::string("the system refuses: ") + error.what(),
                 {},
@@ -167,15 +167,15 @@ class Ticker {
         if (!lock) return;
         // Read under the lock: an earlier value could be smaller than one already reported.
         const std::size_t done = done_.load();
-        if (done == told_) return;
-        told_ = done;
+        if (done == reported_) return;
+        reported_ = done;
         execution_.progress(done, total_);
     }
 
   private:
     const Execution& execution_;
     std::size_t total_;
-    std::size_t told_ = 0;
+    std::size_t reported_ = 0;
     std::atomic<std::size_t> done_{0};
     std::mutex mutex_;
 };

@@ -41,40 +41,40 @@ inline void report_progress(const Execution& execution, std::size_t done, std::s
 }
 
 /// Progress resolution of stages with several loops.
-inline constexpr std::size_t parts_told = 1'000'000'000;
+inline constexpr std::size_t progress_resolution = 1'000'000'000;
 
 /// Execution of one of several loops of `whole`, between the fractions `from` and `to` of its progress. May be nested.
 [[nodiscard]] inline Execution part_of(Execution whole, double from, double to) {
     if (whole.progress)
-        whole.progress = [tell_whole = std::move(whole.progress), from, to](std::size_t done, std::size_t total) {
+        whole.progress = [report_whole = std::move(whole.progress), from, to](std::size_t done, std::size_t total) {
             const double share = total > 0 ? static_cast<double>(done) / static_cast<double>(total) : 1.0;
-            const double parts = std::lerp(from, to, share) * static_cast<double>(parts_told);
-            tell_whole(static_cast<std::size_t>(std::llround(parts)), parts_told);
+            const double parts = std::lerp(from, to, share) * static_cast<double>(progress_resolution);
+            report_whole(static_cast<std::size_t>(std::llround(parts)), progress_resolution);
         };
     return whole;
 }
 
 /// Wrapper around each step, for timing and progress. `around(name, body)` must call body once, with an Execution.
-using Around =
+using StepWrapper =
     std::function<Outcome<Done>(std::string_view step, const std::function<Outcome<Done>(const Execution&)>& body)>;
 
 /// Runs each step with `execution`, without a wrapper.
-[[nodiscard]] inline Around plainly(const Execution& execution) {
+[[nodiscard]] inline StepWrapper without_wrapper(const Execution& execution) {
     return [&execution](std::string_view, const auto& body) { return body(execution); };
 }
 
 /// Runs f(execution) → Outcome as the named step, and reports full progress.
 template <class F>
-std::invoke_result_t<F, const Execution&> run_step(const Around& around, std::string_view name, F&& f) {
-    std::optional<std::invoke_result_t<F, const Execution&>> made;
+std::invoke_result_t<F, const Execution&> run_step(const StepWrapper& around, std::string_view name, F&& f) {
+    std::optional<std::invoke_result_t<F, const Execution&>> result;
     const auto done = around(name, [&](const Execution& execution) -> Outcome<Done> {
-        made = guarded([&] { return f(execution); });
-        if (!*made) return fail(made->error());
+        result = guarded([&] { return f(execution); });
+        if (!*result) return fail(result->error());
         report_progress(execution, 1, 1);
         return Done{};
     });
     if (!done) return fail(done.error());
-    return std::move(*made);
+    return std::move(*result);
 }
 
 }  // namespace camber
@@ -161,7 +161,7 @@ using Claim = std::optional<std::span<const ElementId>>;
 /// Selects items that can run concurrently. It has a row for each element of a mesh, and is reused over rounds.
 class Schedule {
   public:
-    explicit Schedule(std::size_t elements) : first_(elements, nobody) {}
+    explicit Schedule(std::size_t elements) : first_(elements, unclaimed) {}
 
     /// Ascending positions of the items that precede all others with one of their elements; not empty for n > 0.
     /// `claim(i)`: elements of item i. Errors: stopped, memory.
@@ -179,7 +179,7 @@ class Schedule {
         if (!is_first) return fail(is_first.error());
         done = each(execution, n, [&](std::size_t i) {
             for (const ElementId e : claim(i))
-                std::atomic_ref(first_[e.index()]).store(nobody, std::memory_order_relaxed);
+                std::atomic_ref(first_[e.index()]).store(unclaimed, std::memory_order_relaxed);
         });
         if (!done) return fail(done.error());
         std::vector<std::size_t> chosen;
@@ -189,7 +189,7 @@ class Schedule {
     }
 
   private:
-    static constexpr std::uint32_t nobody = 0xffffffffU;
+    static constexpr std::uint32_t unclaimed = 0xffffffffU;
 
     static void lower(std::uint32_t& place, std::uint32_t value) {
         std::atomic_ref there(place);
@@ -214,8 +214,8 @@ inline constexpr std::size_t round_window = 8192;
 /// that are `needless` in their round are skipped. `claim(item)`: see Claim; fixed while the item waits. Errors: those
 /// of `round`, stopped.
 template <class Item, class Needless, class ClaimOf, class Round>
-[[nodiscard]] Outcome<Done> in_rounds(Schedule& schedule, std::vector<Item> items, const Execution& execution,
-                                      Needless&& needless, ClaimOf&& claim, Round&& round) {
+[[nodiscard]] Outcome<Done> run_in_rounds(Schedule& schedule, std::vector<Item> items, const Execution& execution,
+                                          Needless&& needless, ClaimOf&& claim, Round&& round) {
     const Execution quiet{execution.threads, execution.stop, {}};
     const std::size_t all = items.size();
     std::vector<Item> front, now;
@@ -249,9 +249,9 @@ template <class Item, class Needless, class ClaimOf, class Round>
             }
             for (const std::size_t i : *chosen) now.push_back(std::move(front[i]));
         }
-        const Outcome<bool> go_on = round(std::span<const Item>(now));
-        if (!go_on) return fail(go_on.error());
-        if (!*go_on) return Done{};
+        const Outcome<bool> continues = round(std::span<const Item>(now));
+        if (!continues) return fail(continues.error());
+        if (!*continues) return Done{};
     }
 }
 

@@ -132,7 +132,7 @@ struct Mesh {
     ByShape<D - 1, Cells> facets;  ///< boundary and material interfaces
     Cells<Shape::line> edges;      ///< feature edges (3D)
     Column<std::uint32_t> ridges;  ///< indices into `edges` (3D) or the facets (2D)
-    GivenGeometry<D> geometry;
+    InputGeometry<D> geometry;
     Column<Group> groups = {};
     MeshEntities<D> entities;
 
@@ -148,7 +148,7 @@ template <int D>
 
 /// See the overload for LinearMesh.
 template <int D>
-[[nodiscard]] bool is_surface_alone(const Mesh<D>& mesh) {
+[[nodiscard]] bool is_standalone_surface(const Mesh<D>& mesh) {
     std::size_t facets = 0;
     each_shape<D - 1>([&]<Shape shape>() { facets += mesh.facets.template of<shape>().size(); });
     return D == 3 && count_elements(mesh) == 0 && facets > 0;

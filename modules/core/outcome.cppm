@@ -88,7 +88,7 @@ struct Limits {
     bool low_open = false, high_open = false;
     std::size_t min_count = 0, max_count = std::numeric_limits<std::size_t>::max();
 
-    [[nodiscard]] constexpr bool hold(double x) const {
+    [[nodiscard]] constexpr bool permit(double x) const {
         return (low_open ? x > low : x >= low) && (high_open ? x < high : x <= high);
     }
     /// "at least 0 and below 1", or empty.

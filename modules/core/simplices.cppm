@@ -85,13 +85,13 @@ struct Association {
 /// agree with the mesh. Associations are for callers with the geometry. An item may have several: a vertex on a curve
 /// also has positions on adjacent surfaces.
 template <int D>
-struct GivenGeometry {
+struct InputGeometry {
     DirectionsAtVertices<D> normals;   ///< of the surface (2D: boundary)
     DirectionsAtVertices<D> tangents;  ///< of ridges (2D: boundary)
     Column<Association<0>> on_points;
     Column<Association<1>> on_curves;
     Column<Association<2>> on_surfaces;
-    friend bool operator==(const GivenGeometry&, const GivenGeometry&) = default;
+    friend bool operator==(const InputGeometry&, const InputGeometry&) = default;
 };
 
 /// Name of a dimension and reference: physical group of Gmsh, boundary condition or solver marker. Simplices in several
@@ -117,7 +117,7 @@ struct LinearMesh {
     Simplices<D - 1> facets;
     Simplices<1> edges;
     Column<std::uint32_t> ridges;  ///< indices into `edges` (3D) or `facets` (2D)
-    GivenGeometry<D> geometry;
+    InputGeometry<D> geometry;
     Column<Group> groups = {};  ///< the first of a dimension and reference is the main one
 
     friend bool operator==(const LinearMesh&, const LinearMesh&) = default;
@@ -125,7 +125,7 @@ struct LinearMesh {
 
 /// True for a standalone surface mesh. Checks and fields then use its facets, and an ElementId is a facet's index.
 template <int D>
-[[nodiscard]] inline bool is_surface_alone(const LinearMesh<D>& mesh) {
+[[nodiscard]] inline bool is_standalone_surface(const LinearMesh<D>& mesh) {
     return D == 3 && mesh.elements.size() == 0 && mesh.facets.size() > 0;
 }
 
@@ -259,14 +259,15 @@ enum class RequiredBoundary : std::uint8_t { keep, geometry };
 
 /// Sets required edges to `fixed`.
 template <int D>
-[[nodiscard]] inline Column<EdgeKind> held_kinds(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds,
-                                                 RequiredBoundary boundary) {
+[[nodiscard]] inline Column<EdgeKind> kinds_with_required_fixed(const QuadraticMesh<D>& mesh,
+                                                                const Column<EdgeKind>& kinds,
+                                                                RequiredBoundary boundary) {
     const auto required = required_edges(mesh);
-    Buffer<EdgeKind> held(kinds.begin(), kinds.end());
-    for (std::size_t e = 0; e < held.size(); ++e)
+    Buffer<EdgeKind> fixed_kinds(kinds.begin(), kinds.end());
+    for (std::size_t e = 0; e < fixed_kinds.size(); ++e)
         if (required[e] != 0 && (boundary == RequiredBoundary::keep || kinds[e] == EdgeKind::volume))
-            held[e] = EdgeKind::fixed;
-    return Column<EdgeKind>(std::move(held));
+            fixed_kinds[e] = EdgeKind::fixed;
+    return Column<EdgeKind>(std::move(fixed_kinds));
 }
 
 template <int D>

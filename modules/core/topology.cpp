@@ -257,13 +257,13 @@ Outcome<EdgeSet<D>> collect_edges(const LinearMesh<D>& mesh, const Execution& ex
     const std::size_t n = mesh.points.size();
     Buffer<std::uint32_t> first(n + 1);
     first[0] = 0;
-    std::vector<std::vector<VertexId>> kept((n + grain - 1) / grain);
+    std::vector<std::vector<VertexId>> chunks((n + grain - 1) / grain);
     ElementEdges<D> of_elements(mesh.elements.size());
     auto found = each_chunk(
         part_of(execution, 0.31, 0.94), n,
         [&](std::size_t begin, std::size_t end) {
             std::vector<VertexId> higher;
-            auto& all = kept[begin / grain];
+            auto& all = chunks[begin / grain];
             for (std::size_t v = begin; v < end; ++v) {
                 higher_neighbours(mesh, around, VertexId(v), higher);
                 rank_edges(mesh, around, VertexId(v), higher, of_elements);
@@ -285,13 +285,13 @@ Outcome<EdgeSet<D>> collect_edges(const LinearMesh<D>& mesh, const Execution& ex
     auto listed = each_chunk(
         part_of(execution, 0.94, 0.97), n,
         [&](std::size_t begin, std::size_t end) {
-            auto other = kept[begin / grain].begin();
+            auto other = chunks[begin / grain].begin();
             for (std::size_t v = begin; v < end; ++v)
                 for (std::uint32_t i = first[v]; i < first[v + 1]; ++i) edges[i] = {VertexId(v), *other++};
         },
         grain);
     if (!listed) return fail(listed.error());
-    kept.clear();
+    chunks.clear();
 
     auto numbered = each(part_of(execution, 0.97, 1), mesh.elements.size(), [&](std::size_t e) {
         const auto& vertices = mesh.elements.vertices[e];

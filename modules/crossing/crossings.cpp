@@ -55,10 +55,10 @@ void FacetGrid<D>::insert(FacetId facet, const Box<D>& box) {
     if (facet.index() >= entries_.size()) entries_.resize(facet.index() + 1);
     const std::uint32_t at = grid_for(box);
     Grid& grid = grids_[at];
-    std::uint32_t& first = grid.first.try_emplace(cell_of(box.low, grid.exponent), nowhere).first->second;
+    std::uint32_t& first = grid.first.try_emplace(cell_of(box.low, grid.exponent), no_entry).first->second;
     Entry& entry = entries_[facet.index()];
-    entry = {box, at, nowhere, first, static_cast<std::uint32_t>(grid.members.size())};
-    if (first != nowhere) entries_[first].before = facet.value;
+    entry = {box, at, no_entry, first, static_cast<std::uint32_t>(grid.members.size())};
+    if (first != no_entry) entries_[first].before = facet.value;
     first = facet.value;
     grid.members.push_back(facet.value);
     ++size_;
@@ -69,12 +69,12 @@ void FacetGrid<D>::remove(FacetId facet) {
     if (!contains(facet)) return;
     Entry& entry = entries_[facet.index()];
     Grid& grid = grids_[entry.grid];
-    if (entry.after != nowhere) entries_[entry.after].before = entry.before;
-    if (entry.before != nowhere) {
+    if (entry.after != no_entry) entries_[entry.after].before = entry.before;
+    if (entry.before != no_entry) {
         entries_[entry.before].after = entry.after;
     } else {
         const auto cell = grid.first.find(cell_of(entry.box.low, grid.exponent));
-        if (entry.after == nowhere)
+        if (entry.after == no_entry)
             grid.first.erase(cell);
         else
             cell->second = entry.after;
@@ -82,7 +82,7 @@ void FacetGrid<D>::remove(FacetId facet) {
     grid.members[entry.place] = grid.members.back();
     entries_[grid.members.back()].place = entry.place;
     grid.members.pop_back();
-    entry.grid = nowhere;
+    entry.grid = no_entry;
     --size_;
 }
 
@@ -106,7 +106,7 @@ void FacetGrid<D>::look_into(const Grid& grid, const Box<D>& box, std::vector<Fa
     while (true) {
         const auto list = grid.first.find(cell);
         if (list != grid.first.end())
-            for (std::uint32_t facet = list->second; facet != nowhere; facet = entries_[facet].after) try_one(facet);
+            for (std::uint32_t facet = list->second; facet != no_entry; facet = entries_[facet].after) try_one(facet);
         int c = 0;
         while (c < D && cell[c] == high[c]) {
             cell[c] = low[c];
@@ -132,19 +132,19 @@ struct OpenPair {
 };
 
 /// `others`: reused buffer for neighbours.
-struct Looking {
+struct CrossingSearch {
     Crossings all = {};
     std::vector<OpenPair> open = {};
     std::vector<std::uint32_t> others = {};
 
-    void enter(FacetId first, FacetId second, const Judgement& judgement) {
+    void enter(FacetId first, FacetId second, const CrossingResult& judgement) {
         all.steps += static_cast<std::size_t>(judgement.steps);
         if (judgement.cut_short)
             open.push_back({first, second});
         else if (judgement.verdict != Crossing::disjoint)
             all.found.push_back({first, second, judgement.verdict});
     }
-    friend Looking operator+(Looking a, const Looking& b) {
+    friend CrossingSearch operator+(CrossingSearch a, const CrossingSearch& b) {
         a.all.pairs += b.all.pairs;
         a.all.steps += b.all.steps;
         a.all.found.insert(a.all.found.end(), b.all.found.begin(), b.all.found.end());
@@ -159,10 +159,10 @@ class Facets {
     Facets(const NodalOf& nodal, std::span<const Box<D>> boxes) : nodal_(nodal), boxes_(boxes), tree_(boxes) {}
 
     /// Tests f with itself and with all later facets.
-    void look_at(std::size_t f, int effort, Looking& looking) const {
+    void look_at(std::size_t f, int effort, CrossingSearch& looking) const {
         auto& [all, open, others] = looking;
         const NodalFacet<D> facet = nodal(FacetId(f));
-        looking.enter(FacetId(f), FacetId(f), judge_itself(facet, effort));
+        looking.enter(FacetId(f), FacetId(f), test_self_crossing(facet, effort));
         others.clear();
         tree_.meeting(boxes_[f], [&](std::size_t g) {
             if (g > f && boxes_[g].meets(boxes_[f])) others.push_back(static_cast<std::uint32_t>(g));
@@ -170,13 +170,13 @@ class Facets {
         std::sort(others.begin(), others.end());
         all.pairs += others.size();
         for (const std::uint32_t g : others)
-            looking.enter(FacetId(f), FacetId(g), judge_pair(facet, nodal(FacetId(g)), effort));
+            looking.enter(FacetId(f), FacetId(g), test_pair(facet, nodal(FacetId(g)), effort));
     }
 
-    void look_again(const OpenPair& pair, int effort, Looking& looking) const {
+    void look_again(const OpenPair& pair, int effort, CrossingSearch& looking) const {
         looking.enter(pair.first, pair.second,
-                      pair.first == pair.second ? judge_itself(nodal(pair.first), effort)
-                                                : judge_pair(nodal(pair.first), nodal(pair.second), effort));
+                      pair.first == pair.second ? test_self_crossing(nodal(pair.first), effort)
+                                                : test_pair(nodal(pair.first), nodal(pair.second), effort));
     }
 
   private:
@@ -193,7 +193,8 @@ constexpr std::size_t growth = 8;
 
 /// Repeats open pairs with increasing effort, within `work`. Shares depend on counts only, not on threads.
 template <class AllFacets>
-Outcome<Looking> look_closer(const AllFacets& facets, Looking looking, std::size_t work, const Execution& execution) {
+Outcome<CrossingSearch> refine_search(const AllFacets& facets, CrossingSearch looking, std::size_t work,
+                                      const Execution& execution) {
     std::size_t effort = first_effort;
     while (!looking.open.empty() && effort < default_effort) {
         const std::size_t share = work / looking.open.size();
@@ -201,9 +202,9 @@ Outcome<Looking> look_closer(const AllFacets& facets, Looking looking, std::size
         effort = std::min({effort * growth, share, static_cast<std::size_t>(default_effort)});
         const std::vector<OpenPair> open = std::exchange(looking.open, {});
         auto again = reduce_each(
-            execution, open.size(), Looking{},
-            [&](Looking& l, std::size_t i) { facets.look_again(open[i], static_cast<int>(effort), l); },
-            [](Looking a, const Looking& b) { return std::move(a) + b; }, 16);
+            execution, open.size(), CrossingSearch{},
+            [&](CrossingSearch& l, std::size_t i) { facets.look_again(open[i], static_cast<int>(effort), l); },
+            [](CrossingSearch a, const CrossingSearch& b) { return std::move(a) + b; }, 16);
         if (!again) return fail(again.error());
         work -= std::min(work, again->all.steps);
         looking = std::move(looking) + *again;
@@ -212,7 +213,7 @@ Outcome<Looking> look_closer(const AllFacets& facets, Looking looking, std::size
 }
 
 /// Counts and sorts; open pairs are undecided.
-Crossings told(Looking looking) {
+Crossings crossings_from(CrossingSearch looking) {
     Crossings all = std::move(looking.all);
     all.cut_short = looking.open.size();
     for (const OpenPair& pair : looking.open) all.found.push_back({pair.first, pair.second, Crossing::undecided});
@@ -234,13 +235,13 @@ Outcome<Crossings> crossings_of(std::size_t n, const NodalOf& nodal, const Execu
         if (!boxes) return fail(boxes.error());
         const Facets<D, NodalOf> facets(nodal, *boxes);
         auto looked = reduce_each(
-            part_of(execution, 0.1, 0.9), n, Looking{},
-            [&](Looking& looking, std::size_t f) { facets.look_at(f, first_effort, looking); },
-            [](Looking a, const Looking& b) { return std::move(a) + b; }, default_grain);
+            part_of(execution, 0.1, 0.9), n, CrossingSearch{},
+            [&](CrossingSearch& looking, std::size_t f) { facets.look_at(f, first_effort, looking); },
+            [](CrossingSearch a, const CrossingSearch& b) { return std::move(a) + b; }, default_grain);
         if (!looked) return fail(looked.error());
-        auto closer = look_closer(facets, std::move(*looked), max_steps(n), without_progress(execution));
+        auto closer = refine_search(facets, std::move(*looked), max_steps(n), without_progress(execution));
         if (!closer) return fail(closer.error());
-        return told(std::move(*closer));
+        return crossings_from(std::move(*closer));
     });
 }
 

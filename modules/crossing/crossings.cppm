@@ -110,7 +110,7 @@ template <int D>
 
 namespace camber {
 
-struct Judgement {
+struct CrossingResult {
     Crossing verdict = Crossing::undecided;
     int steps = 0;           ///< pairs of pieces
     bool cut_short = false;  ///< undecided because of limited effort
@@ -118,9 +118,9 @@ struct Judgement {
 
 /// `crossing_of` and `crossing_of_itself` with the effort.
 template <int D>
-[[nodiscard]] Judgement judge_pair(const NodalFacet<D>& first, const NodalFacet<D>& second, int effort);
+[[nodiscard]] CrossingResult test_pair(const NodalFacet<D>& first, const NodalFacet<D>& second, int effort);
 template <int D>
-[[nodiscard]] Judgement judge_itself(const NodalFacet<D>& facet, int effort);
+[[nodiscard]] CrossingResult test_self_crossing(const NodalFacet<D>& facet, int effort);
 
 }  // namespace camber
 
@@ -137,7 +137,7 @@ class FacetGrid {
 
     [[nodiscard]] std::size_t size() const { return size_; }
     [[nodiscard]] bool contains(FacetId facet) const {
-        return facet.index() < entries_.size() && entries_[facet.index()].grid != nowhere;
+        return facet.index() < entries_.size() && entries_[facet.index()].grid != no_entry;
     }
     [[nodiscard]] const Box<D>& box(FacetId facet) const { return entries_[facet.index()].box; }
 
@@ -145,7 +145,7 @@ class FacetGrid {
     void meeting(const Box<D>& box, std::vector<FacetId>& found) const;
 
   private:
-    static constexpr std::uint32_t nowhere = 0xffffffffU;
+    static constexpr std::uint32_t no_entry = 0xffffffffU;
     using Cell = std::array<std::int64_t, D>;
     struct CellHash {
         std::size_t operator()(const Cell& cell) const {
@@ -160,8 +160,8 @@ class FacetGrid {
     /// In a cell's linked list.
     struct Entry {
         Box<D> box;
-        std::uint32_t grid = nowhere;
-        std::uint32_t before = nowhere, after = nowhere;
+        std::uint32_t grid = no_entry;
+        std::uint32_t before = no_entry, after = no_entry;
         std::uint32_t place = 0;  ///< index in `members`
     };
     struct Grid {

@@ -20,7 +20,7 @@ namespace camber {
 /// Rounding errors, u = 2⁻⁵³: node minus origin u/4 (nodes are below 1/4), Bézier point 2 u, each division at most 4 u,
 /// because means of two do not amplify errors. The total is below 128 u for `max_divisions`.
 inline constexpr int max_divisions = 24;
-inline constexpr double coordinate_blur = 0x1p-46;
+inline constexpr double coordinate_error = 0x1p-46;
 
 /// Exact division fractions of edges. Not the midpoint: constructed inputs often cross there, and no piece would have
 /// the crossing in its interior.
@@ -80,7 +80,7 @@ template <int D>
         const auto [i, j] = local_edges<D - 1>[e];
         most = std::max(most, norm(net.middle(e) - midpoint(net.control[i], net.control[j])));
     }
-    return (D == 2 ? 0.5 : 2.0 / 3) * most * (1 + 0x1p-40) + 8 * coordinate_blur;
+    return (D == 2 ? 0.5 : 2.0 / 3) * most * (1 + 0x1p-40) + 8 * coordinate_error;
 }
 
 /// Corner weights of an edge's division point.
@@ -221,8 +221,8 @@ template <int D>
 /// Separating planes of Bézier nets: approximate search (Gilbert, Johnson, Keerthi 1988), rigorous proof.
 namespace camber {
 
-/// Minimum of n · (P − Q) relative to |n|_1: two errors `coordinate_blur`, and rounding of sums.
-inline constexpr double separation_margin = 4 * coordinate_blur;
+/// Minimum of n · (P − Q) relative to |n|_1: two errors `coordinate_error`, and rounding of sums.
+inline constexpr double separation_margin = 4 * coordinate_error;
 
 template <int D>
 [[nodiscard]] inline double sum_of_sizes(const Vec<D>& n) {
@@ -233,7 +233,7 @@ template <int D>
 
 /// Simplex of the GJK search.
 template <int D>
-struct Corral {
+struct GjkSimplex {
     std::array<Vec<D>, D + 1> points{};
     std::size_t size = 0;
 };
@@ -266,16 +266,16 @@ template <int D>
 /// Point of the hull closest to the origin. The last point is the newest; keeps only supporting points. None: contains
 /// the origin.
 template <int D>
-[[nodiscard]] inline std::optional<Vec<D>> nearest_place(Corral<D>& corral) {
-    const Vec<D> last = corral.points[corral.size - 1];
-    const std::size_t others = corral.size - 1;
-    Corral<D> best;
+[[nodiscard]] inline std::optional<Vec<D>> nearest_place(GjkSimplex<D>& simplex) {
+    const Vec<D> last = simplex.points[simplex.size - 1];
+    const std::size_t others = simplex.size - 1;
+    GjkSimplex<D> best;
     Vec<D> nearest;
     double least = std::numeric_limits<double>::infinity();
     for (std::size_t mask = 0; mask < (std::size_t{1} << others); ++mask) {
-        Corral<D> chosen;
+        GjkSimplex<D> chosen;
         for (std::size_t i = 0; i < others; ++i)
-            if ((mask >> i & 1U) != 0) chosen.points[chosen.size++] = corral.points[i];
+            if ((mask >> i & 1U) != 0) chosen.points[chosen.size++] = simplex.points[i];
         const auto weights = nearest_weights<D>(last, {chosen.points.data(), chosen.size});
         if (!weights) continue;
         double sum = 0;
@@ -294,7 +294,7 @@ template <int D>
         chosen.points[chosen.size++] = last;
         best = chosen;
     }
-    corral = best;
+    simplex = best;
     return nearest;
 }
 
@@ -303,7 +303,7 @@ template <int D>
 template <int D, class Lowest, class Proves>
 [[nodiscard]] inline bool finds_direction(Vec<D> start, Lowest&& lowest, Proves&& proves) {
     constexpr int max_tries = 12;
-    Corral<D> corral;
+    GjkSimplex<D> simplex;
     Vec<D> n = start;
     for (int i = 0; i < max_tries; ++i) {
         // Products with a smaller n underflow.
@@ -312,9 +312,9 @@ template <int D, class Lowest, class Proves>
         const Vec<D> point = lowest(n);
         // No progress: the hull contains the origin within rounding.
         if (i > 0 && dot(n, point) >= (1 - 0x1p-30) * norm_squared(n)) return false;
-        corral.points[corral.size++] = point;
-        const auto nearest = nearest_place(corral);
-        if (!nearest || corral.size == 0) return false;
+        simplex.points[simplex.size++] = point;
+        const auto nearest = nearest_place(simplex);
+        if (!nearest || simplex.size == 0) return false;
         n = *nearest;
     }
     return false;
@@ -426,7 +426,7 @@ struct SheetSlopes {
 [[nodiscard]] inline Vec<3> mean(const std::array<Vec<3>, 3>& v) { return (v[0] + v[1] + v[2]) / 3.0; }
 
 /// Removes the component along the unit vector n; v if n is 0.
-[[nodiscard]] inline Vec<3> seen_along(const Vec<3>& n, const Vec<3>& v) { return v - dot(n, v) * n; }
+[[nodiscard]] inline Vec<3> perpendicular_part(const Vec<3>& n, const Vec<3>& v) { return v - dot(n, v) * n; }
 
 /// Weighted rows of the matrix A.
 struct Layout {
@@ -440,7 +440,7 @@ struct Layout {
 /// choice only makes the proof fail.
 [[nodiscard]] inline Layout laid_out(std::span<SheetSlopes> slopes, const Vec<3>& view) {
     Layout out;
-    for (const SheetSlopes& d : slopes) out.along += seen_along(view, mean(d.s));
+    for (const SheetSlopes& d : slopes) out.along += perpendicular_part(view, mean(d.s));
     out.length = norm(out.along) / static_cast<double>(slopes.size());
     if (!(out.length > 0)) return out;
     out.along = normalised(out.along);
@@ -448,7 +448,7 @@ struct Layout {
         SheetSlopes& d = slopes[k];
         const double lean = std::clamp(dot(out.along, mean(d.t)) / out.length, -1.0, 1.0);
         for (int i = 0; i < 3; ++i) d.t[i] -= lean * d.s[i];
-        const Vec<3> upright = seen_along(out.along, seen_along(view, mean(d.t)));
+        const Vec<3> upright = perpendicular_part(out.along, perpendicular_part(view, mean(d.t)));
         out.height[k] = norm(upright);
         if (!(out.height[k] > 0)) return out;
         out.across += upright / out.height[k];
@@ -470,8 +470,8 @@ struct Layout {
 /// points.
 [[nodiscard]] inline bool is_definite(std::span<const SheetSlopes> slopes, const Layout& layout) {
     const auto& [along, across, length, weight, heights, fits] = layout;
-    const double blur_along = 16 * coordinate_blur * sum_of_sizes(along);
-    const double blur_across = 16 * coordinate_blur * sum_of_sizes(across);
+    const double blur_along = 16 * coordinate_error * sum_of_sizes(along);
+    const double blur_across = 16 * coordinate_error * sum_of_sizes(across);
     for (std::size_t k = 0; k < slopes.size(); ++k)
         for (int i = 0; i < 3; ++i) {
             const Vec<3>& s = slopes[k].s[i];
@@ -521,7 +521,7 @@ struct Layout {
 namespace camber {
 
 /// Relative error of sums of products of coordinate differences, by the product of lengths.
-inline constexpr double product_blur = 0x1p-48;
+inline constexpr double product_rounding = 0x1p-48;
 
 /// True if p and q are on opposite sides of the line a–b, at distances above `reach`.
 [[nodiscard]] inline bool apart_across(const Vec<2>& p, const Vec<2>& q, const Vec<2>& a, const Vec<2>& b,
@@ -530,7 +530,7 @@ inline constexpr double product_blur = 0x1p-48;
     const double length = norm(along);
     const auto height = [&](const Vec<2>& x) { return cross(along, x - a); };
     const auto far = [&](const Vec<2>& x) {
-        return std::abs(height(x)) > length * ((1 + 0x1p-40) * reach + product_blur * norm(x - a));
+        return std::abs(height(x)) > length * ((1 + 0x1p-40) * reach + product_rounding * norm(x - a));
     };
     return (height(p) > 0) != (height(q) > 0) && far(p) && far(q);
 }
@@ -552,7 +552,7 @@ inline constexpr double product_blur = 0x1p-48;
     const double size = norm(u) * norm(v);
     const auto height = [&](const Vec<3>& x) { return dot(normal, x - triangle[0]); };
     const auto far = [&](const Vec<3>& x) {
-        return std::abs(height(x)) > norm(normal) * reach + product_blur * size * (reach + norm(x - triangle[0]));
+        return std::abs(height(x)) > norm(normal) * reach + product_rounding * size * (reach + norm(x - triangle[0]));
     };
     if ((height(p) > 0) == (height(q) > 0) || !far(p) || !far(q)) return false;
     const Vec<3> along = q - p;
@@ -563,7 +563,7 @@ inline constexpr double product_blur = 0x1p-48;
         const Vec<3> perpendicular = cross(along, edge);
         const double product = dot(perpendicular, a - p);
         const double scale = norm(along) * norm(edge);
-        if (!(std::abs(product) > norm(perpendicular) * reach + product_blur * scale * (reach + norm(a - p))))
+        if (!(std::abs(product) > norm(perpendicular) * reach + product_rounding * scale * (reach + norm(a - p))))
             return false;
         positive += product > 0 ? 1 : 0;
     }
@@ -612,8 +612,8 @@ struct Areas {
     double first = 0, middle = 0, second = 0;
 };
 
-/// Error of an area: two products of differences below 2, with error 2 `coordinate_blur` each.
-inline constexpr double area_blur = 20 * coordinate_blur;
+/// Error of an area: two products of differences below 2, with error 2 `coordinate_error` each.
+inline constexpr double area_error = 20 * coordinate_error;
 
 [[nodiscard]] inline Areas areas_at(const Net<2>& curve, const Vec<2>& p) {
     const auto& [a, b, m] = curve.control;
@@ -621,19 +621,21 @@ inline constexpr double area_blur = 20 * coordinate_blur;
 }
 
 /// A number with an error bound.
-struct Blurred {
+struct BoundedNumber {
     double value = 0, error = 0;
     [[nodiscard]] int sign() const { return value > error ? 1 : value < -error ? -1 : 0; }
-    friend Blurred operator+(const Blurred& a, const Blurred& b) { return {a.value + b.value, a.error + b.error}; }
-    friend Blurred operator*(double s, const Blurred& a) { return {s * a.value, std::abs(s) * a.error}; }
+    friend BoundedNumber operator+(const BoundedNumber& a, const BoundedNumber& b) {
+        return {a.value + b.value, a.error + b.error};
+    }
+    friend BoundedNumber operator*(double s, const BoundedNumber& a) { return {s * a.value, std::abs(s) * a.error}; }
 };
 
 /// Polar form of middle² − 4 first second.
-[[nodiscard]] inline Blurred polar(const Areas& p, const Areas& q) {
+[[nodiscard]] inline BoundedNumber polar(const Areas& p, const Areas& q) {
     const double size = std::abs(p.middle) + std::abs(q.middle) +
                         2 * (std::abs(p.first) + std::abs(q.first) + std::abs(p.second) + std::abs(q.second));
     return {p.middle * q.middle - 2 * (p.first * q.second + p.second * q.first),
-            1.1 * area_blur * (size + 8 * area_blur)};
+            1.1 * area_error * (size + 8 * area_error)};
 }
 
 /// True if the curve is on one side of the other's parabola, except at common ends. The equation is a quartic; its

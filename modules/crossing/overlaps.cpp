@@ -48,15 +48,15 @@ std::vector<FacetSides> sides_of_facets(const LinearMesh<D>& mesh) {
     std::vector<FacetSides> sides(facets.size());
     for (std::size_t e = 0; e < mesh.elements.size(); ++e) {
         const SimplexVertices<D>& element = mesh.elements.vertices[e];
-        int unmarked = 0, which = -1;
+        int unmarked = 0, member_index = -1;
         for (int i = 0; i <= D; ++i)
             if (is_marked[element[i].index()] == 0) {
                 ++unmarked;
-                which = i;
+                member_index = i;
             }
         if (unmarked > 1) continue;
         for (int i = 0; i <= D; ++i) {
-            if (unmarked == 1 && i != which) continue;
+            if (unmarked == 1 && i != member_index) continue;
             std::array<VertexId, D> face;
             for (int k = 0; k < D; ++k) face[k] = element[face_opposite<D>(i)[k]];
             const auto key = key_of(face);

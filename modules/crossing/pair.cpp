@@ -18,27 +18,27 @@ namespace camber {
 namespace {
 
 template <int D>
-Judgement search_pair(const NetPair<D>& pair, int effort, int steps, bool cut_short) {
+CrossingResult search_pair(const NetPair<D>& pair, int effort, int steps, bool cut_short) {
     Search<D> search(effort);
     const Crossing verdict = search.pair(pair.first, pair.second);
     return {verdict, steps + search.steps(), verdict == Crossing::undecided && (cut_short || search.cut_short())};
 }
 
-Judgement judge_bent(const NodalFacet<2>&, const NodalFacet<2>&, const NetPair<2>& pair, int effort) {
+CrossingResult judge_bent(const NodalFacet<2>&, const NodalFacet<2>&, const NetPair<2>& pair, int effort) {
     return search_pair(pair, effort, 1, false);
 }
 
-Judgement judge_bent(const NodalFacet<3>& first, const NodalFacet<3>& second, const NetPair<3>& pair, int effort) {
+CrossingResult judge_bent(const NodalFacet<3>& first, const NodalFacet<3>& second, const NetPair<3>& pair, int effort) {
     PlanarTest planar(pair.first, pair.second, effort);
-    const auto seen = planar.verdict([&] { return are_in_one_plane(first, second); });
-    if (seen) return {*seen, planar.steps() + 1, false};
+    const auto planar_verdict = planar.verdict([&] { return are_in_one_plane(first, second); });
+    if (planar_verdict) return {*planar_verdict, planar.steps() + 1, false};
     return search_pair(pair, effort, planar.steps() + 1, planar.cut_short());
 }
 
 }  // namespace
 
 template <int D>
-Judgement judge_pair(const NodalFacet<D>& first, const NodalFacet<D>& second, int effort) {
+CrossingResult test_pair(const NodalFacet<D>& first, const NodalFacet<D>& second, int effort) {
     if (first == second) return {Crossing::disjoint, 0, false};
     const auto pair = net_pair(first, second);
     if (pair) {
@@ -53,12 +53,12 @@ Judgement judge_pair(const NodalFacet<D>& first, const NodalFacet<D>& second, in
 }
 
 template <>
-Judgement judge_itself<2>(const NodalFacet<2>&, int) {
+CrossingResult test_self_crossing<2>(const NodalFacet<2>&, int) {
     return {Crossing::disjoint, 0, false};
 }
 
 template <>
-Judgement judge_itself<3>(const NodalFacet<3>& facet, int effort) {
+CrossingResult test_self_crossing<3>(const NodalFacet<3>& facet, int effort) {
     const Vec<3> origin = facet.nodes[0];
     const auto unit = unit_for(facet, facet, origin);
     if (!unit) return {Crossing::undecided, 0, false};
@@ -72,12 +72,12 @@ Judgement judge_itself<3>(const NodalFacet<3>& facet, int effort) {
 
 template <int D>
 Crossing crossing_of(const NodalFacet<D>& first, const NodalFacet<D>& second, int effort) {
-    return judge_pair(first, second, effort).verdict;
+    return test_pair(first, second, effort).verdict;
 }
 
 template <int D>
 Crossing crossing_of_itself(const NodalFacet<D>& facet, int effort) {
-    return judge_itself(facet, effort).verdict;
+    return test_self_crossing(facet, effort).verdict;
 }
 
 }  // namespace camber
@@ -159,7 +159,7 @@ struct Ratio {
 };
 
 /// Interval on a line, by one coordinate.
-struct Stretch {
+struct LineInterval {
     std::optional<Ratio> low = {}, high = {};
 
     void include(const Ratio& x) {
@@ -170,7 +170,7 @@ struct Stretch {
 
 enum class Overlap : std::uint8_t { none, point, stretch };
 
-Overlap overlap(const Stretch& a, const Stretch& b) {
+Overlap overlap(const LineInterval& a, const LineInterval& b) {
     if (!a.low || !b.low) return Overlap::none;
     const Ratio& low = *a.low < *b.low ? *b.low : *a.low;
     const Ratio& high = *a.high < *b.high ? *a.high : *b.high;
@@ -198,8 +198,8 @@ struct Sides {
 
 /// Intersection with the line or plane of the heights.
 template <int D>
-Stretch section(const Simplex<D>& t, const Sides<D>& sides, int axis) {
-    Stretch s;
+LineInterval section(const Simplex<D>& t, const Sides<D>& sides, int axis) {
+    LineInterval s;
     for (int i = 0; i < D; ++i) {
         const Integer& h = sides.heights[i];
         if (h == 0) s.include({t[i][axis]});
@@ -263,7 +263,7 @@ Crossing in_plane(const Simplex<3>& a, const Simplex<3>& b, int x, int y, int co
         if (sides.apart()) return Crossing::disjoint;
         overlap_everywhere = false;
         const int axis = p[x] != q[x] ? x : y;
-        Stretch edge;
+        LineInterval edge;
         edge.include({p[axis]});
         edge.include({q[axis]});
         found = contact(overlap(edge, section<3>(i < 3 ? b : a, sides, axis)), common);
@@ -290,7 +290,7 @@ bool share_area(const Simplex<3>& a, const Simplex<3>& b, int x, int y) {
 }
 
 /// True if the interior of the first meets the second.
-bool meets_inside(const Stretch& first, const Stretch& second) {
+bool meets_inside(const LineInterval& first, const LineInterval& second) {
     return first.low && second.low && *first.low < *second.high && *second.low < *first.high;
 }
 
@@ -361,7 +361,7 @@ std::optional<Contact> contact_of_straight(const NodalFacet<3>& first, const Nod
     }
     // The body is below its facets. A facet that meets the interior of another and has a part below it enters the body.
     const int axis = axis_of_line(n, m);
-    const Stretch in_a = section<3>(a, of_a, axis), in_b = section<3>(b, of_b, axis);
+    const LineInterval in_a = section<3>(a, of_a, axis), in_b = section<3>(b, of_b, axis);
     const bool enters_a = of_a.straddle() && of_b.any_below() && meets_inside(in_a, in_b);
     const bool enters_b = of_b.straddle() && of_a.any_below() && meets_inside(in_b, in_a);
     return enters_a || enters_b ? Contact::inside : Contact::rims;
@@ -382,9 +382,9 @@ bool are_in_one_plane(const NodalFacet<3>& first, const NodalFacet<3>& second) {
            });
 }
 
-#define CAMBER_INSTANTIATE(D)                                                          \
-    template Judgement judge_pair<D>(const NodalFacet<D>&, const NodalFacet<D>&, int); \
-    template Crossing crossing_of<D>(const NodalFacet<D>&, const NodalFacet<D>&, int); \
+#define CAMBER_INSTANTIATE(D)                                                              \
+    template CrossingResult test_pair<D>(const NodalFacet<D>&, const NodalFacet<D>&, int); \
+    template Crossing crossing_of<D>(const NodalFacet<D>&, const NodalFacet<D>&, int);     \
     template Crossing crossing_of_itself<D>(const NodalFacet<D>&, int);
 
 CAMBER_INSTANTIATE(2)

@@ -124,15 +124,15 @@ class Search {
 namespace camber {
 
 /// Projection of a facet: edges and Bézier points.
-struct Shadow {
+struct PlanarProjection {
     std::array<Net<2>, 3> edges{};  ///< in the order of `local_edges`, with ids of ends
     std::array<Vec<2>, 6> control{};
 };
 
-[[nodiscard]] inline Shadow shadow_of(const Net<3>& net, int axis) {
-    Shadow shadow;
-    const auto seen = [&](const Vec<3>& p) { return Vec<2>{{p[(axis + 1) % 3], p[(axis + 2) % 3]}}; };
-    std::transform(net.control.begin(), net.control.end(), shadow.control.begin(), seen);
+[[nodiscard]] inline PlanarProjection projection_of(const Net<3>& net, int axis) {
+    PlanarProjection shadow;
+    const auto projected = [&](const Vec<3>& p) { return Vec<2>{{p[(axis + 1) % 3], p[(axis + 2) % 3]}}; };
+    std::transform(net.control.begin(), net.control.end(), shadow.control.begin(), projected);
     for (int e = 0; e < 3; ++e) {
         const auto [i, j] = local_edges<2>[e];
         shadow.edges[e].control = {shadow.control[i], shadow.control[j], shadow.control[3 + e]};
@@ -152,24 +152,24 @@ struct Shadow {
     for (int i = 0; i < 3; ++i)
         for (int j = i; j < 3; ++j) {
             const double c = (cross(slope(i, 1), slope(j, 2)) + cross(slope(j, 1), slope(i, 2))) / 2;
-            positive += c > 2 * area_blur ? 1 : 0;
-            negative += c < -2 * area_blur ? 1 : 0;
+            positive += c > 2 * area_error ? 1 : 0;
+            negative += c < -2 * area_error ? 1 : 0;
         }
     return positive == 6 ? 1 : negative == 6 ? -1 : 0;
 }
-[[nodiscard]] inline bool keeps_orientation(const Net<3>& net, int axis) { return orientation_of(net, axis) != 0; }
+[[nodiscard]] inline bool preserves_orientation(const Net<3>& net, int axis) { return orientation_of(net, axis) != 0; }
 
 /// Outside the box, rounding included.
 [[nodiscard]] inline bool is_beside(const Box<2>& box, const Vec<2>& p) {
     for (int c = 0; c < 2; ++c)
-        if (p[c] < box.low[c] - 8 * coordinate_blur || p[c] > box.high[c] + 8 * coordinate_blur) return true;
+        if (p[c] < box.low[c] - 8 * coordinate_error || p[c] > box.high[c] + 8 * coordinate_error) return true;
     return false;
 }
 
 /// Winding number of the projected boundary around p: corner triangle plus regions between edges and chords. None if p
 /// is too close.
-[[nodiscard]] inline std::optional<int> turns_about(const Shadow& shadow, const Vec<2>& p) {
-    const auto sign = [](double area) { return area > 2 * area_blur ? 1 : area < -2 * area_blur ? -1 : 0; };
+[[nodiscard]] inline std::optional<int> winding_number(const PlanarProjection& shadow, const Vec<2>& p) {
+    const auto sign = [](double area) { return area > 2 * area_error ? 1 : area < -2 * area_error ? -1 : 0; };
     // Winding number of a triangle from the areas of p with its sides; 2: uncertain.
     const auto within = [&](double a, double b, double c) {
         const std::array<int, 3> s{sign(a), sign(b), sign(c)};
@@ -202,19 +202,19 @@ struct Shadow {
         return normalised(cross(net.control[1] - net.control[0], net.control[2] - net.control[0]));
     };
     const Vec<3> n = normal(first), m = normal(second);
-    const auto seen = [&](int c) { return std::min(std::abs(n[c]), std::abs(m[c])); };
+    const auto projected = [&](int c) { return std::min(std::abs(n[c]), std::abs(m[c])); };
     int best = 0;
     for (int c = 1; c < 3; ++c)
-        if (seen(c) > seen(best)) best = c;
+        if (projected(c) > projected(best)) best = c;
     return best;
 }
 
 /// True if the projection is injective: constant orientation, and edges do not cross.
 [[nodiscard]] inline bool is_simple_in_plane(Net<3> net) {
     const int axis = best_axis(net, net);
-    if (!keeps_orientation(net, axis)) return false;
+    if (!preserves_orientation(net, axis)) return false;
     for (int i = 0; i < 3; ++i) net.corner[i] = static_cast<SharedPoint>(i) + 1;
-    const Shadow shadow = shadow_of(net, axis);
+    const PlanarProjection shadow = projection_of(net, axis);
     for (int e = 0; e < 3; ++e)
         if (Search<2>(1).pair(shadow.edges[e], shadow.edges[(e + 1) % 3]) != Crossing::disjoint) return false;
     return true;
@@ -224,7 +224,7 @@ class PlanarTest {
   public:
     PlanarTest(const Net<3>& first, const Net<3>& second, int effort)
         : first_(first), second_(second), axis_(best_axis(first, second)), left_(effort + edge_pairs) {
-        shadows_ = {shadow_of(first, axis_), shadow_of(second, axis_)};
+        projections_ = {projection_of(first, axis_), projection_of(second, axis_)};
     }
 
     /// Disjoint if the projections are; touching for coplanar facets with certain unshared points in common. Otherwise
@@ -232,8 +232,8 @@ class PlanarTest {
     template <class InOnePlane>
     [[nodiscard]] std::optional<Crossing> verdict(InOnePlane&& in_one_plane) {
         const Crossing of_edges = compare_edges();
-        if (of_edges == Crossing::disjoint && keeps_orientation(first_, axis_) && keeps_orientation(second_, axis_) &&
-            is_outside(0) && is_outside(1))
+        if (of_edges == Crossing::disjoint && preserves_orientation(first_, axis_) &&
+            preserves_orientation(second_, axis_) && is_outside(0) && is_outside(1))
             return Crossing::disjoint;
         if ((of_edges == Crossing::crossing || has_inside(0) || has_inside(1)) && in_one_plane())
             return Crossing::touching;
@@ -258,7 +258,7 @@ class PlanarTest {
             for (int f = 0; f < 3; ++f) {
                 if (first_.part[e].same_as(second_.part[f])) continue;
                 Search<2> search(std::max(left_, 1));
-                const Crossing found = search.pair(shadows_[0].edges[e], shadows_[1].edges[f]);
+                const Crossing found = search.pair(projections_[0].edges[e], projections_[1].edges[f]);
                 steps_ += search.steps();
                 left_ -= search.cut_short() ? left_ + 1 : search.steps();
                 if (found == Crossing::crossing || left_ < 0) return found;
@@ -270,23 +270,24 @@ class PlanarTest {
     /// If edges meet the other's edges only at shared points, their midpoints decide.
     [[nodiscard]] bool is_outside(int side) const {
         for (int e = 0; e < 3; ++e)
-            if (!is_shared(side, e) && turns_about(shadows_[1 - side], middle_of(shadows_[side].edges[e])) != 0)
+            if (!is_shared(side, e) &&
+                winding_number(projections_[1 - side], middle_of(projections_[side].edges[e])) != 0)
                 return false;
         return true;
     }
 
     [[nodiscard]] bool has_inside(int side) const {
-        const auto& c = shadows_[side].control;
-        const auto inside = [&](const Vec<2>& p) { return turns_about(shadows_[1 - side], p).value_or(0) != 0; };
+        const auto& c = projections_[side].control;
+        const auto inside = [&](const Vec<2>& p) { return winding_number(projections_[1 - side], p).value_or(0) != 0; };
         const Vec<2> centre = ((c[0] + c[1] + c[2]) + 2.0 * (c[3] + c[4] + c[5])) / 9.0;
-        return inside(centre) || std::any_of(shadows_[side].edges.begin(), shadows_[side].edges.end(),
+        return inside(centre) || std::any_of(projections_[side].edges.begin(), projections_[side].edges.end(),
                                              [&](const Net<2>& edge) { return inside(middle_of(edge)); });
     }
 
     const Net<3>& first_;
     const Net<3>& second_;
     int axis_, left_, steps_ = 0;
-    std::array<Shadow, 2> shadows_;
+    std::array<PlanarProjection, 2> projections_;
 };
 
 }  // namespace camber
@@ -360,13 +361,13 @@ struct RayHits {
     std::array<int, 2> side{};
     for (int i = 0; i < 2; ++i) {
         const double x = net.control[i][other];
-        if (std::abs(x) <= 8 * coordinate_blur) return {};
+        if (std::abs(x) <= 8 * coordinate_error) return {};
         side[i] = x > 0 ? 1 : -1;
     }
     return (axis == 0 ? 1 : -1) * (side[1] - side[0]) / 2;
 }
 [[nodiscard]] inline std::optional<int> covers_origin(const Net<3>& net, int axis) {
-    return turns_about(shadow_of(net, axis), Vec<2>{});
+    return winding_number(projection_of(net, axis), Vec<2>{});
 }
 
 /// Outward normal, times the length or twice the area.
@@ -402,20 +403,20 @@ class RayCaster {
             const Net<D> piece = open.back();
             open.pop_back();
             const bool can_divide = piece.divisions < max_divisions && looked < max_pieces;
-            const Piece seen = look_at(piece, *unit, range);
-            if (seen.is_divided || (seen.hits.pieces > 0 && can_divide && seen.extent > resolution)) {
+            const Piece projected = look_at(piece, *unit, range);
+            if (projected.is_divided || (projected.hits.pieces > 0 && can_divide && projected.extent > resolution)) {
                 if (!can_divide) return uncertain();
                 const auto parts = pieces(piece);
                 open.insert(open.end(), parts.begin(), parts.end());
             } else {
-                sum = sum + seen.hits;
+                sum = sum + projected.hits;
             }
         }
         return sum;
     }
 
   private:
-    static constexpr double blur = 8 * coordinate_blur;
+    static constexpr double blur = 8 * coordinate_error;
     static constexpr std::size_t max_pieces = 600;
 
     /// Hits of a piece, unless it must be divided.
@@ -470,7 +471,7 @@ class RayCaster {
         if (*covered == 0) return {};
         const Vec<D> n = straight_normal(net);
         // Bound of the error of products and sums of coordinates, which are below 1.
-        constexpr double error = 4 * coordinate_blur;
+        constexpr double error = 4 * coordinate_error;
         const double slope = std::abs(n[ray_.axis]) - error;
         if (!(slope > 0)) return whole.is_divided ? uncertain() : whole.hits;
         const double at = dot(n, net.control[0]) / n[ray_.axis] * ray_.sign;

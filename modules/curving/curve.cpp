@@ -25,10 +25,10 @@ CurveStatistics& CurveStatistics::operator+=(const CurveStatistics& other) {
     shortened += other.shortened;
     outside += other.outside;
     lost += other.lost;
-    drawn_back += other.drawn_back;
+    relaxed += other.relaxed;
     by_walls += other.by_walls;
     by_metric += other.by_metric;
-    held_back += other.held_back;
+    loss_limited += other.loss_limited;
     return *this;
 }
 
@@ -99,7 +99,7 @@ Curved<D> in_columns(const LinearMesh<D>& mesh, std::span<const EdgeTarget<D>> t
 
 namespace {
 
-/// Above a thousandth of the chord.
+/// True if the offset exceeds a thousandth of the chord.
 template <int D>
 [[nodiscard]] bool is_noticeable(const Vec<D>& offset, const Vec<D>& chord) {
     return norm_squared(offset) > 1e-6 * norm_squared(chord);
@@ -143,7 +143,7 @@ class Curving {
 
     CurveStatistics search(std::size_t begin, std::size_t end) {
         CurveStatistics statistics;
-        const auto give = [&](EdgeId e, const EdgeTarget<D>& target) {
+        const auto assign = [&](EdgeId e, const EdgeTarget<D>& target) {
             columns_.place(e.index(), target);
             columns_.measure(e.index(), target);
             count(statistics, target.flags);
@@ -154,20 +154,22 @@ class Curving {
             if (is_searched(e.index()))
                 edges.push_back(e);
             else
-                give(e, boundary_target(mesh_, e, kinds_[e] == EdgeKind::volume ? mesh_.mid_nodes[e] : base_[e]));
+                assign(e, boundary_target(mesh_, e, kinds_[e] == EdgeKind::volume ? mesh_.mid_nodes[e] : base_[e]));
         }
         std::vector<EdgeTarget<D>> targets(edges.size());
         searched_targets<D>({edges_, edges, base_}, back_, rules_, options_, targets);
         for (std::size_t i = 0; i < edges.size(); ++i) {
             if (is_measured(options_.measured, edges[i].index(), mesh_.edges.size()))
                 measure(mesh_, {edges[i], shells_[edges[i]].front()}, back_, rules_.report, targets[i]);
-            give(edges[i], targets[i]);
+            assign(edges[i], targets[i]);
         }
         return statistics;
     }
 
     Outcome<CurveStatistics> curve_accurately(const Execution& execution) {
-        const double of_nodes = options_.measured == MeasuredEdges::all ? 0.1 : 0.48;  // lengths are expensive
+        const double of_nodes = options_.measured == MeasuredEdges::all ? 0.1 : 0.48;  // share of the progress:
+                                                                                       // measuring all lengths is
+                                                                                       // expensive
         const auto placed = place_accurately(part_of(execution, 0, of_nodes));
         if (!placed) return placed;
         const auto measured = measure_placed(part_of(execution, of_nodes, 1));
@@ -175,40 +177,41 @@ class Curving {
         return *placed + *measured;
     }
 
-    /// Offsets for accuracy after the limits for smooth functions and elements, with the numbers limited.
-    struct BorneOffsets {
+    /// Offsets for accuracy after all limits, and the numbers of offsets reduced by `limit_smooth_loss` and by
+    /// `limit_by_jacobian`.
+    struct LimitedOffsets {
         Buffer<Vec<D>> offsets;
-        std::size_t held_back = 0, drawn_back = 0;
+        std::size_t loss_limited = 0, relaxed = 0;
     };
-    Outcome<BorneOffsets> offsets_by_element(const Execution& execution) {
+    Outcome<LimitedOffsets> offsets_by_element(const Execution& execution) {
         auto offsets = accurate_offsets(edges_, EdgeKind::volume, back_, options_, part_of(execution, 0, 0.7));
         if (!offsets) return fail(offsets.error());
-        std::size_t held_back = 0;
+        std::size_t loss_limited = 0;
         if (options_.metric_kind == MetricKind::natural) {
-            const auto held =
+            const auto limited_by_loss =
                 limit_smooth_loss<D>(mesh_, shells_, options_.smooth_loss, *offsets, part_of(execution, 0.7, 0.84));
-            if (!held) return fail(held.error());
-            held_back = *held;
+            if (!limited_by_loss) return fail(limited_by_loss.error());
+            loss_limited = *limited_by_loss;
         }
         auto limited = limit_by_jacobian<D>(mesh_, base_.view(), shells_, options_.min_jacobian, *offsets,
                                             part_of(execution, 0.84, 1));
         if (!limited) return fail(limited.error());
-        return BorneOffsets{std::move(*offsets), held_back, *limited};
+        return LimitedOffsets{std::move(*offsets), loss_limited, *limited};
     }
 
-    /// Does not store offsets, which are as large as the nodes.
+    /// Sets the targets without storing the offsets, which would need as much memory as the nodes.
     Outcome<CurveStatistics> place_accurately(const Execution& execution) {
-        const auto borne = offsets_by_element(execution);
-        if (!borne) return fail(borne.error());
+        const auto limited_offsets = offsets_by_element(execution);
+        if (!limited_offsets) return fail(limited_offsets.error());
         const auto target_of = [&](std::size_t e) {
             if (kinds_[e] != EdgeKind::volume) return boundary_target(mesh_, EdgeId(e), base_[e]);
             if (shells_[e].empty()) return boundary_target(mesh_, EdgeId(e), mesh_.mid_nodes[e]);
-            EdgeTarget<D> target = node_target(mesh_, EdgeId(e), {base_[e].point + borne->offsets[e]});
+            EdgeTarget<D> target = node_target(mesh_, EdgeId(e), {base_[e].point + limited_offsets->offsets[e]});
             const auto& [a, b] = mesh_.edges.vertices[EdgeId(e)];
             const Vec<D>& p = mesh_.linear.points[a];
             const Vec<D>& q = mesh_.linear.points[b];
             target.flags.by_walls = is_noticeable(base_[e].point - midpoint(p, q), q - p);
-            target.flags.by_metric = is_noticeable(borne->offsets[e], q - p);
+            target.flags.by_metric = is_noticeable(limited_offsets->offsets[e], q - p);
             return target;
         };
         auto statistics = reduce_each(
@@ -220,8 +223,8 @@ class Curving {
             },
             sum);
         if (statistics) {
-            statistics->drawn_back = borne->drawn_back;
-            statistics->held_back = borne->held_back;
+            statistics->relaxed = limited_offsets->relaxed;
+            statistics->loss_limited = limited_offsets->loss_limited;
         }
         return statistics;
     }
@@ -321,7 +324,7 @@ Outcome<EdgeLengths> in_columns(std::size_t edges, const Execution& execution, c
     });
 }
 
-/// The chord's length if it is an edge of the straight back mesh, where the field is linear.
+/// Returns the length of the edge's chord if the chord is an edge of a straight back mesh, where the field is linear.
 template <int D>
 std::optional<double> chord_in_straight_field(const EdgeSet<D>& edges, EdgeId edge, const Proposal<D>& proposal,
                                               const BackMesh<D>& back, const Quadrature& rule) {
@@ -335,17 +338,17 @@ std::optional<double> chord_in_straight_field(const EdgeSet<D>& edges, EdgeId ed
                              QuadraticEdge<D>{from.point, {midpoint(from.point, to.point)}, to.point}, rule);
 }
 
-/// `chord`: the chord's length if known.
+/// Measures the chord and the curved edge. `chord` is the chord's length if it is known.
 template <int D>
-Lengths lengths_of(const EdgeSet<D>& edges, const HeldEdge& held, const Proposal<D>& proposal, const BackMesh<D>& back,
-                   const Quadrature& rule, std::optional<double> chord) {
-    const auto [edge, holder] = held;
+Lengths lengths_of(const EdgeSet<D>& edges, const EdgeOfElement& source, const Proposal<D>& proposal,
+                   const BackMesh<D>& back, const Quadrature& rule, std::optional<double> chord) {
+    const auto [edge, element_at] = source;
     const auto& [a, b] = edges.vertices[edge];
     const Vec<D>& p = proposal.points[a];
     const Vec<D>& q = proposal.points[b];
     const LagrangeNode<D> middle{midpoint(p, q)};
     const auto length = [&](const LagrangeNode<D>& node) {
-        return riemannian_length(back, QuadraticEdge<D>{p, node, q}, rule, holder).length;
+        return riemannian_length(back, QuadraticEdge<D>{p, node, q}, rule, element_at).length;
     };
     if (!chord) chord = length(middle);
     return {*chord, proposal.mid_nodes[edge] == middle ? *chord : length(proposal.mid_nodes[edge])};
@@ -354,9 +357,9 @@ Lengths lengths_of(const EdgeSet<D>& edges, const HeldEdge& held, const Proposal
 }  // namespace
 
 template <int D>
-Outcome<EdgeLengths> edge_lengths(const HeldEdges<D>& held, const Proposal<D>& proposal, const BackMesh<D>& back,
-                                  MeasuredEdges measured, const Execution& execution) {
-    const auto& [edges, shells] = held;
+Outcome<EdgeLengths> edge_lengths(const EdgesOfElements<D>& source, const Proposal<D>& proposal,
+                                  const BackMesh<D>& back, MeasuredEdges measured, const Execution& execution) {
+    const auto& [edges, shells] = source;
     const Quadrature rule = gauss_legendre(report_points);
     return in_columns(edges.size(), execution, [&](std::size_t e) {
         if (proposal.kinds[e] != EdgeKind::volume || shells[e].empty()) return Lengths{};
@@ -367,9 +370,10 @@ Outcome<EdgeLengths> edge_lengths(const HeldEdges<D>& held, const Proposal<D>& p
 }
 
 template <int D>
-Outcome<EdgeLengths> updated_lengths(const HeldEdges<D>& held, const Curved<D>& curved, const Proposal<D>& after,
-                                     const BackMesh<D>& back, MeasuredEdges measured, const Execution& execution) {
-    const auto& [edges, shells] = held;
+Outcome<EdgeLengths> updated_lengths(const EdgesOfElements<D>& source, const Curved<D>& curved,
+                                     const Proposal<D>& after, const BackMesh<D>& back, MeasuredEdges measured,
+                                     const Execution& execution) {
+    const auto& [edges, shells] = source;
     const Quadrature rule = gauss_legendre(report_points);
     return in_columns(edges.size(), execution, [&](std::size_t e) {
         const Lengths before{curved.straight_lengths[e], curved.lengths[e]};
@@ -386,9 +390,9 @@ Outcome<EdgeLengths> updated_lengths(const HeldEdges<D>& held, const Curved<D>& 
 
 namespace {
 
-/// Smaller metric displacements are ignored: they turn axes by less than their uncertainty.
+/// Displacements shorter than this in the metric are ignored: they turn axes by less than the axes' uncertainty.
 constexpr double negligible = 0.01;
-/// Elements below this scaled Jacobian count as folded.
+/// Minimum scaled Jacobian of the back mesh; elements below it count as folded.
 constexpr double min_back_jacobian = 0.1;
 
 template <int D>
@@ -406,7 +410,7 @@ Outcome<Buffer<LagrangeNode<D>>> noticeable_nodes(const QuadraticMesh<D>& mesh,
     return guarded([&]() -> Outcome<Buffer<LagrangeNode<D>>> {
         Buffer<LagrangeNode<D>> nodes(mesh.edges.size());
         auto done = each_chunk(execution, nodes.size(), [&](std::size_t begin, std::size_t end) {
-            // Displacements of the moved edges, in the metrics of both ends.
+            // Displacements of the moved edges, each measured in the metrics of both ends.
             std::vector<std::size_t> moved;
             std::vector<LogMetric<D>> metrics;
             std::vector<Vec<D>> displacements;
@@ -442,7 +446,7 @@ Outcome<Buffer<Vec<D>>> displacements_of(const QuadraticMesh<D>& mesh, std::span
 }  // namespace
 
 template <int D>
-Outcome<Done> limit_to_back_mesh(std::span<const PartNodes<D>> parts, BetweenParts<D>& between,
+Outcome<Done> limit_to_back_mesh(std::span<const PartNodes<D>> parts, PartCommunication<D>& between,
                                  const Execution& execution) {
     return guarded([&]() -> Outcome<Done> {
         std::vector<Buffer<Vec<D>>> displacements;
@@ -483,22 +487,23 @@ Outcome<Buffer<LagrangeNode<D>>> back_mesh_nodes(const QuadraticMesh<D>& mesh, s
     });
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                                        \
-    template Curved<D> in_columns<D>(const LinearMesh<D>&, std::span<const EdgeTarget<D>>, const Column<EdgeKind>&); \
-    template Outcome<Curved<D>> curve<D>(const MeshEdges<D>&, const Column<LagrangeNode<D>>&, const BackMesh<D>&,    \
-                                         const CurveOptions&, const Execution&);                                     \
-    template Outcome<Buffer<Vec<D>>> accurate_offsets<D>(const MeshEdges<D>&, EdgeKind, const BackMesh<D>&,          \
-                                                         const EdgeAccuracyOptions&, const Execution&);              \
-    template Outcome<Curved<D>> curve_boundary<D>(const QuadraticMesh<D>&, const Column<EdgeKind>&,                  \
-                                                  const Column<LagrangeNode<D>>&, const Execution&);                 \
-    template Outcome<EdgeLengths> edge_lengths<D>(const HeldEdges<D>&, const Proposal<D>&, const BackMesh<D>&,       \
-                                                  MeasuredEdges, const Execution&);                                  \
-    template Outcome<EdgeLengths> updated_lengths<D>(const HeldEdges<D>&, const Curved<D>&, const Proposal<D>&,      \
-                                                     const BackMesh<D>&, MeasuredEdges, const Execution&);           \
-    template Outcome<Buffer<LagrangeNode<D>>> noticeable_nodes<D>(                                                   \
-        const QuadraticMesh<D>&, std::span<const LagrangeNode<D>>, const Column<LogMetric<D>>&, const Execution&);   \
-    template Outcome<Done> limit_to_back_mesh<D>(std::span<const PartNodes<D>>, BetweenParts<D>&, const Execution&); \
-    template Outcome<Buffer<LagrangeNode<D>>> back_mesh_nodes<D>(                                                    \
+#define CAMBER_INSTANTIATE(D)                                                                                         \
+    template Curved<D> in_columns<D>(const LinearMesh<D>&, std::span<const EdgeTarget<D>>, const Column<EdgeKind>&);  \
+    template Outcome<Curved<D>> curve<D>(const MeshEdges<D>&, const Column<LagrangeNode<D>>&, const BackMesh<D>&,     \
+                                         const CurveOptions&, const Execution&);                                      \
+    template Outcome<Buffer<Vec<D>>> accurate_offsets<D>(const MeshEdges<D>&, EdgeKind, const BackMesh<D>&,           \
+                                                         const EdgeAccuracyOptions&, const Execution&);               \
+    template Outcome<Curved<D>> curve_boundary<D>(const QuadraticMesh<D>&, const Column<EdgeKind>&,                   \
+                                                  const Column<LagrangeNode<D>>&, const Execution&);                  \
+    template Outcome<EdgeLengths> edge_lengths<D>(const EdgesOfElements<D>&, const Proposal<D>&, const BackMesh<D>&,  \
+                                                  MeasuredEdges, const Execution&);                                   \
+    template Outcome<EdgeLengths> updated_lengths<D>(const EdgesOfElements<D>&, const Curved<D>&, const Proposal<D>&, \
+                                                     const BackMesh<D>&, MeasuredEdges, const Execution&);            \
+    template Outcome<Buffer<LagrangeNode<D>>> noticeable_nodes<D>(                                                    \
+        const QuadraticMesh<D>&, std::span<const LagrangeNode<D>>, const Column<LogMetric<D>>&, const Execution&);    \
+    template Outcome<Done> limit_to_back_mesh<D>(std::span<const PartNodes<D>>, PartCommunication<D>&,                \
+                                                 const Execution&);                                                   \
+    template Outcome<Buffer<LagrangeNode<D>>> back_mesh_nodes<D>(                                                     \
         const QuadraticMesh<D>&, std::span<const LagrangeNode<D>>, const Incidence<ElementId>&, const Execution&);
 
 CAMBER_INSTANTIATE(2)

@@ -58,17 +58,18 @@ EdgeSearchWork searched_targets(const SearchedEdges<D>& searched, const BackMesh
                                 const CurveOptions& options, std::span<EdgeTarget<D>> targets) {
     const auto& [all, edges, base] = searched;
     const QuadraticMesh<D>& mesh = all.mesh;
-    std::vector<BackEdge> seen;
+    std::vector<BackEdge> back_edges;
     std::vector<LagrangeNode<D>> nodes;
-    seen.reserve(edges.size());
+    back_edges.reserve(edges.size());
     nodes.reserve(edges.size());
     for (const EdgeId e : edges) {
         const auto& [a, b] = mesh.edges.vertices[e];
-        seen.push_back({a, b, all.shells[e]});
+        back_edges.push_back({a, b, all.shells[e]});
         nodes.push_back(base[e]);
     }
     std::vector<EdgeMinimum<D>> minima(edges.size());
-    const EdgeSearchWork work = minimise_back_edges<D>(back, {seen, nodes}, rules, search_options(options), minima);
+    const EdgeSearchWork work =
+        minimise_back_edges<D>(back, {back_edges, nodes}, rules, search_options(options), minima);
     for (std::size_t i = 0; i < edges.size(); ++i) targets[i] = searched_target(mesh, edges[i], minima[i]);
     return work;
 }
@@ -80,7 +81,7 @@ void accurate_offsets(const QuadraticMesh<D>& mesh, std::span<const BackEdge> ed
     chords.reserve(edges.size());
     for (const BackEdge& edge : edges) chords.push_back(mesh.linear.points[edge.b] - mesh.linear.points[edge.a]);
     std::vector<EdgeEnds<D>> ends(edges.size());
-    back->see(edges, ends);
+    back->sample_edges(edges, ends);
     accurate_offsets<D>(chords, ends, options, offsets);
 }
 
@@ -93,16 +94,16 @@ EdgeTarget<D> node_target(const QuadraticMesh<D>& mesh, EdgeId edge, const Lagra
 }
 
 template <int D>
-void measure(const QuadraticMesh<D>& mesh, const HeldEdge& held, const BackMesh<D>& back, const Quadrature& report,
-             EdgeTarget<D>& target) {
-    const auto& [a, b] = mesh.edges.vertices[held.edge];
+void measure(const QuadraticMesh<D>& mesh, const EdgeOfElement& source, const BackMesh<D>& back,
+             const Quadrature& report, EdgeTarget<D>& target) {
+    const auto& [a, b] = mesh.edges.vertices[source.edge];
     const Vec<D>& p = mesh.linear.points[a];
     const Vec<D>& q = mesh.linear.points[b];
     const Vec<D> middle = midpoint(p, q);
-    const EdgeLength straight = riemannian_length(back, QuadraticEdge<D>{p, {middle}, q}, report, held.holder);
+    const EdgeLength straight = riemannian_length(back, QuadraticEdge<D>{p, {middle}, q}, report, source.element_at);
     const bool moved = target.node.point != middle;
     const EdgeLength curved =
-        moved ? riemannian_length(back, QuadraticEdge<D>{p, target.node, q}, report, held.holder) : straight;
+        moved ? riemannian_length(back, QuadraticEdge<D>{p, target.node, q}, report, source.element_at) : straight;
     target.flags.outside |= straight.outside + curved.outside > 0;
     target.flags.lost |= straight.lost + curved.lost > 0;
     target.straight_length = straight.length;
@@ -111,16 +112,18 @@ void measure(const QuadraticMesh<D>& mesh, const HeldEdge& held, const BackMesh<
 
 namespace {
 
-/// The energy is ∫ l'ᵀ M l' dt with l' = (P_02 − P_20) + 4(1−2t) o, o the node's offset: in a constant metric it adds
-/// (16/3) oᵀ M o. Energy is length squared at constant speed, so half of its relative change is that of the length.
+/// The energy is ∫ l'ᵀ M l' dt with l' = (P_02 − P_20) + 4(1−2t) o, o being the node's offset. In a constant metric the
+/// offset adds (16/3) oᵀ M o. At constant speed the energy is the squared length, so the relative change of the length
+/// is half that of the energy.
 constexpr double stretch = 16.0 / 3;
-/// Weight of slides along the edge, which cost no length: a tenth of the chord counts as 0.13 % of the length.
+/// Minimum weight. It applies to slides along the edge, which cost no length: with it a slide by a tenth of the chord
+/// costs 0.13 % of the length.
 constexpr double min_weight = 0.05;
 constexpr double max_weight = 16;
-/// Models are fitted where the energy predicts this relative loss of length.
+/// The model is fitted at offsets for which the energy predicts this relative loss of length.
 constexpr double fitted_loss = 1e-3;
 
-/// H-orthonormal basis whose first vector is along `tangent`.
+/// Basis that is orthonormal in the inner product H, with its first vector along `tangent`.
 template <int D>
 std::array<Vec<D>, D> basis_along(const Sym<D>& h, const Vec<D>& tangent) {
     std::array<Vec<D>, D> basis{tangent};
@@ -140,7 +143,7 @@ std::array<Vec<D>, D> basis_along(const Sym<D>& h, const Vec<D>& tangent) {
     return basis;
 }
 
-/// Σ_k w_k (H b_k)(H b_k)ᵀ: H itself for weights 1.
+/// Returns Σ_k w_k (H b_k)(H b_k)ᵀ, which is H if all weights are 1.
 template <int D>
 Sym<D> weighted(const Sym<D>& h, const std::array<Vec<D>, D>& basis, const Vec<D>& weights) {
     Sym<D> out;
@@ -160,7 +163,7 @@ Sym<D> with_cheap_slides(const Sym<D>& h, const Vec<D>& tangent) {
     return weighted<D>(h, basis_along(h, tangent), weights);
 }
 
-/// Weights each direction by `loss(offset)`, the relative loss of length there.
+/// Weights each basis direction by `loss(offset)`, the relative loss of length at an offset in that direction.
 template <int D, class Loss>
 Sym<D> fitted(const Sym<D>& h, const Vec<D>& tangent, Loss&& loss) {
     const auto basis = basis_along(h, tangent);
@@ -183,7 +186,7 @@ Sym<D> scaled(const SpectralMetric<D>& metric, double weight) {
     return out;
 }
 
-/// Stiff in all directions, unlike a length's model, and independent of the metric's scale.
+/// Isotropic model, stiff in all directions (slides too) and independent of the metric's scale.
 template <int D>
 QuadraticModel<D> accuracy_model(const LogMetric<D>& log_metric, const Vec<D>& chord, const Vec<D>& centre) {
     const SpectralMetric<D> metric(log_metric);
@@ -212,12 +215,12 @@ bool is_finite(const Sym<D>& s) {
 }  // namespace
 
 template <int D>
-QuadraticModel<D> edge_model(const QuadraticMesh<D>& mesh, EdgeId edge, const LagrangeNode<D>& wanted,
+QuadraticModel<D> edge_model(const QuadraticMesh<D>& mesh, EdgeId edge, const LagrangeNode<D>& target,
                              std::span<const ElementId> shell, const BackMesh<D>& back, ModelFit fit) {
     const auto& [a, b] = mesh.edges.vertices[edge];
     const Vec<D>& p20 = mesh.linear.points[a];
     const Vec<D>& p02 = mesh.linear.points[b];
-    const Vec<D> centre = wanted.point;
+    const Vec<D> centre = target.point;
     if (shell.empty()) return isotropic_model(p02 - p20, centre);
     if (fit == ModelFit::accuracy) {
         const auto model =
@@ -238,14 +241,14 @@ QuadraticModel<D> edge_model(const QuadraticMesh<D>& mesh, EdgeId edge, const La
 }
 
 template <int D>
-EdgeModels<D> edge_models(CurvingAim aim, const QuadraticMesh<D>& mesh, const Column<LagrangeNode<D>>& wanted,
+EdgeModels<D> edge_models(CurvingAim aim, const QuadraticMesh<D>& mesh, const Column<LagrangeNode<D>>& target,
                           const Incidence<ElementId>& shells, const BackMesh<D>& back) {
     const ModelFit fit = aim == CurvingAim::accuracy ? ModelFit::accuracy : ModelFit::length;
-    return [=](EdgeId edge) { return edge_model(mesh, edge, wanted[edge], shells[edge], back, fit); };
+    return [=](EdgeId edge) { return edge_model(mesh, edge, target[edge], shells[edge], back, fit); };
 }
 
 template <int D>
-QuadraticModel<D> implied_edge_model(const QuadraticMesh<D>& mesh, EdgeId edge, const LagrangeNode<D>& wanted,
+QuadraticModel<D> implied_edge_model(const QuadraticMesh<D>& mesh, EdgeId edge, const LagrangeNode<D>& target,
                                      std::span<const ElementId> shell) {
     const auto& [a, b] = mesh.edges.vertices[edge];
     const Vec<D> chord = mesh.linear.points[b] - mesh.linear.points[a];
@@ -259,34 +262,34 @@ QuadraticModel<D> implied_edge_model(const QuadraticMesh<D>& mesh, EdgeId edge, 
         mean.l += natural.l;
         ++n;
     }
-    if (n == 0) return isotropic_model(chord, wanted.point);
+    if (n == 0) return isotropic_model(chord, target.point);
     mean.l *= 1.0 / static_cast<double>(n);
-    const auto model = model_in(mean, chord, wanted.point);
-    return is_finite(model.hessian) ? model : isotropic_model(chord, wanted.point);
+    const auto model = model_in(mean, chord, target.point);
+    return is_finite(model.hessian) ? model : isotropic_model(chord, target.point);
 }
 
 template <int D>
-EdgeModels<D> implied_edge_models(const QuadraticMesh<D>& mesh, const Column<LagrangeNode<D>>& wanted,
+EdgeModels<D> implied_edge_models(const QuadraticMesh<D>& mesh, const Column<LagrangeNode<D>>& target,
                                   const Incidence<ElementId>& shells) {
-    return [=](EdgeId edge) { return implied_edge_model(mesh, edge, wanted[edge], shells[edge]); };
+    return [=](EdgeId edge) { return implied_edge_model(mesh, edge, target[edge], shells[edge]); };
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                                  \
-    template EdgeTarget<D> boundary_target<D>(const QuadraticMesh<D>&, EdgeId, const LagrangeNode<D>&);        \
-    template EdgeSearchWork searched_targets<D>(const SearchedEdges<D>&, const BackMesh<D>&, const EdgeRules&, \
-                                                const CurveOptions&, std::span<EdgeTarget<D>>);                \
-    template void accurate_offsets<D>(const QuadraticMesh<D>&, std::span<const BackEdge>, const BackMesh<D>&,  \
-                                      const EdgeAccuracyOptions&, std::span<Vec<D>>);                          \
-    template EdgeTarget<D> node_target<D>(const QuadraticMesh<D>&, EdgeId, const LagrangeNode<D>&);            \
-    template void measure<D>(const QuadraticMesh<D>&, const HeldEdge&, const BackMesh<D>&, const Quadrature&,  \
-                             EdgeTarget<D>&);                                                                  \
-    template QuadraticModel<D> edge_model<D>(const QuadraticMesh<D>&, EdgeId, const LagrangeNode<D>&,          \
-                                             std::span<const ElementId>, const BackMesh<D>&, ModelFit);        \
-    template EdgeModels<D> edge_models<D>(CurvingAim, const QuadraticMesh<D>&, const Column<LagrangeNode<D>>&, \
-                                          const Incidence<ElementId>&, const BackMesh<D>&);                    \
-    template QuadraticModel<D> implied_edge_model<D>(const QuadraticMesh<D>&, EdgeId, const LagrangeNode<D>&,  \
-                                                     std::span<const ElementId>);                              \
-    template EdgeModels<D> implied_edge_models<D>(const QuadraticMesh<D>&, const Column<LagrangeNode<D>>&,     \
+#define CAMBER_INSTANTIATE(D)                                                                                      \
+    template EdgeTarget<D> boundary_target<D>(const QuadraticMesh<D>&, EdgeId, const LagrangeNode<D>&);            \
+    template EdgeSearchWork searched_targets<D>(const SearchedEdges<D>&, const BackMesh<D>&, const EdgeRules&,     \
+                                                const CurveOptions&, std::span<EdgeTarget<D>>);                    \
+    template void accurate_offsets<D>(const QuadraticMesh<D>&, std::span<const BackEdge>, const BackMesh<D>&,      \
+                                      const EdgeAccuracyOptions&, std::span<Vec<D>>);                              \
+    template EdgeTarget<D> node_target<D>(const QuadraticMesh<D>&, EdgeId, const LagrangeNode<D>&);                \
+    template void measure<D>(const QuadraticMesh<D>&, const EdgeOfElement&, const BackMesh<D>&, const Quadrature&, \
+                             EdgeTarget<D>&);                                                                      \
+    template QuadraticModel<D> edge_model<D>(const QuadraticMesh<D>&, EdgeId, const LagrangeNode<D>&,              \
+                                             std::span<const ElementId>, const BackMesh<D>&, ModelFit);            \
+    template EdgeModels<D> edge_models<D>(CurvingAim, const QuadraticMesh<D>&, const Column<LagrangeNode<D>>&,     \
+                                          const Incidence<ElementId>&, const BackMesh<D>&);                        \
+    template QuadraticModel<D> implied_edge_model<D>(const QuadraticMesh<D>&, EdgeId, const LagrangeNode<D>&,      \
+                                                     std::span<const ElementId>);                                  \
+    template EdgeModels<D> implied_edge_models<D>(const QuadraticMesh<D>&, const Column<LagrangeNode<D>>&,         \
                                                   const Incidence<ElementId>&);
 
 CAMBER_INSTANTIATE(2)

@@ -19,15 +19,15 @@ import camber.surface;
 export namespace camber {
 
 enum class CurvingAim : std::uint8_t {
-    accuracy,  ///< interpolation of functions of the metric: `accurate_offsets`, closed form
+    accuracy,  ///< best interpolation of functions that fit the metric: `accurate_offsets`, closed form
     energy,    ///< minimum of ∫ l'ᵀ M l' dt
     length,    ///< minimum Riemannian length (paper §2.2)
 };
 
-/// Edges with reported lengths, which cost more than nodes.
+/// Selects the edges whose lengths are reported; measuring costs more than the curving itself.
 enum class MeasuredEdges : std::uint8_t {
     none,
-    some,  ///< about 131 072 edges of a larger mesh, by a hash
+    some,  ///< about 131 072 edges of a larger mesh, selected by a hash
     all,
 };
 
@@ -35,12 +35,12 @@ enum class MeasuredEdges : std::uint8_t {
     if (measured == MeasuredEdges::none) return false;
     constexpr std::size_t enough = std::size_t{1} << 17;
     if (measured == MeasuredEdges::all || edges <= enough) return true;
-    // Edge numbers have patterns; the high bits of their products with 2^64/golden ratio have none.
+    // Edge numbers have patterns. The high bits of their products with 2^64/golden ratio have none.
     const std::uint64_t hash = (std::uint64_t{edge} * 0x9e3779b97f4a7c15) >> 32;
     return hash * edges < (std::uint64_t{enough} << 32);
 }
 
-/// The minimiser's objective is that of `aim`.
+/// Options of curving. `aim` also sets the objective of the minimiser.
 struct CurveOptions : EdgeMinimiserOptions, EdgeAccuracyOptions {
   private:
     using EdgeMinimiserOptions::objective;  // set by `aim`
@@ -71,12 +71,13 @@ struct CurveOptions : EdgeMinimiserOptions, EdgeAccuracyOptions {
     friend bool operator==(const CurveOptions&, const CurveOptions&) = default;
 };
 
-/// Options of the search for energy or length.
+/// Returns the minimiser's options for the aim `energy` or `length`.
 [[nodiscard]] EdgeMinimiserOptions search_options(const CurveOptions& options);
 
 struct SearchFlags {
     std::uint8_t volume = 0, curved = 0, polished = 0, exhausted = 0, shortened = 0, outside = 0, lost = 0;
-    std::uint8_t by_walls = 0, by_metric = 0;  ///< accuracy: moved by more than 1/1000 of the chord
+    std::uint8_t by_walls = 0, by_metric = 0;  ///< aim accuracy: 1 if walls or the metric moved the node by more than
+                                               ///< 1/1000 of the chord
 };
 
 /// An edge's target before validity checks.
@@ -85,14 +86,15 @@ struct EdgeTarget {
     LagrangeNode<D> node;
     EdgeChange change = EdgeChange::straight;
     SearchFlags flags;
-    /// Riemannian lengths by `report_points`, of the chord and with `node`; 0 on boundary and unmeasured edges.
+    /// Riemannian lengths by `report_points` of the chord and of the edge with `node`; 0 on boundary edges and edges
+    /// not measured.
     double straight_length = 0, length = 0;
 };
 
 template <int D>
 [[nodiscard]] EdgeTarget<D> boundary_target(const QuadraticMesh<D>& mesh, EdgeId edge, const LagrangeNode<D>& node);
 
-/// `shells`: the elements around each edge.
+/// Edges of a mesh, their kinds, and the elements around each edge (`shells`).
 template <int D>
 struct MeshEdges {
     const QuadraticMesh<D>& mesh;
@@ -100,7 +102,7 @@ struct MeshEdges {
     const Incidence<ElementId>& shells;
 };
 
-/// Edges with elements. `base`: starting nodes of all edges.
+/// Edges to search, each with elements. `base` holds the starting nodes of all edges.
 template <int D>
 struct SearchedEdges {
     const MeshEdges<D>& all;
@@ -108,23 +110,23 @@ struct SearchedEdges {
     const Column<LagrangeNode<D>>& base;
 };
 
-/// Edges searched together: only the last few do not fill a pack.
+/// Number of edges searched together: so many that only a few packs are not full.
 inline constexpr std::size_t searched_together = 1024;
 
-/// Nodes for `energy` or `length`, without lengths: `targets[i]` of `edges[i]`. The field's mesh has straight edges or
-/// the nodes of `base`. Searches start from chord middles and from `base`, and never return a longer edge. Targets are
-/// independent of other edges.
+/// Computes `targets[i]` of `edges[i]` for the aim `energy` or `length`, without lengths. The field's mesh must be
+/// straight or have the nodes of `base`. Searches start from chord middles and from `base`, and never return a longer
+/// edge. Each target is independent of the other edges.
 template <int D>
 EdgeSearchWork searched_targets(const SearchedEdges<D>& searched, const BackMesh<D>& back, const EdgeRules& rules,
                                 const CurveOptions& options, std::span<EdgeTarget<D>> targets);
 
-struct HeldEdge {
+struct EdgeOfElement {
     EdgeId edge;
-    ElementId holder;
+    ElementId element_at;
 };
 
-/// Offsets for accuracy from the back mesh's nodes: F D, with D the straight edge's offset in the reference. The field
-/// is sampled for all edges at once.
+/// Computes offsets F D for accuracy, from the back mesh's nodes. D is the offset of the straight edge in the reference
+/// mesh, F the Jacobian of the map to the curved back mesh. The field is sampled for all edges at once.
 template <int D>
 void accurate_offsets(const QuadraticMesh<D>& mesh, std::span<const BackEdge> edges, const BackMesh<D>& back,
                       const EdgeAccuracyOptions& options, std::span<Vec<D>> offsets);
@@ -132,49 +134,50 @@ void accurate_offsets(const QuadraticMesh<D>& mesh, std::span<const BackEdge> ed
 template <int D>
 [[nodiscard]] EdgeTarget<D> node_target(const QuadraticMesh<D>& mesh, EdgeId edge, const LagrangeNode<D>& node);
 template <int D>
-void measure(const QuadraticMesh<D>& mesh, const HeldEdge& held, const BackMesh<D>& back, const Quadrature& report,
-             EdgeTarget<D>& target);
+void measure(const QuadraticMesh<D>& mesh, const EdgeOfElement& source, const BackMesh<D>& back,
+             const Quadrature& report, EdgeTarget<D>& target);
 
-/// An edge's model approximates its interpolation error, or the length lost at a small offset. The latter includes
-/// kinks of the field, which the energy's curvature does not.
+/// Quantity that an edge's model approximates: its interpolation error, or the length lost at a small offset. Unlike
+/// the curvature of the energy, the loss of length includes kinks of the field.
 enum class ModelFit : std::uint8_t { accuracy, length };
 
-/// Quadratic cost of a node off its target in a field on the straight mesh. Length: relative to the edge's length;
-/// slides are cheap. Accuracy: isotropic, the squared metric length of the offset relative to the chord's. The third
-/// derivatives left by an offset o in an element are Σ (cᵀ H o)² over its edges c, of unit metric length. `shell`:
-/// elements around the edge.
+/// Quadratic cost of moving a node off its target, in a field on the straight mesh. With `length` it is the length lost
+/// relative to the edge's length; slides along the edge are cheap. With `accuracy` it is the squared metric length of
+/// the offset relative to the chord's, equal in all directions. The third derivatives left by an offset o in an element
+/// are Σ (cᵀ H o)² over its edges c, of unit metric length. `shell` lists the elements around the edge.
 template <int D>
-[[nodiscard]] QuadraticModel<D> edge_model(const QuadraticMesh<D>& mesh, EdgeId edge, const LagrangeNode<D>& wanted,
+[[nodiscard]] QuadraticModel<D> edge_model(const QuadraticMesh<D>& mesh, EdgeId edge, const LagrangeNode<D>& target,
                                            std::span<const ElementId> shell, const BackMesh<D>& back, ModelFit fit);
 
-/// Cost of a node off its target; pure, called by several threads.
+/// Returns the cost of moving an edge's node off its target. Has no side effects; several threads call it.
 template <int D>
 using EdgeModels = std::function<QuadraticModel<D>(EdgeId)>;
 
-/// Models for nodes of this aim; for energy and length fitted to lengths.
+/// Returns the edge models for an aim; for energy and length they are fitted to lengths.
 template <int D>
 [[nodiscard]] EdgeModels<D> edge_models(CurvingAim aim, const QuadraticMesh<D>& mesh,
-                                        const Column<LagrangeNode<D>>& wanted, const Incidence<ElementId>& shells,
+                                        const Column<LagrangeNode<D>>& target, const Incidence<ElementId>& shells,
                                         const BackMesh<D>& back);
 
-/// Without a field: in the mean natural metric of the elements.
+/// Cost of moving a node off its target without a field: uses the mean natural metric of the elements around the edge.
 template <int D>
 [[nodiscard]] QuadraticModel<D> implied_edge_model(const QuadraticMesh<D>& mesh, EdgeId edge,
-                                                   const LagrangeNode<D>& wanted, std::span<const ElementId> shell);
+                                                   const LagrangeNode<D>& target, std::span<const ElementId> shell);
 
 template <int D>
-[[nodiscard]] EdgeModels<D> implied_edge_models(const QuadraticMesh<D>& mesh, const Column<LagrangeNode<D>>& wanted,
+[[nodiscard]] EdgeModels<D> implied_edge_models(const QuadraticMesh<D>& mesh, const Column<LagrangeNode<D>>& target,
                                                 const Incidence<ElementId>& shells);
 
 }  // namespace camber
 
-/// Boundary nodes moved on the geometry: shortest edges, or nearest to it. docs/algorithms/surface.md.
+/// Boundary nodes moved on the geometry, so that edges are shortest or nearest to the geometry.
+/// docs/algorithms/surface.md.
 export namespace camber {
 
 enum class BoundaryNodeAim : std::uint8_t {
-    projection,  ///< projection of the middle, see `boundary_nodes`
-    length,      ///< shortest P2 edge in the metric on the geometry
-    accuracy,    ///< minimum of ∫ (distance of the P2 edge)² dt on the geometry
+    projection,  ///< projection of the chord's middle, see `boundary_nodes`
+    length,      ///< shortest P2 edge in the metric with its node on the geometry
+    accuracy,    ///< minimum of ∫ (distance of the P2 edge from the geometry)² dt with its node on the geometry
 };
 [[nodiscard]] constexpr auto words(BoundaryNodeAim) {
     return words_of(Word{BoundaryNodeAim::projection, "projection"}, Word{BoundaryNodeAim::length, "length"},
@@ -183,8 +186,8 @@ enum class BoundaryNodeAim : std::uint8_t {
 
 struct PlacementOptions {
     BoundaryNodeAim boundary_nodes = BoundaryNodeAim::projection;
-    /// Aim `length`: maximum distance from the geometry relative to the sagitta; twice that of the projected middle is
-    /// always allowed.
+    /// Aim `length`: maximum distance of the edge from the geometry, relative to the sagitta. Twice the distance of the
+    /// edge with the projected middle is always allowed.
     double distance_share = 0.02;
 
     [[nodiscard]] static constexpr auto options() {
@@ -205,31 +208,33 @@ struct PlacementOptions {
     friend bool operator==(const PlacementOptions&, const PlacementOptions&) = default;
 };
 
-enum class NodeFate : std::uint8_t {
-    held,      ///< not moved: of the volume, required, on a line
+enum class PlacementStatus : std::uint8_t {
+    fixed,     ///< not moved: a volume node, a required node, or an edge on a line
     placed,    ///< moved, and the edge is better
     best,      ///< no better position found, checked by the finer rule
-    off,       ///< rejected: off the geometry, or no step stays on it
-    far,       ///< rejected: shorter edges leave the geometry
+    off,       ///< rejected: the node is off the geometry, or no step remains on it
+    far,       ///< rejected: shorter edges are too far from the geometry
     elements,  ///< rejected: the elements allow no motion
 };
 
-/// The aim's measure before and after: length by `report_points`, or root mean square distance.
+/// Result for a boundary node. `before` and `after` measure the aim: the length by `report_points`, or the root mean
+/// square distance.
 template <int D>
 struct PlacedNode {
     LagrangeNode<D> node;
-    NodeFate fate = NodeFate::held;
-    bool has_walked = false;  ///< to a surrogate facet not at the edge
-    bool is_limited = false;  ///< moved a part of the way
+    PlacementStatus status = PlacementStatus::fixed;
+    bool has_left_facets = false;  ///< the node moved to a surrogate facet that does not contain the edge
+    bool is_limited = false;       ///< the node moved only a part of the way
     double before = 0, after = 0;
 };
 
 struct PlacementStatistics {
-    std::size_t edges = 0;  ///< candidates
+    std::size_t edges = 0;  ///< number of edges that could move
     std::size_t placed = 0, best = 0;
     std::size_t off = 0, far = 0, elements = 0;
-    std::size_t walked = 0, limited = 0;               ///< of the placed ones
-    double mean_reduction = 0, largest_reduction = 0;  ///< of sums over all candidates; of one edge
+    std::size_t walked = 0, limited = 0;               ///< numbers among the placed ones
+    double mean_reduction = 0, largest_reduction = 0;  ///< relative reduction of the sum over all `edges`; largest
+                                                       ///< relative reduction of one edge
 };
 template <int D>
 [[nodiscard]] PlacementStatistics placement_statistics(std::span<const PlacedNode<D>> nodes);
@@ -237,9 +242,9 @@ template <int D>
 template <int D>
 struct EdgeToPlace {
     const EdgeSite<D>& site;
-    LagrangeNode<D> present;       ///< on the geometry
-    std::span<const Vec<D>> thin;  ///< opposite corners on ridges, which nodes must not pass
-    ElementId holder;              ///< an element with the edge
+    LagrangeNode<D> present;       ///< current node, on the geometry
+    std::span<const Vec<D>> thin;  ///< opposite corners on ridges; the node must not move past these
+    ElementId element_at;          ///< an element that contains the edge
 };
 
 struct PlacementSearch {
@@ -258,8 +263,9 @@ struct GeometricBoundary {
     const Geometry<D>& geometry;
 };
 
-/// Places boundary nodes whose edge kind is that of the features. `nodes`: present ones, a row an edge. Elements limit
-/// the motion (`min_jacobian`, see `limit_by_jacobian`). Errors: rows that do not fit the mesh (internal); stopped.
+/// Places nodes of boundary edges whose kind equals that of the features. `nodes` are the current ones, one row per
+/// edge. Elements limit the motion (`min_jacobian`, see `limit_by_jacobian`). Errors: rows that do not fit the mesh
+/// (internal); stopped.
 template <int D>
 [[nodiscard]] Outcome<Buffer<PlacedNode<D>>> placed_nodes(const MeshEdges<D>& edges,
                                                           const Column<LagrangeNode<D>>& nodes,
@@ -271,15 +277,16 @@ template <int D>
 struct CurveStatistics {
     std::size_t volume_edges = 0;
     std::size_t curved_edges = 0;  ///< volume edges with a node off the chord middle
-    std::size_t polished = 0;      ///< searches stopped by a kink, completed by pattern search
+    std::size_t polished = 0;      ///< searches that stopped at a kink and were completed by pattern search
     std::size_t exhausted = 0;     ///< searches that ran out of iterations
-    std::size_t shortened = 0;     ///< minimisers relaxed: longer than the chord by the finer rule
-    std::size_t outside = 0;       ///< edges with samples beyond the back mesh
-    std::size_t lost = 0;          ///< the same with samples not found in it
-    std::size_t drawn_back = 0;    ///< accuracy: nodes limited by elements
-    std::size_t by_walls = 0;      ///< accuracy: nodes moved by boundaries (1/1000 of the chord)
-    std::size_t by_metric = 0;     ///< the same by the metric
-    std::size_t held_back = 0;     ///< nodes moved less than half, see `limit_smooth_loss`
+    std::size_t shortened = 0;     ///< nodes moved towards the chord because the edge was longer than the chord by the
+                                   ///< finer rule
+    std::size_t outside = 0;       ///< edges with sample points beyond the back mesh
+    std::size_t lost = 0;          ///< edges with sample points that were not found in the back mesh
+    std::size_t relaxed = 0;       ///< accuracy: nodes limited by elements
+    std::size_t by_walls = 0;      ///< accuracy: nodes moved by boundaries by more than 1/1000 of the chord
+    std::size_t by_metric = 0;     ///< accuracy: nodes moved likewise by the metric
+    std::size_t loss_limited = 0;  ///< nodes moved by less than half of their offset, see `limit_smooth_loss`
 
     CurveStatistics& operator+=(const CurveStatistics& other);
 };
@@ -287,8 +294,8 @@ struct CurveStatistics {
 template <int D>
 struct Curved {
     Proposal<D> proposal;
-    Column<double> straight_lengths;  ///< by `report_points`; 0 on boundary edges and unmeasured ones
-    Column<double> lengths;           ///< of the proposal's edges, likewise
+    Column<double> straight_lengths;  ///< chord lengths by `report_points`; 0 on boundary edges and edges not measured
+    Column<double> lengths;           ///< the same for the proposal's edges
     CurveStatistics statistics;
 };
 
@@ -296,66 +303,67 @@ template <int D>
 [[nodiscard]] Curved<D> in_columns(const LinearMesh<D>& mesh, std::span<const EdgeTarget<D>> targets,
                                    const Column<EdgeKind>& kinds);
 
-/// Curves a whole mesh. Volume edges take nodes by the aim in the field `back`, whose mesh is that of `edges`, straight
-/// or with the nodes of `base`. Boundary edges take `base` (a row an edge), their nodes on the geometry. In rows of
-/// volume edges `base` has the back mesh's nodes (straight: chord middles), from which searches start and offsets for
-/// accuracy count. Edges are independent, so the cost is linear and order does not matter. Errors: columns that do not
-/// fit the mesh; options out of range (usage); stopped.
+/// Curves a whole mesh. Nodes of volume edges are placed for the aim in the field `back`. The field's mesh is that of
+/// `edges`, straight or with the nodes of `base`. `base` has one row per edge. For boundary edges it holds the nodes on
+/// the geometry, which the result takes. For volume edges it holds the back mesh's nodes (if straight: chord middles),
+/// from which searches start and offsets for accuracy are measured. Edges are independent, so the cost is linear and
+/// the order has no effect. Errors: columns that do not fit the mesh; options out of range (usage); stopped.
 template <int D>
 [[nodiscard]] Outcome<Curved<D>> curve(const MeshEdges<D>& edges, const Column<LagrangeNode<D>>& base,
                                        const BackMesh<D>& back, const CurveOptions& options,
                                        const Execution& execution);
 
-/// From the back mesh's nodes, for edges of one kind; 0 of others and of edges without elements. Errors: stopped.
+/// Computes offsets from the back mesh's nodes for edges of one kind; 0 for other edges and for edges without elements.
+/// Errors: stopped.
 template <int D>
 [[nodiscard]] Outcome<Buffer<Vec<D>>> accurate_offsets(const MeshEdges<D>& edges, EdgeKind kind,
                                                        const BackMesh<D>& back, const EdgeAccuracyOptions& options,
                                                        const Execution& execution);
 
-/// `curve` without a field: volume edges stay straight.
+/// Curves only the boundary, without a field; volume edges remain straight.
 template <int D>
 [[nodiscard]] Outcome<Curved<D>> curve_boundary(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds,
                                                 const Column<LagrangeNode<D>>& boundary_nodes,
                                                 const Execution& execution);
 
-/// Volume edges' lengths by `report_points`; 0 on other and unmeasured edges.
+/// Lengths of volume edges by `report_points`; 0 on other edges and edges not measured.
 struct EdgeLengths {
-    Column<double> straight;  ///< of the chords
+    Column<double> straight;  ///< lengths of the chords
     Column<double> curved;
 };
 
 template <int D>
-struct HeldEdges {
+struct EdgesOfElements {
     const EdgeSet<D>& edges;
     const Incidence<ElementId>& shells;
 };
 
-/// Lengths of a proposal in any field. Errors: stopped.
+/// Measures the edges of a proposal in any field. Errors: stopped.
 template <int D>
-[[nodiscard]] Outcome<EdgeLengths> edge_lengths(const HeldEdges<D>& held, const Proposal<D>& proposal,
+[[nodiscard]] Outcome<EdgeLengths> edge_lengths(const EdgesOfElements<D>& source, const Proposal<D>& proposal,
                                                 const BackMesh<D>& back, MeasuredEdges measured,
                                                 const Execution& execution);
 
-/// Lengths of a later proposal, against its chords. Computes only changed edges. Errors: stopped.
+/// Measures a later proposal and its chords. Computes only edges that changed. Errors: stopped.
 template <int D>
-[[nodiscard]] Outcome<EdgeLengths> updated_lengths(const HeldEdges<D>& held, const Curved<D>& curved,
+[[nodiscard]] Outcome<EdgeLengths> updated_lengths(const EdgesOfElements<D>& source, const Curved<D>& curved,
                                                    const Proposal<D>& after, const BackMesh<D>& back,
                                                    MeasuredEdges measured, const Execution& execution);
 
 }  // namespace camber
 
-/// Minimisation on a sheet: BFGS in one or two tangential coordinates with projected steps. The frame moves along, so
-/// the projection's derivative is that of the tangent plane.
+/// Minimisation on a smooth surface (sheet) by BFGS in one or two tangential coordinates. Each step is projected onto
+/// the surface. The tangents move with the node, so the projection's derivative is that of the tangent plane.
 namespace camber {
 
 /// Limits of a node's motion from its start.
 template <int D>
 struct NodeReach {
-    static constexpr double most = 0.3;          ///< of the chord
-    static constexpr double to_the_ridge = 0.4;  ///< of the way to a corner on a ridge
+    static constexpr double most = 0.3;          ///< relative to the chord
+    static constexpr double to_the_ridge = 0.4;  ///< fraction of the way to a corner on a ridge
 
     Vec<D> origin, middle, chord;
-    double max_shift = 0;          ///< along the chord, relative to it
+    double max_shift = 0;          ///< largest motion along the chord, relative to the chord
     std::span<const Vec<D>> thin;  ///< corners on ridges
 
     [[nodiscard]] bool has(const Vec<D>& p) const {
@@ -373,7 +381,7 @@ struct NodeReach {
 
 template <int D>
 struct SheetIterate {
-    SheetPlace<D> place;
+    SheetPosition<D> place;
     double value = 0;
     Vec<2> gradient;
     Sym<2> hessian;
@@ -384,22 +392,22 @@ class SheetSearch {
   public:
     SheetSearch(const EdgeSheet<D>& sheet, const NodeReach<D>& reach) : sheet_(sheet), reach_(reach) {}
 
-    /// Empty if out of reach.
-    [[nodiscard]] std::optional<SheetPlace<D>> at(const SheetPlace<D>& from, const Vec<2>& y) const {
+    /// Returns the place at `from` plus the tangential step y; no value if it is out of reach.
+    [[nodiscard]] std::optional<SheetPosition<D>> at(const SheetPosition<D>& from, const Vec<2>& y) const {
         Vec<D> step;
         for (int i = 0; i < sheet_.unknowns(); ++i) step += y[i] * from.tangents[static_cast<std::size_t>(i)];
         auto place = sheet_.moved(from, step);
         if (place && !reach_.has(place->point)) return std::nullopt;
         return place;
     }
-    [[nodiscard]] Vec<2> coordinates(const SheetPlace<D>& place, const Vec<D>& v) const {
+    [[nodiscard]] Vec<2> coordinates(const SheetPosition<D>& place, const Vec<D>& v) const {
         Vec<2> y;
         for (int i = 0; i < sheet_.unknowns(); ++i) y[i] = dot(place.tangents[static_cast<std::size_t>(i)], v);
         return y;
     }
 
     template <class Objective>
-    [[nodiscard]] SheetIterate<D> evaluated(const Objective& objective, const SheetPlace<D>& place) const {
+    [[nodiscard]] SheetIterate<D> evaluated(const Objective& objective, const SheetPosition<D>& place) const {
         const ObjectiveSample<D> sample = objective.evaluate(place.point);
         SheetIterate<D> out{place, sample.value, coordinates(place, sample.gradient), Sym<2>::identity()};
         for (int i = 0; i < sheet_.unknowns(); ++i)
@@ -409,7 +417,7 @@ class SheetSearch {
         return out;
     }
 
-    /// `stopped`: no step lowers the objective (a kink), or none remain.
+    /// `stopped`: no step lowers the objective (at a kink), or no steps remain.
     enum class End : std::uint8_t { converged, stopped };
 
     template <class Objective>
@@ -428,7 +436,7 @@ class SheetSearch {
         return End::stopped;
     }
 
-    /// Pattern search along the Hessian's axes, for kinks.
+    /// Pattern search along the Hessian's axes, used at kinks.
     template <class Objective>
     void polish(const Objective& objective, SheetIterate<D>& at) const {
         const std::array<Vec<2>, 2> axes = unit_axes(inverse_of(at.hessian, Objective::damping));
@@ -451,10 +459,10 @@ class SheetSearch {
     }
 
   private:
-    /// Halves a step until it lowers the objective enough; `s` returns it.
+    /// Halves the step `s` until it lowers the objective enough; `s` returns that step.
     template <class Objective>
     std::optional<SheetIterate<D>> along(const Objective& objective, const SheetIterate<D>& from, Vec<2>& s) const {
-        constexpr double longest = 0.15;  // of the chord
+        constexpr double longest = 0.15;  // relative to the chord
         constexpr double armijo = 1e-4;
         const double limit = longest * norm(reach_.chord), length = norm(s);
         if (length > limit) s *= limit / length;
@@ -467,7 +475,7 @@ class SheetSearch {
         return std::nullopt;
     }
 
-    /// With a part of the trace added, for undetermined directions.
+    /// Inverse of h with a multiple of its trace added to the diagonal, since h may not determine all directions.
     [[nodiscard]] Sym<2> inverse_of(const Sym<2>& h, double damping) const {
         const bool is_one = sheet_.unknowns() == 1;
         const double added = damping * (h(0, 0) + (is_one ? 0 : h(1, 1)));

@@ -19,7 +19,7 @@ using Lanes = std::array<double, pack_size>;
 using FloatPack = float __attribute__((ext_vector_type(8)));
 
 constexpr std::size_t packs_at_once = 16;
-/// Share of the mean error that is added to each element's error in its stiffness: tiny errors give no information.
+/// Fraction of the mean error added to each element's error in its stiffness, since tiny errors give no information.
 constexpr double least_share = 0.01;
 
 Pack loaded(const Lanes& lanes) {
@@ -28,7 +28,7 @@ Pack loaded(const Lanes& lanes) {
     return p;
 }
 
-/// Precondition: A is positive definite or 0.
+/// Inverse of A, which must be positive definite or 0.
 template <int D>
 Sym<D> inverse_of(const Sym<D>& a) {
     Sym<D> adjugate;
@@ -50,7 +50,7 @@ Sym<D> inverse_of(const Sym<D>& a) {
     return trace > 0 ? (1 / trace) * Sym<D>::identity() : Sym<D>{};
 }
 
-/// Columns of J at the element's centre.
+/// Columns of the Jacobian at the element's centre.
 template <int D>
 std::array<Vec<D>, D> jacobian_within(const QuadraticMesh<D>& mesh, ElementId e) {
     std::array<Vec<D>, D> columns;
@@ -90,7 +90,7 @@ ErrorSystem<D>::ErrorSystem(const QuadraticMesh<D>& mesh, const Column<EdgeKind>
       product_(packs() * Errors::unknowns * pack_size),
       errors_(elements_) {}
 
-/// The last element fills up the last pack.
+/// Returns the element of a lane. The last element also fills the lanes that remain in the last pack.
 template <int D>
 std::size_t ErrorSystem<D>::element_of(std::size_t pack, int lane) const {
     return std::min(pack * pack_size + static_cast<std::size_t>(lane), elements_ - 1);
@@ -161,10 +161,10 @@ void ErrorSystem<D>::begin_pack(std::size_t pack, std::span<const Vec<D>> offset
     }
 }
 
-/// Adds stiffness · error · |J⁻¹(d − home)|² for each edge, with J at the centre.
+/// Adds stiffness · error · |J⁻¹(d − home)|² for the offset d of each edge, with J at the centre.
 template <int D>
-void ErrorSystem<D>::stiffen(std::size_t pack, std::span<const Vec<D>> offsets, std::span<const Vec<D>> home,
-                             double least) {
+void ErrorSystem<D>::stiffen(std::size_t pack, std::span<const Vec<D>> offsets,
+                             std::span<const Vec<D>> reference_offsets, double least) {
     for (int lane = 0; lane < pack_size; ++lane) {
         const std::size_t e = element_of(pack, lane);
         Sym<D> square;  // J Jᵀ
@@ -172,35 +172,35 @@ void ErrorSystem<D>::stiffen(std::size_t pack, std::span<const Vec<D>> offsets, 
             for (int i = 0; i < D; ++i)
                 for (int j = 0; j <= i; ++j) square(i, j) += axis[i] * axis[j];
         }
-        const Sym<D> held = (stiffness_ * (errors_[e] + least)) * inverse_of(square);
+        const Sym<D> fixed = (stiffness_ * (errors_[e] + least)) * inverse_of(square);
         for (int k = 0; k < edges_per_simplex<D>; ++k) {
             const std::size_t edge = mesh_.edges.of_elements[e][k].index();
-            const Vec<D> pull = held * (offsets[edge] - home[edge]);
+            const Vec<D> pull = fixed * (offsets[edge] - reference_offsets[edge]);
             for (int i = 0; i < D; ++i) {
                 const int at = k * D + i;
                 slope_[(pack * Errors::unknowns + at) * pack_size + lane] += pull[i];
                 for (int j = 0; j <= i; ++j)
                     curvature_[(pack * Errors::entries + Errors::entry(at, k * D + j)) * pack_size + lane] +=
-                        static_cast<float>(held(i, j));
+                        static_cast<float>(fixed(i, j));
             }
         }
     }
 }
 
 template <int D>
-Outcome<double> ErrorSystem<D>::begin(std::span<const Vec<D>> offsets, std::span<const Vec<D>> home,
+Outcome<double> ErrorSystem<D>::begin(std::span<const Vec<D>> offsets, std::span<const Vec<D>> reference_offsets,
                                       const Execution& execution) {
-    auto begun =
+    auto started =
         each(part_of(execution, 0, 0.8), packs(), [&](std::size_t pack) { begin_pack(pack, offsets); }, packs_at_once);
-    if (!begun) return fail(begun.error());
+    if (!started) return fail(started.error());
     const auto total = reduce_each(
         without_progress(execution), elements_, 0.0, [&](double& sum, std::size_t e) { sum += errors_[e]; },
         [](double a, double b) { return a + b; });
     if (!total) return total;
     const double least = least_share * *total / static_cast<double>(std::max<std::size_t>(elements_, 1));
     auto stiff = each(
-        part_of(execution, 0.8, 1), packs(), [&](std::size_t pack) { stiffen(pack, offsets, home, least); },
-        packs_at_once);
+        part_of(execution, 0.8, 1), packs(),
+        [&](std::size_t pack) { stiffen(pack, offsets, reference_offsets, least); }, packs_at_once);
     if (!stiff) return fail(stiff.error());
     return total;
 }

@@ -1,5 +1,5 @@
-// camber.curving: a ring with layers thinner than the sagitta of its boundary edges. Straight inner edges would invert
-// elements; extending the boundary's displacement into the volume avoids it.
+// Example of camber.curving: a ring with layers thinner than the sagitta of its boundary edges. With straight inner
+// edges elements would be inverted. Extending the boundary's displacement into the volume prevents this.
 #include <cstdio>
 #include <cstdlib>
 #include <numbers>
@@ -13,7 +13,7 @@ import camber.curving;
 
 using namespace camber;
 
-/// The ring of radii 1 to 2: 8 layers of 16 cells of two triangles.
+/// Returns a ring of radii 1 to 2: 8 layers of 16 cells of two triangles.
 static LinearMesh<2> ring() {
     Buffer<Vec<2>> points(16 * 9);
     Buffer<SimplexVertices<2>> triangles;
@@ -32,7 +32,7 @@ static LinearMesh<2> ring() {
     return mesh;
 }
 
-/// A program may exit on an error; a library returns it.
+/// Exits on an error. Only a program may do so; a library returns the error.
 template <class T>
 static T must(Outcome<T> outcome) {
     if (outcome) return std::move(*outcome);
@@ -43,7 +43,7 @@ static T must(Outcome<T> outcome) {
 int main() {
     const Execution all;
     const auto mesh = must(elevate(ring(), all));
-    // Edges of one element are on a circle, and so are their nodes. (camber.surface handles any boundary.)
+    // Edges with one element lie on a circle, and their nodes must too. (camber.surface handles any boundary.)
     const auto shell = must(shells(mesh.edges, all));
     Buffer<EdgeKind> kinds(mesh.edges.size(), EdgeKind::volume);
     Buffer<LagrangeNode<2>> nodes(mesh.mid_nodes.begin(), mesh.mid_nodes.end());

@@ -14,11 +14,11 @@ namespace camber {
 
 namespace {
 
-/// Factors of the lattice values.
+/// Coefficients of the lattice values in a linear combination.
 template <int D>
 using LatticeRow = std::array<double, lattice_size<D>>;
 
-/// Factors of the lattice values in the polynomial's value.
+/// Coefficients of the lattice values in the value of the polynomial at a point.
 template <int D>
 LatticeRow<D> values_row(const std::array<double, D + 1>& at) {
     const LatticeBasis<D>& basis = lattice_basis<D>();
@@ -36,7 +36,7 @@ void subtract(LatticeRow<D>& row, double factor, const LatticeRow<D>& other) {
     for (std::size_t k = 0; k < row.size(); ++k) row[k] -= factor * other[k];
 }
 
-/// Factors of u − u_h at the points of a rule exact for its square.
+/// Coefficients of the lattice values in u − u_h at the points of a rule that is exact for the square.
 template <int D>
 struct ResidualRule {
     std::vector<RulePoint<D>> points = conical_rule<D>(known_degree + 1);  ///< weights sum to 1/D!
@@ -61,7 +61,7 @@ struct ResidualRule {
     }
 };
 
-/// Σ weight² ∫ (u − u_h)² over an element; `det(point)` is |det J| there.
+/// Σ weight² ∫ (u − u_h)² over an element; `det(point)` is |det J| at a point.
 template <int D>
 double squared_within(const ResidualRule<D>& rule, const KnownSolution<D>& solution, ElementId e, const auto& det) {
     double sum = 0;
@@ -113,7 +113,7 @@ Outcome<double> squared_error(const QuadraticMesh<D>& mesh, const KnownSolution<
             for (int k = 0; k < edges_per_simplex<D>; ++k)
                 offsets[k] = edge_of(mesh, mesh.edges.of_elements[e][k]).offset();
             sum += squared_within<D>(rule, solution, ElementId(e), [&](const std::array<double, D + 1>& at) {
-                // Columns of J: the axes, and 4 (λ_j ∇λ_i + λ_i ∇λ_j) of each edge.
+                // Columns of J: the axes, plus 4 (λ_j ∇λ_i + λ_i ∇λ_j) times the offset of each edge i–j.
                 std::array<Vec<D>, D + 1> corners{};
                 for (int a = 1; a <= D; ++a)
                     corners[a] = mesh.linear.points[vertices[a]] - mesh.linear.points[vertices[0]];
@@ -135,7 +135,7 @@ template Outcome<double> expected_error<3>(const LinearMesh<3>&, const KnownSolu
 
 namespace {
 
-/// 4 λ_i λ_j, and λ_i (2 λ_i − 1), at the rule's points.
+/// Shape functions 4 λ_i λ_j of edges and λ_i (2 λ_i − 1) of vertices at the rule's points.
 template <int D>
 constexpr auto edge_functions = [] {
     std::array<std::array<double, edges_per_simplex<D>>, simplex_rule<D>.size()> at{};
@@ -166,7 +166,7 @@ template <int D>
     return polynomial;
 }
 
-/// Value at a position displaced by δ, and gradient in space.
+/// Value of the polynomial at a position displaced by δ, and its gradient in space.
 template <int D>
 [[gnu::always_inline]] inline PackSlope<D> value_at(const PackPolynomial<D, known_degree>& u, const PackFrame<D>& frame,
                                                     const PackVec<D>& from, const PackJacobian<D>& there,
@@ -240,14 +240,14 @@ namespace {
 template <int D>
 using Polynomial = std::array<double, lattice_size<D>>;
 
-/// Index in `exponents`.
+/// Index of an exponent in `exponents`.
 template <int D>
 std::size_t place_of(const std::array<int, D>& exponent) {
     const auto& all = exponents<D, known_degree>;
     return static_cast<std::size_t>(std::ranges::find(all, exponent) - all.begin());
 }
 
-/// p · (slope_1 x_1 + … + constant); the degree of p is not maximal.
+/// Product p · (slope_1 x_1 + … + constant). The degree of p must be below the maximum.
 template <int D>
 Polynomial<D> times_linear(const Polynomial<D>& p, const std::array<double, D>& slope, double constant) {
     Polynomial<D> product{};
@@ -263,7 +263,7 @@ Polynomial<D> times_linear(const Polynomial<D>& p, const std::array<double, D>& 
     return product;
 }
 
-/// φ_α = ∏_i ∏_{m < α_i} (n ξ_i − m)/(m + 1), with ξ_0 = 1 − x_1 − ….
+/// Lagrange polynomial φ_α = ∏_i ∏_{m < α_i} (n ξ_i − m)/(m + 1), with ξ_0 = 1 − x_1 − ….
 template <int D>
 Polynomial<D> lagrange_polynomial(const MultiIndex<D>& alpha) {
     constexpr double n = known_degree;
@@ -282,7 +282,7 @@ Polynomial<D> lagrange_polynomial(const MultiIndex<D>& alpha) {
 }
 
 template <int D>
-LatticeBasis<D> made_basis() {
+LatticeBasis<D> make_basis() {
     LatticeBasis<D> basis{};
     for (std::size_t node = 0; node < lattice_size<D>; ++node) {
         const Polynomial<D> p = lagrange_polynomial<D>(multi_indices<known_degree, D>[node]);
@@ -295,7 +295,7 @@ LatticeBasis<D> made_basis() {
 
 template <int D>
 const LatticeBasis<D>& lattice_basis() {
-    static const LatticeBasis<D> basis = made_basis<D>();
+    static const LatticeBasis<D> basis = make_basis<D>();
     return basis;
 }
 

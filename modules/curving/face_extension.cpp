@@ -18,16 +18,16 @@ namespace camber {
 
 namespace {
 
-/// Surfaces that meet at a smaller sine form one face.
+/// Two surfaces form one face if the sine of the angle between their normals is smaller.
 constexpr double smooth_sine = 0.05;
 
-/// Tolerance of a node on its surface, relative to the chord.
+/// Distance relative to the chord within which a node is on its surface.
 constexpr double on_surface = 1e-9;
 
-/// Maximum tangential part of a bow to the foot of the chord's middle.
+/// Maximum tangential part of the vector from a chord's middle to its nearest surface point, relative to its length.
 constexpr double largest_slope = 1e-6;
 
-/// 1 for facets with a surface or in a plane patch.
+/// Returns 1 for facets that have a surface or lie in a plane patch.
 template <int D>
 Outcome<Buffer<std::uint8_t>> facets_with_surface(const LinearMesh<D>& mesh, const Features<D>& features,
                                                   const Geometry<D>& geometry, const Execution& execution) {
@@ -57,22 +57,23 @@ class SmoothFaces {
         return Faces{std::move(*with_surface), std::move(*inside)};
     }
 
-    /// Nearest point of a facet's surface, and unit normal.
+    /// Returns the point of a facet's surface nearest to p, and the unit normal there.
     [[nodiscard]] SurfaceFoot<3> foot(const FacetSite<3>& facet, const Vec<3>& p) const {
         if (const auto plane = geometry_->plane_at(facet)) {
             const Vec<3> n = normalised(plane->normal);
             return {p - dot(p - plane->point, n) * n, n};
         }
-        // Without a piece for the facet, the whole surface is searched: p may be many layers from the facet.
+        // If the geometry has no piece for the facet, the whole surface is searched, since p may be many layers away
+        // from the facet.
         const auto found = geometry_->project(geometry_->hint_at(facet, geometry_->surface_at(facet)), p);
         return {found.point, found.normal};
     }
-    /// An edge's node on the surface of one facet: the middle of the edge on a piece made from the facet, or the foot
-    /// of the chord's middle. Beyond the rim of a trimmed face, the foot is on the rim; it is moved back over the
-    /// middle along its tangent plane.
+    /// Returns an edge's node on the surface of one facet: the middle of the edge on a piece made from the facet, or
+    /// the surface point nearest to the chord's middle. Beyond the boundary of a trimmed face the nearest point is on
+    /// that boundary. It is then moved in its tangent plane to the point above the chord's middle.
     [[nodiscard]] Vec<3> node_on(FacetId f, EdgeId e) const {
         const FacetSite<3> facet = facet_site(mesh_.linear, f);
-        if (geometry_->is_made_from(facet)) return middle_of_piece(facet, e);
+        if (geometry_->is_built_from(facet)) return middle_of_piece(facet, e);
         const auto& [low, high] = mesh_.edges.vertices[e];
         const Vec<3>& a = mesh_.linear.points[low];
         const Vec<3>& b = mesh_.linear.points[high];
@@ -83,8 +84,8 @@ class SmoothFaces {
                                                                                         : at.point;
     }
 
-    /// The projected node moved by `shift` and projected again. Nodes off the geometry on purpose (`node_without_cusp`)
-    /// keep their distance.
+    /// Moves the edge's node on the surface by `shift` and projects it again. Nodes that are off the geometry on
+    /// purpose (`node_without_cusp`) keep their distance.
     [[nodiscard]] Vec<3> moved(EdgeId e, const Vec<3>& node, const Vec<3>& shift) const {
         const EdgeSite<3> site = site_of(e);
         const FacetSite<3>& facet = site.facets.front();
@@ -114,21 +115,21 @@ class SmoothFaces {
         for (std::size_t i = 0; i < 3; ++i) at[0][i] = vertices[i] == ends[0] || vertices[i] == ends[1] ? 0.5 : 0;
         std::array<Vec<3>, 1> point{};
         const auto& [a, b] = ends;
-        return geometry_->points_over(facet, at, point) ? point[0]
-                                                        : midpoint(mesh_.linear.points[a], mesh_.linear.points[b]);
+        return geometry_->surface_points(facet, at, point) ? point[0]
+                                                           : midpoint(mesh_.linear.points[a], mesh_.linear.points[b]);
     }
     [[nodiscard]] bool has_surface(FacetId f) const { return facets_[f.index()] != 0; }
     [[nodiscard]] bool is_inside(EdgeId e) const {
         if (kinds_[e] == EdgeKind::volume) return false;
         if (std::ranges::none_of(shells_[e], [&](FacetId f) { return has_surface(f); })) return false;
         if (kinds_[e] == EdgeKind::surface) return true;
-        // Curves that the user listed inside a face keep their nodes.
+        // If the user listed a curve inside a face, its nodes are fixed.
         const bool is_ridge = kinds_[e] == EdgeKind::ridge && features_.edge_kinds[e] == EdgeKind::ridge;
         return is_ridge && is_smooth(site_of(e), shells_[e].size());
     }
 
-    /// True if a mesh ridge is no curve of the geometry: its facets are on one surface or surfaces with a common
-    /// tangent plane, or one has none.
+    /// True if a mesh ridge is not a curve of the geometry: its two facets are on one surface, or on surfaces with a
+    /// common tangent plane, or one of them has no surface.
     [[nodiscard]] bool is_smooth(const EdgeSite<3>& site, std::size_t facets) const {
         if (facets != 2) return false;
         if (site.facets.size() == 1) return true;
@@ -145,7 +146,7 @@ class SmoothFaces {
     const Features<3>& features_;
     const Geometry<3>& geometry_;
     Incidence<FacetId> shells_ = {};
-    Buffer<std::uint8_t> facets_ = {};  ///< 1: has a surface or a plane patch
+    Buffer<std::uint8_t> facets_ = {};  ///< 1: facet has a surface or a plane patch
 };
 
 Outcome<Column<LagrangeNode<3>>> nodes_of_faces(const QuadraticMesh<3>& mesh, const Column<EdgeKind>& kinds,
@@ -155,8 +156,8 @@ Outcome<Column<LagrangeNode<3>>> nodes_of_faces(const QuadraticMesh<3>& mesh, co
     SmoothFaces faces(mesh, kinds, features, geometry);
     auto found = faces.find(without_progress(execution));
     if (!found) return fail(found.error());
-    const auto given = [&](FacetId f, EdgeId e) { return boundary_nodes[e].point - faces.node_on(f, e); };
-    const auto extended = extend_over_triangles(mesh.linear, mesh.edges, *found, given, execution);
+    const auto input = [&](FacetId f, EdgeId e) { return boundary_nodes[e].point - faces.node_on(f, e); };
+    const auto extended = extend_over_triangles(mesh.linear, mesh.edges, *found, input, execution);
     if (!extended) return fail(extended.error());
     if (extended->edges.empty()) return boundary_nodes;
     Buffer<LagrangeNode<3>> nodes(boundary_nodes.begin(), boundary_nodes.end());
@@ -182,9 +183,9 @@ Outcome<Column<LagrangeNode<D>>> extend_over_faces(const QuadraticMesh<D>& mesh,
 }
 
 template <int D>
-Outcome<Column<EdgeKind>> kinds_that_follow(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds,
-                                            const Features<D>& features, const Geometry<D>& geometry,
-                                            const Execution& execution) {
+Outcome<Column<EdgeKind>> kinds_with_following(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds,
+                                               const Features<D>& features, const Geometry<D>& geometry,
+                                               const Execution& execution) {
     const auto with_surface = facets_with_surface(mesh.linear, features, geometry, execution);
     if (!with_surface) return fail(with_surface.error());
     if (std::ranges::all_of(*with_surface, [](std::uint8_t has) { return has != 0; })) return kinds;
@@ -192,9 +193,9 @@ Outcome<Column<EdgeKind>> kinds_that_follow(const QuadraticMesh<D>& mesh, const 
     if (!around) return fail(around.error());
     Buffer<EdgeKind> free(kinds.begin(), kinds.end());
     for (std::size_t e = 0; e < free.size(); ++e) {
-        const bool is_held = free[e] == EdgeKind::volume || free[e] == EdgeKind::fixed;
+        const bool is_fixed = free[e] == EdgeKind::volume || free[e] == EdgeKind::fixed;
         const auto has = [&](FacetId f) { return (*with_surface)[f.index()] != 0; };
-        if (!is_held && std::ranges::none_of((*around)[e], has)) free[e] = EdgeKind::volume;
+        if (!is_fixed && std::ranges::none_of((*around)[e], has)) free[e] = EdgeKind::volume;
     }
     return Column<EdgeKind>(std::move(free));
 }
@@ -203,8 +204,8 @@ Outcome<Column<EdgeKind>> kinds_that_follow(const QuadraticMesh<D>& mesh, const 
     template Outcome<Column<LagrangeNode<D>>> extend_over_faces<D>(const QuadraticMesh<D>&, const Column<EdgeKind>&,   \
                                                                    const Column<LagrangeNode<D>>&, const Features<D>&, \
                                                                    const Geometry<D>&, const Execution&);              \
-    template Outcome<Column<EdgeKind>> kinds_that_follow<D>(const QuadraticMesh<D>&, const Column<EdgeKind>&,          \
-                                                            const Features<D>&, const Geometry<D>&, const Execution&);
+    template Outcome<Column<EdgeKind>> kinds_with_following<D>(                                                        \
+        const QuadraticMesh<D>&, const Column<EdgeKind>&, const Features<D>&, const Geometry<D>&, const Execution&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

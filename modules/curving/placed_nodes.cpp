@@ -21,11 +21,12 @@ namespace {
 
 constexpr double min_gain = 1e-6;      // smaller relative decreases of length are ignored
 constexpr double min_relief = 0.01;    // smaller relative decreases of distance are ignored
-constexpr double no_distance = 1e-10;  // of the chord
-constexpr double distance_growth = 2;  // aim `length`: allowed factor on the distance with the projected middle
+constexpr double no_distance = 1e-10;  // relative to the chord
+constexpr double distance_growth = 2;  // aim `length`: allowed ratio of the distance to that of the edge with the
+                                       // projected middle
 constexpr int max_halvings = 6;
 
-/// Energy or length for `SheetSearch`.
+/// Objective of `SheetSearch`: energy or length.
 template <int D>
 struct InMetric {
     static constexpr double damping = 0;
@@ -35,14 +36,14 @@ struct InMetric {
     [[nodiscard]] ObjectiveSample<D> evaluate(const Vec<D>& node) const { return objective.evaluate(node); }
 };
 
-/// ∫ r² dt, r = l(t) − foot. Feet move across r, so ∂r²/∂P = 2 · 4t(1−t) r, with Gauss–Newton Hessian Σ 2 (4t(1−t))² n
-/// nᵀ (curve: projector across it). The node moves only along its edge: sideways, its distance hardly changes and that
-/// of adjacent facets grows.
+/// Objective ∫ r² dt, where r is the vector from the nearest surface point to l(t). Nearest points move across r, so
+/// ∂r²/∂P = 2 · 4t(1−t) r with the Gauss–Newton Hessian Σ 2 (4t(1−t))² n nᵀ (curve: projector normal to it). The node
+/// moves only along its edge. Sideways motion hardly changes its distance and increases that of adjacent facets.
 template <int D>
 struct FromSheet {
     static constexpr double damping = 0.01;
     const EdgeSheet<D>* sheet;
-    const SheetPlace<D>* near;
+    const SheetPosition<D>* near;
     const Quadrature* rule;
     Vec<D> p20, p02;
 
@@ -82,7 +83,7 @@ struct FromSheet {
 template <int D>
 class NodeSearch {
   public:
-    NodeSearch(const EdgeSheet<D>& sheet, const SheetPlace<D>& start, const EdgeToPlace<D>& edge,
+    NodeSearch(const EdgeSheet<D>& sheet, const SheetPosition<D>& start, const EdgeToPlace<D>& edge,
                const BackMesh<D>& back, const PlacementSearch& parameters)
         : sheet_(sheet),
           start_(start),
@@ -91,50 +92,55 @@ class NodeSearch {
           reach_{start.point, edge.site.middle(), p02_ - p20_, parameters.search.max_tangential_shift, edge.thin},
           search_(sheet, reach_),
           back_(back),
-          holder_(edge.holder),
+          element_at_(edge.element_at),
           rules_(parameters.rules),
           options_(parameters.search),
           placing_(parameters.placement) {}
 
-    /// The aim's measure by the finer rule.
-    [[nodiscard]] double measure(const SheetPlace<D>& place) const {
+    /// Measures the aim (length or distance) by the finer rule.
+    [[nodiscard]] double measure(const SheetPosition<D>& place) const {
         if (placing_.boundary_nodes == BoundaryNodeAim::length)
-            return riemannian_length(back_, QuadraticEdge<D>{p20_, {place.point}, p02_}, rules_.report, holder_).length;
+            return riemannian_length(back_, QuadraticEdge<D>{p20_, {place.point}, p02_}, rules_.report, element_at_)
+                .length;
         return std::sqrt(FromSheet<D>{&sheet_, &start_, &rules_.report, p20_, p02_}.value(place.point));
     }
 
     [[nodiscard]] PlacedNode<D> placed() const {
-        PlacedNode<D> out{{start_.point}, NodeFate::best, false, false, measure(start_), 0};
+        PlacedNode<D> out{{start_.point}, PlacementStatus::best, false, false, measure(start_), 0};
         out.after = out.before;
         if (!by_length() && out.before <= no_distance * norm(reach_.chord)) return out;
-        const SheetPlace<D> wanted = by_length() ? shortest() : nearest();
-        if (wanted.point == start_.point) return out;
+        const SheetPosition<D> target = by_length() ? shortest() : nearest();
+        if (target.point == start_.point) return out;
         const double allowed = largest_allowed();
-        const Vec<2> way = search_.coordinates(start_, wanted.point - start_.point);
+        const Vec<2> way = search_.coordinates(start_, target.point - start_.point);
         double share = 1;
         for (int halving = 0; halving <= max_halvings; ++halving, share *= 0.5) {
-            const auto place = halving == 0 ? std::optional(wanted) : search_.at(start_, share * way);
+            const auto place = halving == 0 ? std::optional(target) : search_.at(start_, share * way);
             if (!place) continue;
             const double after = measure(*place);
             if (!(after < (1 - (by_length() ? min_gain : min_relief)) * out.before)) continue;
             if (farthest(*place) > allowed) {
-                out.fate = NodeFate::far;
+                out.status = PlacementStatus::far;
                 continue;
             }
-            return {{place->point}, NodeFate::placed, sheet_.has_walked(start_, *place),
-                    halving > 0,    out.before,       after};
+            return {{place->point},
+                    PlacementStatus::placed,
+                    sheet_.has_left_facets(start_, *place),
+                    halving > 0,
+                    out.before,
+                    after};
         }
         return out;
     }
 
-    /// Moves by `offset` and projects again.
+    /// Moves the start by `offset` and projects it again.
     [[nodiscard]] std::optional<PlacedNode<D>> seated(const Vec<D>& offset, PlacedNode<D> whole) const {
         const auto place = search_.at(start_, search_.coordinates(start_, offset));
         if (!place || farthest(*place) > largest_allowed()) return std::nullopt;
         whole.after = measure(*place);
         if (!(whole.after < whole.before)) return std::nullopt;
         whole.node.point = place->point;
-        whole.has_walked = sheet_.has_walked(start_, *place);
+        whole.has_left_facets = sheet_.has_left_facets(start_, *place);
         whole.is_limited = true;
         return whole;
     }
@@ -142,12 +148,12 @@ class NodeSearch {
   private:
     [[nodiscard]] bool by_length() const { return placing_.boundary_nodes == BoundaryNodeAim::length; }
 
-    /// Minimum energy from the better of the present node and the geodesic's first step, then minimum length.
-    [[nodiscard]] SheetPlace<D> shortest() const {
-        InMetric<D> in_metric{
-            edge_objective(back_, rules_.objective, EdgeObjectiveKind::energy, options_.field, {p20_, p02_, holder_})};
+    /// Minimises energy, from the better of the current node and the first step of the geodesic, and then length.
+    [[nodiscard]] SheetPosition<D> shortest() const {
+        InMetric<D> in_metric{edge_objective(back_, rules_.objective, EdgeObjectiveKind::energy, options_.field,
+                                             {p20_, p02_, element_at_})};
         SheetIterate<D> at = search_.evaluated(in_metric, start_);
-        Vec<2> way = search_.coordinates(start_, geodesic_start(back_, p20_, p02_, holder_) - reach_.middle);
+        Vec<2> way = search_.coordinates(start_, geodesic_start(back_, p20_, p02_, element_at_) - reach_.middle);
         const double longest = 0.25 * norm(reach_.chord);
         if (norm(way) > longest) way *= longest / norm(way);
         for (int halving = 0; halving < 4 && norm(way) > 1e-6 * longest; ++halving, way *= 0.5) {
@@ -165,15 +171,15 @@ class NodeSearch {
         return at.place;
     }
 
-    [[nodiscard]] SheetPlace<D> nearest() const {
+    [[nodiscard]] SheetPosition<D> nearest() const {
         const FromSheet<D> objective{&sheet_, &start_, &rules_.objective, p20_, p02_};
         SheetIterate<D> at = search_.evaluated(objective, start_);
         search_.descend(objective, 10, 1e-4, at);
         return at.place;
     }
 
-    /// Largest distance of the edge from the sheet, at eighths.
-    [[nodiscard]] double farthest(const SheetPlace<D>& place) const {
+    /// Largest distance of the edge from the surface, at t = 1/8 … 7/8.
+    [[nodiscard]] double farthest(const SheetPosition<D>& place) const {
         const QuadraticEdge<D> edge{p20_, {place.point}, p02_};
         double largest = 0;
         for (const int i : {1, 2, 3, 5, 6, 7}) {
@@ -191,18 +197,18 @@ class NodeSearch {
     }
 
     const EdgeSheet<D>& sheet_;
-    const SheetPlace<D>& start_;
+    const SheetPosition<D>& start_;
     Vec<D> p20_, p02_;
     NodeReach<D> reach_;
     SheetSearch<D> search_;
     const BackMesh<D>& back_;
-    ElementId holder_;
+    ElementId element_at_;
     const EdgeRules& rules_;
     const CurveOptions& options_;
     const PlacementOptions& placing_;
 };
 
-/// Returns the present node if it cannot move on a surface.
+/// Calls `use(search)`, or returns the current node if it cannot move on a surface.
 template <int D, class Use>
 PlacedNode<D> with_placement(const Geometry<D>& geometry, const EdgeToPlace<D>& edge, const BackMesh<D>& back,
                              const PlacementSearch& parameters, Use&& use) {
@@ -212,7 +218,7 @@ PlacedNode<D> with_placement(const Geometry<D>& geometry, const EdgeToPlace<D>& 
     const bool is_near_anyway =
         sheet.kind() == Kind::plane && parameters.placement.boundary_nodes == BoundaryNodeAim::accuracy;
     if (sheet.kind() == Kind::straight || is_near_anyway) return out;
-    out.fate = NodeFate::off;
+    out.status = PlacementStatus::off;
     const auto start = sheet.place_of(edge.present.point);
     if (!start) return out;
     return use(NodeSearch<D>(sheet, *start, edge, back, parameters));
@@ -239,7 +245,7 @@ class Boundary {
                 {mesh_.linear.points[low], mesh_.linear.points[high]},
                 facet_sites<D>(mesh_.linear, facets_[e])};
     }
-    /// Opposite corners on ridges.
+    /// Corners opposite the edge that lie on ridges.
     [[nodiscard]] std::vector<Vec<D>> thin(std::size_t e) const {
         std::vector<Vec<D>> corners;
         const auto& [low, high] = mesh_.edges.vertices[e];
@@ -278,7 +284,7 @@ Outcome<Buffer<PlacedNode<D>>> placed_nodes(const MeshEdges<D>& edges, const Col
     if (!around) return fail(around.error());
     return guarded([&]() -> Outcome<Buffer<PlacedNode<D>>> {
         const Boundary<D> boundary(mesh, features, std::move(*around));
-        const auto is_asked = [&](std::size_t e) {
+        const auto is_requested = [&](std::size_t e) {
             return parameters.placement.boundary_nodes != BoundaryNodeAim::projection && !shells[e].empty() &&
                    kinds[e] == features.edge_kinds[e] && kinds[e] != EdgeKind::volume;
         };
@@ -291,22 +297,23 @@ Outcome<Buffer<PlacedNode<D>>> placed_nodes(const MeshEdges<D>& edges, const Col
         auto placed = map_each(
             part_of(execution, 0, 0.8), n,
             [&](std::size_t e) -> PlacedNode<D> {
-                if (!is_asked(e)) return {.node = nodes[e]};
+                if (!is_requested(e)) return {.node = nodes[e]};
                 return placement_of(e, [](const NodeSearch<D>& placement) { return placement.placed(); });
             },
             64);
         if (!placed) return placed;
         Buffer<Vec<D>> offsets(n);
         for (std::size_t e = 0; e < n; ++e) offsets[e] = (*placed)[e].node.point - nodes[e].point;
-        auto borne = limit_by_jacobian<D>(mesh, nodes.view(), shells, parameters.search.min_jacobian, offsets,
-                                          part_of(execution, 0.8, 0.95));
-        if (!borne) return fail(borne.error());
+        auto limited_count = limit_by_jacobian<D>(mesh, nodes.view(), shells, parameters.search.min_jacobian, offsets,
+                                                  part_of(execution, 0.8, 0.95));
+        if (!limited_count) return fail(limited_count.error());
         return map_each(
             part_of(execution, 0.95, 1), n,
             [&](std::size_t e) -> PlacedNode<D> {
                 const PlacedNode<D>& whole = (*placed)[e];
-                if (whole.fate != NodeFate::placed || offsets[e] == whole.node.point - nodes[e].point) return whole;
-                const PlacedNode<D> none{nodes[e], NodeFate::elements, false, false, whole.before, whole.before};
+                if (whole.status != PlacementStatus::placed || offsets[e] == whole.node.point - nodes[e].point)
+                    return whole;
+                const PlacedNode<D> none{nodes[e], PlacementStatus::elements, false, false, whole.before, whole.before};
                 if (offsets[e] == Vec<D>{}) return none;
                 return placement_of(e, [&](const NodeSearch<D>& placement) {
                     return placement.seated(offsets[e], whole).value_or(none);
@@ -321,16 +328,16 @@ PlacementStatistics placement_statistics(std::span<const PlacedNode<D>> nodes) {
     PlacementStatistics s;
     double before = 0, after = 0;
     for (const PlacedNode<D>& node : nodes) {
-        if (node.fate == NodeFate::held) continue;
+        if (node.status == PlacementStatus::fixed) continue;
         ++s.edges;
-        s.placed += node.fate == NodeFate::placed;
-        s.best += node.fate == NodeFate::best;
-        s.off += node.fate == NodeFate::off;
-        s.far += node.fate == NodeFate::far;
-        s.elements += node.fate == NodeFate::elements;
-        s.walked += node.has_walked;
+        s.placed += node.status == PlacementStatus::placed;
+        s.best += node.status == PlacementStatus::best;
+        s.off += node.status == PlacementStatus::off;
+        s.far += node.status == PlacementStatus::far;
+        s.elements += node.status == PlacementStatus::elements;
+        s.walked += node.has_left_facets;
         s.limited += node.is_limited;
-        const double gain = node.fate == NodeFate::placed && node.after > 0 ? node.before / node.after - 1 : 0;
+        const double gain = node.status == PlacementStatus::placed && node.after > 0 ? node.before / node.after - 1 : 0;
         before += node.before;
         after += node.after;
         s.largest_reduction = std::max(s.largest_reduction, gain);

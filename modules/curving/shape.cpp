@@ -48,14 +48,14 @@ namespace {
 
 constexpr std::size_t programme_grain = 16;
 
-/// An edge's best node; gain 0 if too small.
+/// Best node of an edge; the gain is 0 if it is too small.
 template <int D>
 struct Raise {
     LagrangeNode<D> node;
     double gain = 0;
 };
 
-/// `stuck`: no edge raises it in its present surroundings.
+/// State of an element. `stuck`: no edge improves it until elements around it change.
 enum class Turn : std::uint8_t { none, waiting, stuck };
 
 template <int D>
@@ -66,18 +66,19 @@ struct Polish {
     const ShapeOptions& options;
     Execution execution;
     Buffer<LagrangeNode<D>> nodes;
-    Buffer<double> values;  ///< scaled Jacobians
-    Buffer<double> asked;   ///< target of each element
+    Buffer<double> values;     ///< scaled Jacobian of each element
+    Buffer<double> requested;  ///< target of the scaled Jacobian of each element
     Buffer<Turn> turns;
-    Buffer<std::uint8_t> is_known;  ///< of each edge: unchanged since its program was solved
+    Buffer<std::uint8_t> is_known;  ///< of each edge: 1 if the elements around it have not changed since its program
+                                    ///< was solved
     Buffer<Raise<D>> raises;
-    Buffer<std::uint32_t> changed_in;  ///< round of each element's last change
+    Buffer<std::uint32_t> changed_in;  ///< iteration of each element's last change
     std::uint32_t round = 0;
 
     [[nodiscard]] double value(ElementId e) const {
         const auto element = nodal_element<D>(mesh, nodes, e);
         const double by_coefficients = smallest_scaled_coefficient(bounded_jacobian(element));
-        if (options.programme.max_cuts == 0 || by_coefficients >= options.enough) return by_coefficients;
+        if (options.program.max_cuts == 0 || by_coefficients >= options.enough) return by_coefficients;
         return check_element(element, 0).min_scaled_jacobian;
     }
     [[nodiscard]] double smallest() const {
@@ -85,14 +86,14 @@ struct Polish {
         for (const double v : values) low = std::min(low, v);
         return low;
     }
-    [[nodiscard]] bool is_low(ElementId e) const { return values[e.index()] < asked[e.index()]; }
+    [[nodiscard]] bool is_low(ElementId e) const { return values[e.index()] < requested[e.index()]; }
     [[nodiscard]] Raise<D> raise(EdgeId edge) const {
         double now = values[shells[edge].front().index()];
         for (const ElementId e : shells[edge]) now = std::min(now, values[e.index()]);
-        auto programme = options.programme;
-        programme.enough = options.enough;
-        programme.least = now + options.min_gain;
-        const auto highest = highest_node(edge_shell<D>(mesh, nodes, shells[edge], edge), programme);
+        auto program = options.program;
+        program.enough = options.enough;
+        program.least = now + options.min_gain;
+        const auto highest = max_min_node(edge_shell<D>(mesh, nodes, shells[edge], edge), program);
         if (!highest || !(highest->lower - now > options.min_gain)) return {};
         return {highest->node, highest->lower - now};
     }
@@ -115,7 +116,7 @@ Outcome<Done> solve_programmes(Polish<D>& polish, std::span<const ElementId> ele
         [&](std::size_t i) { polish.raises[edges[i].index()] = polish.raise(edges[i]); }, programme_grain);
 }
 
-/// The largest gain; invalid if none.
+/// Returns the edge with the largest gain, or no edge.
 template <int D>
 EdgeId best_edge(const Polish<D>& polish, ElementId element) {
     EdgeId best;
@@ -127,7 +128,7 @@ EdgeId best_edge(const Polish<D>& polish, ElementId element) {
     return best;
 }
 
-/// Updates changed elements and discards results around them.
+/// Updates the values of changed elements and discards the programs of their edges.
 template <int D>
 Outcome<Done> look_again(Polish<D>& polish, std::span<const ElementId> changed) {
     for (const ElementId element : changed)
@@ -141,7 +142,8 @@ Outcome<Done> look_again(Polish<D>& polish, std::span<const ElementId> changed) 
                 [&](std::size_t i) { polish.values[changed[i].index()] = polish.value(changed[i]); });
 }
 
-/// One round; replaces `waiting` by elements for the next, and returns the steps.
+/// Performs one iteration for the elements `waiting`, which is replaced by those of the next one. Returns the number of
+/// steps.
 template <int D>
 Outcome<std::size_t> take_turns(Polish<D>& polish, std::vector<ElementId>& waiting) {
     if (auto solved = solve_programmes<D>(polish, waiting); !solved) return fail(solved.error());
@@ -179,7 +181,7 @@ Outcome<std::size_t> take_turns(Polish<D>& polish, std::vector<ElementId>& waiti
     return steps;
 }
 
-/// Raises elements to their targets or until stuck; returns the steps.
+/// Improves elements until each reaches its target or is stuck; returns the number of steps.
 template <int D>
 Outcome<std::size_t> raise_low(Polish<D>& polish) {
     std::vector<ElementId> waiting;
@@ -199,19 +201,19 @@ Outcome<std::size_t> raise_low(Polish<D>& polish) {
     return steps;
 }
 
-/// Sets targets in rings around elements below a limit.
+/// Sets the targets in rings around elements below a limit.
 template <int D>
-void ask_around(Polish<D>& polish, double limit) {
+void request_around(Polish<D>& polish, double limit) {
     const double enough = polish.options.enough;
     std::vector<ElementId> ring;
     for (std::size_t e = 0; e < polish.values.size(); ++e)
-        if (polish.values[e] < limit) ring.emplace_back(e), polish.asked[e] = enough;
+        if (polish.values[e] < limit) ring.emplace_back(e), polish.requested[e] = enough;
     for (int k = 0; k < polish.options.rings; ++k) {
         std::vector<ElementId> next;
         for (const ElementId element : ring)
             for (const EdgeId edge : polish.mesh.edges.of_elements[element])
                 for (const ElementId e : polish.shells[edge])
-                    if (polish.asked[e.index()] < enough) polish.asked[e.index()] = enough, next.push_back(e);
+                    if (polish.requested[e.index()] < enough) polish.requested[e.index()] = enough, next.push_back(e);
         ring = std::move(next);
     }
 }
@@ -226,10 +228,10 @@ Outcome<Polished<D>> in_bands(Polish<D>& at) {
     bool rises = true;
     for (int turn = 0; turn < at.options.max_bands && now < enough; ++turn) {
         const double band = at.options.band * std::max(1.0, std::abs(now));
-        at.asked.assign(at.asked.size(), std::min(enough, now + band));
-        // A few elements limit the value; their surroundings may help.
+        at.requested.assign(at.requested.size(), std::min(enough, now + band));
+        // If a few elements limit the value, changes of the elements around them may help.
         const bool last = !rises;
-        if (last) ask_around(at, now + at.options.min_gain);
+        if (last) request_around(at, now + at.options.min_gain);
         const auto steps = raise_low(at);
         if (!steps) return fail(steps.error());
         polished.steps += *steps;

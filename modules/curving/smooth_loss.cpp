@@ -20,10 +20,10 @@ namespace camber {
 
 namespace {
 
-/// H1 weight relative to L2: with 0.1 both grow alike for cubics on layered shells.
+/// Weight of the H1 error relative to L2. With 0.1 both errors of cubics on layered shells grow equally.
 constexpr double h1_share = 0.1;
 
-/// |K|, mean squared edge, and smallest height of a straight element.
+/// Volume |K|, mean squared edge length, and smallest height of a straight element.
 template <int D>
 struct ElementSize {
     double volume = 0, square = 0, height = 0;
@@ -55,7 +55,7 @@ template <int D>
     return corners;
 }
 
-/// Weighted by |K|; positions are relative to a nearby origin.
+/// Sums over elements K, weighted by |K|; positions are relative to a nearby origin.
 template <int D>
 struct Sums {
     double volume = 0, fourth = 0, sixth = 0, second_moment = 0;
@@ -69,7 +69,7 @@ struct Sums {
         return std::max(second_moment / volume - norm_squared((1 / volume) * moment), 0.0);
     }
 };
-/// One for each run.
+/// Returns the sums of each run of own elements.
 template <int D>
 [[nodiscard]] Outcome<std::vector<Sums<D>>> sums_of(const LinearMesh<D>& mesh, const OwnVertices& own,
                                                     const Vec<D>& origin, const Execution& execution) {
@@ -86,10 +86,10 @@ template <int D>
         [](const Sums<D>& a, const Sums<D>& b) { return a + b; });
 }
 
-/// NaN and values beyond a float count as the largest.
+/// Converts a cost to float. NaN and values beyond the range of float become the largest value.
 [[nodiscard]] float as_cost(double x) { return static_cast<float>(x < 1e38 ? x : 1e38); }
 
-/// |K| (1/Σ|K|h⁶ + 0.1/(a_K² Σ|K|h⁴)) of each element; 0 if flat.
+/// Returns |K| (1/Σ|K|h⁶ + 0.1/(a_K² Σ|K|h⁴)) for each element; 0 if it is flat.
 template <int D>
 [[nodiscard]] Outcome<Buffer<float>> weights_of(const LinearMesh<D>& mesh, const Sums<D>& sums,
                                                 const Execution& execution) {
@@ -100,18 +100,18 @@ template <int D>
     });
 }
 
-/// Counts of numbers, in sixteen classes a factor of two.
+/// Histogram of numbers, with sixteen classes for each factor of two.
 class Histogram {
   public:
     void add(std::span<const float> numbers) {
         for (const float x : numbers) ++counts_[std::bit_cast<std::uint32_t>(x) >> shift];
     }
-    /// Counts for other parts. The constructor adds concatenated counts.
+    /// Counts, to be sent to other parts. The constructor adds up concatenated counts.
     [[nodiscard]] std::vector<double> counts() const { return counts_; }
     explicit Histogram(std::span<const double> counts = {}) {
         for (std::size_t i = 0; i < counts.size(); ++i) counts_[i % counts_.size()] += counts[i];
     }
-    /// Σ g k², k = 1/(1 + (g/c)²).
+    /// Returns Σ g k² over the counted numbers g, with k = 1/(1 + (g/c)²).
     [[nodiscard]] double sum(double c) const {
         double sum = 0;
         for (std::uint32_t i = 0; i < counts_.size(); ++i) {
@@ -124,15 +124,15 @@ class Histogram {
     }
 
   private:
-    static constexpr int shift = 19;                                                       // of 23 mantissa bits
-    std::vector<double> counts_ = std::vector<double>(std::size_t{1} << (31 - shift), 0);  // integers
+    static constexpr int shift = 19;  // drops 19 of 23 mantissa bits
+    std::vector<double> counts_ = std::vector<double>(std::size_t{1} << (31 - shift), 0);  // whole numbers
 };
 
-/// Infinity if the sum is always within budget.
+/// Returns the largest c for which the sum is within budget; infinity if it always is.
 [[nodiscard]] double limit_for(const Histogram& histogram, double budget) {
     constexpr double infinity = std::numeric_limits<double>::infinity();
     if (histogram.sum(infinity) <= budget) return infinity;
-    double low = -160, high = 128;  // of log2 c
+    double low = -160, high = 128;  // bounds of log2 c
     for (int i = 0; i < 40; ++i) {
         const double middle = (low + high) / 2;
         (histogram.sum(exp2(middle)) <= budget ? low : high) = middle;
@@ -140,10 +140,10 @@ class Histogram {
     return exp2(low);
 }
 
-/// Concatenates `of_part(part)`, of fixed size for each part or run.
+/// Concatenates the results of `of_part(part)`, which have a fixed size for each part or run.
 template <int D>
-Outcome<std::vector<double>> gathered(std::span<const PartLosses<D>> parts, BetweenParts<D>& between,
-                                      const auto& of_part) {
+Outcome<std::vector<double>> gather_from_parts(std::span<const PartLosses<D>> parts, PartCommunication<D>& between,
+                                               const auto& of_part) {
     const auto here = [&]() -> Outcome<std::vector<double>> {
         std::vector<double> all;
         for (const PartLosses<D>& part : parts) {
@@ -156,10 +156,11 @@ Outcome<std::vector<double>> gathered(std::span<const PartLosses<D>> parts, Betw
     return between.gather(here());
 }
 
-/// Relative to the first vertex of all.
+/// Sums over all parts, relative to the first vertex of the mesh.
 template <int D>
-Outcome<Sums<D>> sums_of(std::span<const PartLosses<D>> parts, BetweenParts<D>& between, const Execution& execution) {
-    const auto firsts = gathered(parts, between, [](const PartLosses<D>& of) -> Outcome<std::vector<double>> {
+Outcome<Sums<D>> sums_of(std::span<const PartLosses<D>> parts, PartCommunication<D>& between,
+                         const Execution& execution) {
+    const auto firsts = gather_from_parts(parts, between, [](const PartLosses<D>& of) -> Outcome<std::vector<double>> {
         std::vector<double> point(D, 0.0);
         if (of.owned.first < of.owned.last)
             for (int i = 0; i < D; ++i) point[static_cast<std::size_t>(i)] = of.mesh.linear.points[of.owned.first][i];
@@ -168,7 +169,7 @@ Outcome<Sums<D>> sums_of(std::span<const PartLosses<D>> parts, BetweenParts<D>& 
     if (!firsts) return fail(firsts.error());
     Vec<D> origin;
     for (int i = 0; i < D; ++i) origin[i] = (*firsts)[static_cast<std::size_t>(i)];
-    const auto all = gathered(parts, between, [&](const PartLosses<D>& of) {
+    const auto all = gather_from_parts(parts, between, [&](const PartLosses<D>& of) {
         return sums_of(of.mesh.linear, of.owned, origin, execution).map([](const std::vector<Sums<D>>& runs) {
             std::vector<double> numbers;
             for (const Sums<D>& s : runs) {
@@ -188,7 +189,7 @@ Outcome<Sums<D>> sums_of(std::span<const PartLosses<D>> parts, BetweenParts<D>& 
     return sums;
 }
 
-/// g_e of a part's own edges, in order.
+/// Costs g_e of the edges that a part owns; 0 for others.
 template <int D>
 Outcome<Buffer<float>> costs_of(const PartLosses<D>& of, const Sums<D>& sums, const Execution& execution) {
     const auto weights = weights_of(of.mesh.linear, sums, part_of(execution, 0, 0.5));
@@ -205,17 +206,17 @@ Outcome<Buffer<float>> costs_of(const PartLosses<D>& of, const Sums<D>& sums, co
     });
 }
 
-/// Scales own offsets by k_e; returns the number more than halved.
+/// Multiplies the part's own offsets by k_e; returns the number of offsets that are more than halved.
 template <int D>
-Outcome<std::size_t> draw_back(const PartLosses<D>& of, const Buffer<float>& costs, double limit,
-                               const Execution& execution) {
+Outcome<std::size_t> relax_offsets(const PartLosses<D>& of, const Buffer<float>& costs, double limit,
+                                   const Execution& execution) {
     return reduce_each(
         execution, of.offsets.size(), std::size_t{0},
         [&](std::size_t& halved, std::size_t e) {
             const double over = costs[e] / limit;
-            const double kept = 1 / (1 + over * over);
-            of.offsets[e] *= kept;
-            halved += kept < 0.5;
+            const double factor = 1 / (1 + over * over);
+            of.offsets[e] *= factor;
+            halved += factor < 0.5;
         },
         [](std::size_t a, std::size_t b) { return a + b; });
 }
@@ -223,7 +224,7 @@ Outcome<std::size_t> draw_back(const PartLosses<D>& of, const Buffer<float>& cos
 }  // namespace
 
 template <int D>
-Outcome<std::size_t> limit_smooth_loss(std::span<const PartLosses<D>> parts, double loss, BetweenParts<D>& between,
+Outcome<std::size_t> limit_smooth_loss(std::span<const PartLosses<D>> parts, double loss, PartCommunication<D>& between,
                                        const Execution& execution) {
     const auto sums = sums_of(parts, between, part_of(execution, 0, 0.3));
     if (!sums) return fail(sums.error());
@@ -245,7 +246,7 @@ Outcome<std::size_t> limit_smooth_loss(std::span<const PartLosses<D>> parts, dou
     if (std::isinf(limit)) return std::size_t{0};
     std::size_t halved = 0;
     for (std::size_t p = 0; p < parts.size(); ++p) {
-        const auto of_part = draw_back(parts[p], costs[p], limit, part_of(execution, 0.9, 1));
+        const auto of_part = relax_offsets(parts[p], costs[p], limit, part_of(execution, 0.9, 1));
         if (!of_part) return of_part;
         halved += *of_part;
     }
@@ -262,10 +263,10 @@ Outcome<std::size_t> limit_smooth_loss(const QuadraticMesh<D>& mesh, const Incid
 
 namespace {
 
-/// More than layers in stacks; repair handles the rest.
+/// More iterations than layers in any stack of elements; repair handles what remains.
 constexpr int max_rounds = 1000;
 
-/// Elements, or triangles of a standalone surface (K = 2 in space).
+/// Elements of a mesh, or triangles of a standalone surface (K = 2, D = 3).
 template <int D, int K>
 class Elements {
   public:
@@ -274,7 +275,7 @@ class Elements {
     Elements(const QuadraticMesh<D>& mesh, std::span<const LagrangeNode<D>> base, std::span<const Vec<D>> offsets)
         : mesh_(mesh), base_(base), offsets_(offsets) {}
 
-    /// The element with a share of the offsets.
+    /// Returns the element with all its offsets multiplied by `share`.
     [[nodiscard]] Form at(std::size_t e, double share) const {
         const auto& vertices = simplices().vertices[e];
         const auto& edges = edges_of(e);
@@ -298,12 +299,12 @@ class Elements {
             return mesh_.edges.of_facets[e];
     }
 
-    /// `jacobian`: of the element with all offsets.
-    [[nodiscard]] static bool bears(const LowJacobian& jacobian, double least) {
+    /// True if the scaled Jacobian reaches `least`; `jacobian` is that of the element with all offsets.
+    [[nodiscard]] static bool bears(const JacobianSummary& jacobian, double least) {
         return jacobian.is_finite() && scaled(jacobian.lowest, jacobian.straight) >= least;
     }
 
-    /// The largest share with which the element reaches `least`.
+    /// Returns the largest share of the offsets with which the element reaches `least`, or the best one.
     [[nodiscard]] double share(std::size_t e, double least) const {
         double best = 1;
         if (stays(e)) return best;
@@ -326,8 +327,8 @@ class Elements {
     [[nodiscard]] bool stays(std::size_t e) const {
         return std::ranges::all_of(edges_of(e), [&](EdgeId edge) { return offsets_[edge.index()] == Vec<D>{}; });
     }
-    /// Lower bound of the scaled Jacobian. It uses |det|, since thin elements along curves may be inverted when
-    /// straight, but valid as bent.
+    /// Lower bound of the scaled Jacobian. It uses |det| of the straight element, since thin elements along curves may
+    /// be inverted when straight but valid when curved.
     [[nodiscard]] static double scaled(double lowest, double straight) {
         constexpr double infinity = std::numeric_limits<double>::infinity();
         if (straight == 0) return lowest >= 0 ? infinity : -infinity;
@@ -343,24 +344,24 @@ class Elements {
     std::span<const Vec<D>> offsets_;
 };
 
-/// Visits `(i, jacobian)` with all offsets.
+/// Calls `visit(i, jacobian)` for elements with all their offsets.
 template <int D>
 void each_looked_at(const Elements<D, D>& elements, std::span<const ElementId> looked_at, std::size_t begin,
                     std::size_t end, const auto& visit) {
-    each_low_jacobian<D>(begin, end, [&](std::size_t i) { return elements.at(looked_at[i].index(), 1); }, visit);
+    each_jacobian_summary<D>(begin, end, [&](std::size_t i) { return elements.at(looked_at[i].index(), 1); }, visit);
 }
 void each_looked_at(const Elements<3, 2>& triangles, std::span<const ElementId> looked_at, std::size_t begin,
                     std::size_t end, const auto& visit) {
     for (std::size_t i = begin; i < end; ++i)
-        visit(i, low_jacobian(bounded_jacobian(triangles.at(looked_at[i].index(), 1))));
+        visit(i, jacobian_summary(bounded_jacobian(triangles.at(looked_at[i].index(), 1))));
 }
 
-/// An element and its allowed share.
+/// An element and the share of its offsets that it allows.
 struct Share {
     ElementId element;
     double share = 1;
 };
-/// In the order of the elements.
+/// Returns the shares below 1, in the order of the elements.
 template <int D, int K>
 Outcome<std::vector<Share>> shares_of(const Elements<D, K>& elements, std::span<const ElementId> looked_at,
                                       double least, const Execution& execution) {
@@ -369,7 +370,7 @@ Outcome<std::vector<Share>> shares_of(const Elements<D, K>& elements, std::span<
     auto looked = each_chunk(
         execution, looked_at.size(),
         [&](std::size_t begin, std::size_t end) {
-            each_looked_at(elements, looked_at, begin, end, [&](std::size_t i, const LowJacobian& jacobian) {
+            each_looked_at(elements, looked_at, begin, end, [&](std::size_t i, const JacobianSummary& jacobian) {
                 if (Elements<D, K>::bears(jacobian, least)) return;
                 const double share = elements.share(looked_at[i].index(), least);
                 if (share != 1) of_chunks[begin / grain].push_back({looked_at[i], share});
@@ -382,43 +383,43 @@ Outcome<std::vector<Share>> shares_of(const Elements<D, K>& elements, std::span<
     return shares;
 }
 
-/// A part's offsets, and its elements to check.
+/// Offsets of a part, and the elements to check next.
 template <int D, int K>
 class PartLimit {
   public:
-    PartLimit(const PartOffsets<D>& given, double least)
-        : given_(given), elements_(given.mesh, given.base, given.offsets), least_(least) {
+    PartLimit(const PartOffsets<D>& input, double least)
+        : input_(input), elements_(input.mesh, input.base, input.offsets), least_(least) {
         for (std::size_t e = 0; e < elements_.simplices().size(); ++e)
             if (has_own_edge(e)) looked_at_.emplace_back(e);
     }
 
-    /// One round; returns own edges that were limited.
+    /// Performs one iteration; returns the part's own edges that were limited.
     Outcome<std::vector<EdgeId>> limit(const Execution& execution) {
         const auto shares = shares_of(elements_, looked_at_, least_, execution);
         if (!shares) return fail(shares.error());
-        SparseMap<EdgeId, double> asked;
+        SparseMap<EdgeId, double> requested;
         for (const auto& [element, share] : *shares)
             for (const EdgeId edge : elements_.edges_of(element.index())) {
                 if (!owns(edge)) continue;
-                const double* before = asked.find(edge);
-                asked.at(edge) = std::min(before ? *before : 1.0, share);
+                const double* before = requested.find(edge);
+                requested.at(edge) = std::min(before ? *before : 1.0, share);
             }
         std::vector<EdgeId> limited;
-        for (const EdgeId edge : asked.keys()) {
-            Vec<D>& offset = given_.offsets[edge.index()];
+        for (const EdgeId edge : requested.keys()) {
+            Vec<D>& offset = input_.offsets[edge.index()];
             if (offset == Vec<D>{}) continue;
-            offset *= *asked.find(edge);
+            offset *= *requested.find(edge);
             limited.push_back(edge);
         }
         limited_.insert(limited_.end(), limited.begin(), limited.end());
         return limited;
     }
-    /// Elements around limited edges are checked next.
+    /// Selects the elements around limited edges for the next iteration.
     void look_around(std::span<const EdgeId> own, std::span<const EdgeId> of_others) {
         looked_at_.clear();
         for (const auto edges : {own, of_others})
             for (const EdgeId edge : edges)
-                for (const ElementId e : given_.shells[edge])
+                for (const ElementId e : input_.shells[edge])
                     if (has_own_edge(e.index())) looked_at_.push_back(e);
         std::ranges::sort(looked_at_);
         looked_at_.erase(std::ranges::unique(looked_at_).begin(), looked_at_.end());
@@ -429,12 +430,12 @@ class PartLimit {
     }
 
   private:
-    [[nodiscard]] bool owns(EdgeId edge) const { return given_.owned.owns(given_.mesh.edges.vertices[edge]); }
+    [[nodiscard]] bool owns(EdgeId edge) const { return input_.owned.owns(input_.mesh.edges.vertices[edge]); }
     [[nodiscard]] bool has_own_edge(std::size_t e) const {
         return std::ranges::any_of(elements_.edges_of(e), [&](EdgeId edge) { return owns(edge); });
     }
 
-    PartOffsets<D> given_;
+    PartOffsets<D> input_;
     Elements<D, K> elements_;
     double least_;
     std::vector<ElementId> looked_at_;
@@ -442,18 +443,18 @@ class PartLimit {
 };
 
 template <int D, int K>
-Outcome<std::size_t> limit(std::span<const PartOffsets<D>> given, double least, BetweenParts<D>& between,
+Outcome<std::size_t> limit(std::span<const PartOffsets<D>> input, double least, PartCommunication<D>& between,
                            const Execution& execution) {
     std::vector<PartLimit<D, K>> parts;
     std::vector<std::span<Vec<D>>> offsets;
-    for (const PartOffsets<D>& part : given) {
+    for (const PartOffsets<D>& part : input) {
         parts.emplace_back(part, least);
         offsets.push_back(part.offsets);
     }
     for (int round = 0; round < max_rounds; ++round) {
         EdgesOfParts limited;
-        // Later rounds have few elements.
-        const Execution of_round = round == 0 && given.size() == 1 ? execution : without_progress(execution);
+        // Later iterations check only few elements.
+        const Execution of_round = round == 0 && input.size() == 1 ? execution : without_progress(execution);
         const auto limit_all = [&]() -> Outcome<std::vector<double>> {
             std::vector<double> counts;
             for (PartLimit<D, K>& part : parts) {
@@ -469,9 +470,9 @@ Outcome<std::size_t> limit(std::span<const PartOffsets<D>> given, double least, 
         if (std::ranges::all_of(*counts, [](double n) { return n == 0; })) break;
         EdgesOfParts shared;
         for (std::size_t p = 0; p < parts.size(); ++p) shared.push_back(between.shared(p, limited[p]));
-        const auto brought = between.bring(offsets, shared);
-        if (!brought) return fail(brought.error());
-        for (std::size_t p = 0; p < parts.size(); ++p) parts[p].look_around(limited[p], (*brought)[p]);
+        const auto exchanged = between.exchange_rows(offsets, shared);
+        if (!exchanged) return fail(exchanged.error());
+        for (std::size_t p = 0; p < parts.size(); ++p) parts[p].look_around(limited[p], (*exchanged)[p]);
     }
     std::size_t count = 0;
     for (PartLimit<D, K>& part : parts) count += std::move(part).limited();
@@ -481,8 +482,8 @@ Outcome<std::size_t> limit(std::span<const PartOffsets<D>> given, double least, 
 }  // namespace
 
 template <int D>
-Outcome<std::size_t> limit_by_jacobian(std::span<const PartOffsets<D>> parts, double least, BetweenParts<D>& between,
-                                       const Execution& execution) {
+Outcome<std::size_t> limit_by_jacobian(std::span<const PartOffsets<D>> parts, double least,
+                                       PartCommunication<D>& between, const Execution& execution) {
     return guarded([&] { return limit<D, D>(parts, least, between, execution); });
 }
 
@@ -493,20 +494,20 @@ Outcome<std::size_t> limit_by_jacobian(const QuadraticMesh<D>& mesh, std::span<c
     OnePart<D> alone;
     const PartOffsets<D> all{mesh, base, shells, whole(mesh.linear), offsets};
     if constexpr (D == 3)
-        if (is_surface_alone(mesh.linear))
+        if (is_standalone_surface(mesh.linear))
             return guarded([&] { return limit<3, 2>(std::span(&all, 1), least, alone, execution); });
     return limit_by_jacobian<D>(std::span(&all, 1), least, alone, execution);
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                                        \
-    template Outcome<std::size_t> limit_smooth_loss<D>(std::span<const PartLosses<D>>, double, BetweenParts<D>&,     \
-                                                       const Execution&);                                            \
-    template Outcome<std::size_t> limit_smooth_loss<D>(const QuadraticMesh<D>&, const Incidence<ElementId>&, double, \
-                                                       std::span<Vec<D>>, const Execution&);                         \
-    template Outcome<std::size_t> limit_by_jacobian<D>(std::span<const PartOffsets<D>>, double, BetweenParts<D>&,    \
-                                                       const Execution&);                                            \
-    template Outcome<std::size_t> limit_by_jacobian<D>(const QuadraticMesh<D>&, std::span<const LagrangeNode<D>>,    \
-                                                       const Incidence<ElementId>&, double, std::span<Vec<D>>,       \
+#define CAMBER_INSTANTIATE(D)                                                                                          \
+    template Outcome<std::size_t> limit_smooth_loss<D>(std::span<const PartLosses<D>>, double, PartCommunication<D>&,  \
+                                                       const Execution&);                                              \
+    template Outcome<std::size_t> limit_smooth_loss<D>(const QuadraticMesh<D>&, const Incidence<ElementId>&, double,   \
+                                                       std::span<Vec<D>>, const Execution&);                           \
+    template Outcome<std::size_t> limit_by_jacobian<D>(std::span<const PartOffsets<D>>, double, PartCommunication<D>&, \
+                                                       const Execution&);                                              \
+    template Outcome<std::size_t> limit_by_jacobian<D>(const QuadraticMesh<D>&, std::span<const LagrangeNode<D>>,      \
+                                                       const Incidence<ElementId>&, double, std::span<Vec<D>>,         \
                                                        const Execution&);
 
 CAMBER_INSTANTIATE(2)

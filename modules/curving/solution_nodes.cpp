@@ -16,11 +16,11 @@ namespace camber {
 
 namespace {
 
-/// Few steps suffice: each round has another matrix.
+/// Iterations of the linear solver. Few are sufficient, since the matrix changes after each step.
 constexpr int solve_steps = 12;
-/// Number of halvings of a step without gain.
+/// Number of times that a step which does not reduce the error is halved.
 constexpr int halvings = 3;
-/// Below this relative gain of squared error, a round or frame is the last.
+/// Iterations in a frame, and frames, end if the squared error decreases by a smaller fraction.
 constexpr double least_gain = 0.01, least_gain_of_frame = 0.04;
 /// Maximum number of times that moves are shortened after a frame.
 constexpr int shortenings = 3;
@@ -31,8 +31,8 @@ Vec<D> middle_of(const QuadraticMesh<D>& mesh, std::size_t e) {
     return midpoint(mesh.linear.points[a], mesh.linear.points[b]);
 }
 
-/// Share of a step that keeps the offset within `most` chords along the chord, or moves it no farther out. Shortening
-/// only the part along the chord would leave a front oblique to it.
+/// Returns the share of a step for which the offset along the chord stays within `most` chords, or does not grow.
+/// Shortening only the component along the chord would move the node off an oblique front.
 template <int D>
 double share_within_slide(const Vec<D>& offset, const Vec<D>& step, const Vec<D>& chord, double most) {
     const double square = norm_squared(chord);
@@ -46,17 +46,18 @@ template <int D>
 struct Frame {
     QuadraticMesh<D> mesh;
     KnownSolution<D> known;
-    Buffer<Vec<D>> home;  ///< offsets of the nodes from the chord middles
+    Buffer<Vec<D>> reference_offsets;  ///< offsets of the nodes from the chord middles
     ErrorSystem<D> system;
-    double error = 0;  ///< squared, with these nodes
+    double error = 0;  ///< squared error with these nodes
 
     Frame(QuadraticMesh<D> curved, KnownSolution<D> solution, const Column<EdgeKind>& kinds,
           const Incidence<ElementId>& shells, double stiffness)
         : mesh(std::move(curved)),
           known(std::move(solution)),
-          home(mesh.edges.size()),
+          reference_offsets(mesh.edges.size()),
           system(mesh, kinds, shells, known, stiffness) {
-        for (std::size_t e = 0; e < home.size(); ++e) home[e] = mesh.mid_nodes[e].point - middle_of(mesh, e);
+        for (std::size_t e = 0; e < reference_offsets.size(); ++e)
+            reference_offsets[e] = mesh.mid_nodes[e].point - middle_of(mesh, e);
     }
     Frame(const Frame&) = delete;
     Frame(Frame&&) = delete;
@@ -64,7 +65,7 @@ struct Frame {
     Frame& operator=(Frame&&) = delete;
     ~Frame() = default;
 
-    /// In the user's unit.
+    /// Expected error in the user's unit.
     [[nodiscard]] Outcome<double> expected(const Execution& execution) const {
         const auto squared = squared_error(mesh, known, without_progress(execution));
         if (!squared) return squared;
@@ -72,13 +73,17 @@ struct Frame {
     }
 };
 
-/// Moves nodes to the minimum error within one frame. Elements stay above `least` in each step; with -∞ they may become
-/// invalid.
+/// Moves nodes to the minimum of the error for the solution of one frame. Elements stay above the scaled Jacobian
+/// `least` in each step; with −∞ they may become invalid.
 template <int D>
 class Search {
   public:
     Search(Frame<D>& frame, const Incidence<ElementId>& shells, const SolutionNodesOptions& options, double least)
-        : frame_(frame), shells_(shells), options_(options), least_(least), moves_(frame.home.size(), Vec<D>{}) {}
+        : frame_(frame),
+          shells_(shells),
+          options_(options),
+          least_(least),
+          moves_(frame.reference_offsets.size(), Vec<D>{}) {}
 
     Outcome<Buffer<Vec<D>>> run(const Execution& execution) {
         double error = frame_.error;
@@ -97,19 +102,21 @@ class Search {
 
     Outcome<double> error_of(const Buffer<Vec<D>>& moves, const Execution& execution) {
         auto offsets = map_each(without_progress(execution), moves.size(),
-                                [&](std::size_t e) { return frame_.home[e] + moves[e]; });
+                                [&](std::size_t e) { return frame_.reference_offsets[e] + moves[e]; });
         if (!offsets) return fail(offsets.error());
-        return frame_.system.begin(*offsets, frame_.home, execution);
+        return frame_.system.begin(*offsets, frame_.reference_offsets, execution);
     }
 
-    /// Adds a step within the limits of chords and elements.
+    /// Adds a step to the moves, within the limits of chords and elements.
     Outcome<Buffer<Vec<D>>> moved(const Buffer<Vec<D>>& step, double length, const Execution& execution) {
         const LinearMesh<D>& linear = frame_.mesh.linear;
         auto moves = map_each(execution, step.size(), [&](std::size_t e) {
             if (step[e] == Vec<D>{}) return moves_[e];
             const auto& [a, b] = frame_.mesh.edges.vertices[e];
             const Vec<D> whole = length * step[e], chord = linear.points[b] - linear.points[a];
-            return moves_[e] + share_within_slide(frame_.home[e] + moves_[e], whole, chord, options_.max_slide) * whole;
+            return moves_[e] +
+                   share_within_slide(frame_.reference_offsets[e] + moves_[e], whole, chord, options_.max_slide) *
+                       whole;
         });
         if (!moves || std::isinf(least_)) return moves;
         const auto limited =
@@ -118,7 +125,7 @@ class Search {
         return moves;
     }
 
-    /// Takes a step if it reduces the error; returns the squared error.
+    /// Computes a step and takes it if it reduces the error; returns the squared error.
     Outcome<double> round(double before, const Execution& execution) {
         const auto step = frame_.system.solved(solve_steps, part_of(execution, 0, 0.5));
         if (!step) return fail(step.error());
@@ -160,21 +167,21 @@ class Frames {
             };
             frame = next(std::move(*frame), bound_of_search(i), part_of(execution, share(i), share(i + 1)));
             if (!frame) return fail(frame.error());
-            if ((*frame)->error < error) ++made_.frames;
+            if ((*frame)->error < error) ++result_.frames;
             if (!((*frame)->error < (1 - least_gain_of_frame) * error)) break;
         }
-        made_.nodes = (*frame)->mesh.mid_nodes;
+        result_.nodes = (*frame)->mesh.mid_nodes;
         const auto after = (*frame)->expected(execution);
         if (!after) return fail(after.error());
-        made_.after = *after;
-        return std::move(made_);
+        result_.after = *after;
+        return std::move(result_);
     }
 
   private:
     using OwnFrame = std::unique_ptr<Frame<D>>;
 
-    /// Thin stacked elements block each other although all are valid at the minimum. So every other search has no
-    /// bound, and its moves are limited afterwards.
+    /// Thin stacked elements block each other, although all are valid at the minimum. So every other search has no
+    /// lower bound of the Jacobian, and its moves are limited afterwards.
     [[nodiscard]] double bound_of_search(int frame) const {
         return frame % 2 == 1 ? -std::numeric_limits<double>::infinity() : options_.min_jacobian;
     }
@@ -189,7 +196,7 @@ class Frames {
         if (!fits) return fail(ErrorKind::internal, "a known solution needs values for each element");
         auto frame =
             std::make_unique<Frame<D>>(std::move(curved), std::move(*known), kinds_, shells_, options_.stiffness);
-        const auto error = frame->system.begin(frame->home, frame->home, execution);
+        const auto error = frame->system.begin(frame->reference_offsets, frame->reference_offsets, execution);
         if (!error) return fail(error.error());
         frame->error = *error;
         return frame;
@@ -207,7 +214,7 @@ class Frames {
             if (best == nullptr) {
                 const auto before = frame->expected(execution);
                 if (!before) return fail(before.error());
-                made_.before = *before;
+                result_.before = *before;
             }
             if (best == nullptr || frame->error < least) best = &start, least = frame->error;
         }
@@ -216,7 +223,7 @@ class Frames {
         return frame_of(*best, execution);
     }
 
-    /// The frame of the nodes found, or of the old ones if better.
+    /// Returns the frame with the nodes found by a search, or with the old nodes if these are better.
     Outcome<OwnFrame> next(OwnFrame frame, double least_jacobian, const Execution& execution) {
         const QuadraticMesh<D> from = frame->mesh;
         const double before = frame->error;
@@ -226,20 +233,20 @@ class Frames {
         frame.reset();
         Column<LagrangeNode<D>> best = from.mid_nodes;
         double least = before;
-        std::size_t drawn_back = 0;
+        std::size_t relaxed = 0;
         for (int i = 0; i <= shortenings; ++i) {
             const auto limited = limit_by_jacobian<D>(from, from.mid_nodes.view(), shells_, options_.min_jacobian,
                                                       *moves, without_progress(execution));
             if (!limited) return fail(limited.error());
-            drawn_back += *limited;
+            relaxed += *limited;
             auto to = frame_of(moved(from, *moves), part_of(execution, 0.8 + 0.2 * i / (shortenings + 1), 1));
             if (!to) return to;
             const bool is_better = (*to)->error < least;
-            if (!is_better && least < before) break;  // shortened too much
+            if (!is_better && least < before) break;  // moves were shortened too much
             if (is_better) {
                 best = (*to)->mesh.mid_nodes;
                 least = (*to)->error;
-                made_.drawn_back = drawn_back;
+                result_.relaxed = relaxed;
             }
             const double part = i + 1 < shortenings ? 0.25 : 0;
             const std::size_t shortened = shorten_worse(errors, (*to)->system.errors(), before, part, *moves);
@@ -247,7 +254,7 @@ class Frames {
             to->reset();
             if (shortened == 0)
                 for (Vec<D>& move : *moves) move *= 0.5;
-            drawn_back += shortened;
+            relaxed += shortened;
         }
         return frame_of(std::move(best), without_progress(execution));
     }
@@ -258,7 +265,7 @@ class Frames {
         return Column<LagrangeNode<D>>(std::move(nodes));
     }
 
-    /// Shortens moves where the error rose noticeably; returns their number.
+    /// Multiplies moves by `part` where the error increased noticeably; returns their number.
     std::size_t shorten_worse(std::span<const double> before, std::span<const double> after, double all, double part,
                               Buffer<Vec<D>>& moves) const {
         constexpr double of_all = 1e-3, of_own = 0.2;
@@ -282,7 +289,7 @@ class Frames {
     const Incidence<ElementId>& shells_;
     const SolutionInElements<D>& solution_;
     const SolutionNodesOptions& options_;
-    SolutionNodes<D> made_;
+    SolutionNodes<D> result_;
 };
 
 template <int D>

@@ -13,61 +13,63 @@ import :edges;
 /// Volume nodes for the best interpolation of a known solution. docs/algorithms/solution-nodes.md.
 export namespace camber {
 
-/// A scalar field within elements by polynomials of this degree in reference coordinates. Values are at the regular
-/// lattice in the order of `multi_indices`, up to a constant.
+/// A scalar field, a polynomial of this degree in reference coordinates in each element. `values` holds its values at
+/// the regular lattice in the order of `multi_indices`, up to a constant.
 inline constexpr int known_degree = 5;
 template <int D>
 struct KnownField {
     Column<std::array<float, node_count<known_degree, D>>> values;
-    double weight = 1;  ///< of its error
+    double weight = 1;  ///< weight of the field's error
     int exponent = 0;   ///< values are in units of 2^exponent user units
 };
 template <int D>
 using KnownSolution = std::vector<KnownField<D>>;
-/// Solution in a mesh's elements; called for copies with other mid nodes.
+/// Returns the solution in the elements of a mesh. It is called for copies of the mesh with other edge nodes.
 template <int D>
 using SolutionInElements = std::function<Outcome<KnownSolution<D>>(const QuadraticMesh<D>&, const Execution&)>;
 
 struct SolutionNodesOptions {
-    int frames = 4;                       ///< maximum number of frames
-    int rounds = 3;                       ///< maximum number of steps in a frame
-    double stiffness = 0.3;               ///< share of squared error added by an offset as long as the element
-    double max_slide = 0.2;               ///< maximum distance from the middle along the chord, in chords
+    int frames = 4;          ///< maximum number of frames: times that the solution is evaluated in the elements
+    int rounds = 3;          ///< maximum number of steps in a frame
+    double stiffness = 0.3;  ///< fraction of the squared error that is added by an offset as long as the element
+    double max_slide = 0.2;  ///< maximum distance of a node from the chord's middle along the chord,
+                             ///< relative to the chord
     double min_jacobian = default_bound;  ///< see `limit_by_jacobian`
 };
 
 template <int D>
 struct SolutionNodes {
-    Column<LagrangeNode<D>> nodes;  ///< of each edge
-    /// Expected error at first and with `nodes`. One field: weight · ‖u − u_h‖ in user units. Several: root of Σ
-    /// (weight ‖u − u_h‖)² in units of the fields. The integral is that of `expected_error`; the search uses degree 6.
+    Column<LagrangeNode<D>> nodes;  ///< one row per edge
+    /// Expected error with the first nodes and with `nodes`. For one field it is weight · ‖u − u_h‖ in user units; for
+    /// several, the root of Σ (weight ‖u − u_h‖)² in units of the fields. It is integrated as in `expected_error`; the
+    /// search uses a rule of degree 6.
     double before = 0, after = 0;
-    int frames = 0;              ///< frames that reduced the error
-    std::size_t drawn_back = 0;  ///< edges moved by only a part of their step
+    int frames = 0;           ///< number of frames that reduced the error
+    std::size_t relaxed = 0;  ///< number of edges moved by only a part of their step
 };
 
 /// Moves volume nodes to minimise Σ ∫ (u − u_h)² over fields and elements, with u_h the interpolant of degree 2 on
-/// curved elements. Starts from the best of `starts` (a row an edge; boundary nodes stay). Each iteration takes the
-/// solution in the present elements (the frame), solves least squares about it, and keeps elements above
-/// `min_jacobian`. Frames are inaccurate far away, so edges move partially where elements become worse. The expected
-/// error never rises and is that of the interpolant. The number of threads does not matter. Errors: columns that do not
-/// fit (internal); those of `solution`; stopped, memory.
+/// curved elements. Starts from the best of `starts` (one row per edge; boundary nodes stay). Each iteration ("frame")
+/// evaluates the solution in the current elements, solves a least-squares problem around it, and keeps elements above
+/// `min_jacobian`. A frame is inaccurate far from its nodes, so edges move only partially where the error of elements
+/// increases. The expected error never increases. Results do not depend on the number of threads. Errors: columns that
+/// do not fit (internal); those of `solution`; stopped, memory.
 template <int D>
 [[nodiscard]] Outcome<SolutionNodes<D>> solution_nodes(const MeshEdges<D>& edges,
                                                        std::span<const Column<LagrangeNode<D>>> starts,
                                                        const SolutionInElements<D>& solution,
                                                        const SolutionNodesOptions& options, const Execution& execution);
 
-/// Expected L2 error of interpolants of degree 1 or 2 on straight elements, in the units of `SolutionNodes`. The rule
-/// of degree 11 is exact for `solution`. The number of threads does not matter. Errors: other than one row an element,
-/// other degree (internal); stopped.
+/// Expected L2 error of interpolants of degree 1 or 2 on straight elements, in the units of `SolutionNodes`. The
+/// quadrature rule of degree 11 is exact for `solution`. Results do not depend on the number of threads. Errors: not
+/// one row per element, another degree (internal); stopped.
 template <int D>
 [[nodiscard]] Outcome<double> expected_error(const LinearMesh<D>& mesh, const KnownSolution<D>& solution, int degree,
                                              const Execution& execution);
 
 }  // namespace camber
 
-/// Polynomials within an element, given by values at a lattice.
+/// Polynomials in an element, defined by values at a lattice.
 namespace camber {
 
 template <int D>
@@ -78,7 +80,7 @@ template <int D>
     return D == 2 ? (degree + 1) * (degree + 2) / 2 : (degree + 1) * (degree + 2) * (degree + 3) / 6;
 }
 
-/// The first coordinate's exponent varies fastest.
+/// Exponents of the monomials; the exponent of the first coordinate varies fastest.
 template <int D, int Degree>
 inline constexpr auto exponents = [] {
     std::array<std::array<int, D>, monomials<D>(Degree)> all{};
@@ -94,7 +96,8 @@ inline constexpr auto exponents = [] {
     return all;
 }();
 
-/// [coefficient of `exponents`][lattice node]: Lagrange basis; vertices are 0 and the axes' ends.
+/// Coefficients of the Lagrange basis: [index in `exponents`][lattice node]. The vertices are the origin and the ends
+/// of the unit axes.
 template <int D>
 using LatticeBasis = std::array<std::array<double, lattice_size<D>>, lattice_size<D>>;
 template <int D>
@@ -109,7 +112,7 @@ struct PackSlope {
     PackVec<D> gradient;
 };
 
-/// A polynomial by coefficients, with Horner's rule.
+/// A polynomial by its coefficients, evaluated by Horner's rule.
 template <int D, int Degree>
 struct PackPolynomial {
     std::array<Pack, monomials<D>(Degree)> c;
@@ -120,7 +123,7 @@ struct PackPolynomial {
         } else {
             PackSlope<D> sum{packed(0), {packed(0), packed(0), packed(0)}};
             int end = monomials<D>(Degree);
-            for (int left = 0; left <= Degree; ++left) {  // degree in the other coordinates
+            for (int left = 0; left <= Degree; ++left) {  // degree in the first two coordinates
                 const PackSlope<2> in_plane = plane({x[0], x[1]}, end, left);
                 sum.gradient[2] = sum.gradient[2] * x[2] + sum.value;
                 sum.gradient[0] = sum.gradient[0] * x[2] + in_plane.gradient[0];
@@ -133,7 +136,7 @@ struct PackPolynomial {
     }
 
   private:
-    /// In two coordinates; coefficients end at `end`.
+    /// Evaluates the polynomial in two coordinates whose coefficients end at `end`.
     [[nodiscard, gnu::always_inline]] PackSlope<2> plane(const PackVec<2>& x, int end, int degree) const {
         PackSlope<2> sum{packed(0), {packed(0), packed(0)}};
         for (int left = 0; left <= degree; ++left) {
@@ -157,7 +160,7 @@ struct PackPolynomial {
 /// Maps of eight curved elements from the reference simplex.
 namespace camber {
 
-/// Inverse 0 if the determinant is almost 0.
+/// Inverse and determinant of eight Jacobians; the inverse is 0 if the determinant is almost 0.
 template <int D>
 struct PackJacobian {
     std::array<PackVec<D>, D> inverse;  ///< rows
@@ -182,7 +185,7 @@ struct PackJacobian {
         for (auto& row : inverse)
             for (Pack& x : row) x = x * over;
     }
-    /// J⁻¹ v, and J⁻ᵀ g.
+    /// J⁻¹ v; `in_space` returns J⁻ᵀ g.
     [[nodiscard, gnu::always_inline]] PackVec<D> pulled_back(const PackVec<D>& v) const {
         PackVec<D> out;
         for (int a = 0; a < D; ++a) {
@@ -208,11 +211,12 @@ struct PackJacobian {
     }
 };
 
-/// F(ξ) = Σ λ_v x_v + Σ 4 λ_i λ_j f of the edge from i to j: J is linear, and F(ξ + s) − F(ξ) = J(ξ + s/2) s.
+/// The map F(ξ) = Σ λ_v x_v + Σ 4 λ_i λ_j f over edges i–j with offsets f. J is linear, and F(ξ + s) − F(ξ) = J(ξ +
+/// s/2) s.
 template <int D>
 class PackFrame {
   public:
-    /// `axes[a]`: x_{a + 1} − x_0.
+    /// `axes[a]` is x_{a + 1} − x_0.
     [[gnu::always_inline]] PackFrame(const std::array<PackVec<D>, D>& axes,
                                      const std::array<PackVec<D>, edges_per_simplex<D>>& offsets)
         : first_(axes) {
@@ -239,8 +243,8 @@ class PackFrame {
         return PackJacobian<D>(columns(at));
     }
 
-    /// Solves J(ξ + s/2) s = δ by Newton's method; lanes stop independently. Returns ξ + s and J there. If δ leads to a
-    /// fold or beyond, F continues by its tangent at ξ.
+    /// Solves J(ξ + s/2) s = δ by Newton's method; each lane stops on its own. Returns ξ + s and J at this point. If δ
+    /// leads to a fold or beyond, F is replaced by its tangent at ξ.
     struct Place {
         PackVec<D> at;
         PackJacobian<D> jacobian;
@@ -270,9 +274,9 @@ class PackFrame {
 
   private:
     static constexpr int newton_steps = 4;
-    /// Maximum last correction in reference coordinates; the error is of its square.
+    /// Maximum last correction in reference coordinates; the remaining error is of the order of its square.
     static constexpr double near = 1e-3;
-    /// relative to det J at the start
+    /// minimum det J relative to its value at the start
     static constexpr double least_ratio = 0.1;
 
     [[gnu::always_inline]] static Pack largest(const PackVec<D>& v) {
@@ -307,18 +311,18 @@ class PackFrame {
     std::array<std::array<PackVec<D>, D>, D> second_{};  // ∂²F/∂ξ_a∂ξ_b
 };
 
-/// A point in barycentric coordinates, with its share.
+/// A quadrature point in barycentric coordinates, with its share of the volume.
 template <int D>
 struct SimplexPoint {
     std::array<double, D + 1> at;
     double weight;
 };
 
-/// Degree 6, that of the squared error of interpolated cubics.
+/// Quadrature rule of degree 6, which is that of the squared error of interpolated cubics.
 template <int D>
 inline constexpr auto simplex_rule = [] {
     if constexpr (D == 2) {
-        // Dunavant, Int. J. Numer. Methods Eng. 21, 1985: 12 points.
+        // 12 points: Dunavant, Int. J. Numer. Methods Eng. 21, 1985.
         std::array<SimplexPoint<2>, 12> rule{};
         int n = 0;
         for (const auto& [a, weight] :
@@ -333,7 +337,7 @@ inline constexpr auto simplex_rule = [] {
             rule[n++] = {at, 0.082851075618374};
         return rule;
     } else {
-        // Keast, Comput. Methods Appl. Mech. Eng. 55, 1986: 24 points.
+        // 24 points: Keast, Comput. Methods Appl. Mech. Eng. 55, 1986.
         std::array<SimplexPoint<3>, 24> rule{};
         int n = 0;
         for (const auto& [a, weight] : {std::array{0.214602871259152029, 0.039922750257869636},
@@ -360,17 +364,17 @@ inline constexpr auto simplex_rule = [] {
 /// Interpolation error on eight curved elements, with derivatives.
 namespace camber {
 
-/// Eight elements with node offsets in the frame and now.
+/// Eight elements with their node offsets in the frame and their current ones.
 template <int D>
 struct ElementPacks {
-    std::array<PackVec<D>, D> axes;  ///< vertex a + 1 less vertex 0
+    std::array<PackVec<D>, D> axes;  ///< [a]: vertex a + 1 minus vertex 0
     std::array<PackVec<D>, edges_per_simplex<D>> frame_offsets, offsets;
 };
 template <int D>
 using LatticePacks = std::array<Pack, lattice_size<D>>;
 
-/// Σ r² = ∫ w² (u − u_h)² of an element by a rule in the frame's volume. With d the changes of edge offsets, |r + R d|²
-/// = error + 2 slope·d + d·curvature·d.
+/// Squared error Σ r² = ∫ w² (u − u_h)² of an element by a rule in the frame's volume. If edge offsets change by d, it
+/// becomes |r + R d|² = error + 2 slope·d + d·curvature·d.
 template <int D>
 struct ErrorPacks {
     static constexpr int unknowns = D * edges_per_simplex<D>;
@@ -386,24 +390,24 @@ template <int D>
 void add_error(const ElementPacks<D>& elements, const LatticePacks<D>& field, double weight, Instructions set,
                ErrorPacks<D>& sum);
 
-/// Squared expected error by a rule of degree 11; `mesh` is that of the solution. Errors: stopped.
+/// Squared expected error by a rule of degree 11; `mesh` must be the solution's mesh. Errors: stopped.
 template <int D>
 [[nodiscard]] Outcome<double> squared_error(const QuadraticMesh<D>& mesh, const KnownSolution<D>& solution,
                                             const Execution& execution);
 
-/// Expected error about the present nodes, with its least-squares system.
+/// Expected error near the current nodes, as a least-squares system.
 template <int D>
 class ErrorSystem {
   public:
     ErrorSystem(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds, const Incidence<ElementId>& shells,
                 const KnownSolution<D>& solution, double stiffness);
 
-    /// Sets the offsets from chord middles; stiffness pulls towards `home`. Returns the sum.
-    [[nodiscard]] Outcome<double> begin(std::span<const Vec<D>> offsets, std::span<const Vec<D>> home,
+    /// Sets the offsets from chord middles; stiffness pulls towards `reference_offsets`. Returns the squared error.
+    [[nodiscard]] Outcome<double> begin(std::span<const Vec<D>> offsets, std::span<const Vec<D>> reference_offsets,
                                         const Execution& execution);
-    /// Squared error of each element at these offsets.
+    /// Squared error of each element at the offsets of `begin`.
     [[nodiscard]] std::span<const double> errors() const { return errors_; }
-    /// Approximate least-squares changes, by conjugate gradients.
+    /// Returns approximate least-squares changes of the offsets, by conjugate gradients.
     [[nodiscard]] Outcome<Buffer<Vec<D>>> solved(int iterations, const Execution& execution);
 
   private:
@@ -414,9 +418,10 @@ class ErrorSystem {
     [[nodiscard]] ElementPacks<D> elements_of(std::size_t pack, std::span<const Vec<D>> offsets) const;
     void add_fields(std::size_t pack, const ElementPacks<D>& elements, Errors& sum) const;
     void begin_pack(std::size_t pack, std::span<const Vec<D>> offsets);
-    void stiffen(std::size_t pack, std::span<const Vec<D>> offsets, std::span<const Vec<D>> home, double least);
+    void stiffen(std::size_t pack, std::span<const Vec<D>> offsets, std::span<const Vec<D>> reference_offsets,
+                 double least);
     void multiply(std::size_t pack, std::span<const Vec<D>> x);
-    /// Sum over the elements around the edge.
+    /// Sums `parts` over the elements around the edge.
     [[nodiscard]] Vec<D> gathered(std::size_t edge, std::span<const double> parts) const;
     [[nodiscard]] Sym<D> preconditioner(std::size_t edge) const;
     [[nodiscard]] bool is_free(std::size_t edge) const;

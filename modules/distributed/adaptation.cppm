@@ -34,7 +34,7 @@ struct AdaptedVertex {
     VertexState state;
     bool is_off_geometry = false;
     VertexMetric<D> metric;
-    GeometryPlace place;
+    GeometryPosition place;
 };
 
 template <int K>
@@ -97,7 +97,8 @@ struct SharedRows {
     AdaptationRows<D> rows;                   ///< vertices: own ones, then others in simplices
     Buffer<std::uint8_t> on_rim;              ///< vertices that other ranks may use
     std::vector<std::size_t> first_vertices;  ///< first vertex of each rank, and the total
-    AdaptationRows<D> aside;  ///< last rank: fixed entities without elements; vertices shared with `rows` have numbers
+    AdaptationRows<D>
+        without_elements;  ///< last rank: fixed entities without elements; vertices shared with `rows` have numbers
 
     [[nodiscard]] std::size_t vertices() const { return first_vertices.back(); }
     [[nodiscard]] std::size_t own_vertices(const Ranks& ranks) const {
@@ -177,7 +178,7 @@ export namespace camber {
 template <int D>
 struct CutMesh {
     std::vector<AdaptationRows<D>> parts;
-    AdaptationRows<D> aside;                  ///< last rank: entities without elements
+    AdaptationRows<D> without_elements;       ///< last rank: entities without elements
     std::vector<std::size_t> first_vertices;  ///< before the cut (SharedRows)
 };
 
@@ -209,18 +210,18 @@ template <std::size_t N>
     const auto rank_of = [&](const Numbers& one) { return rank_with(first_vertices, one.front().index()); };
     std::vector<std::vector<Numbers>> to(ranks.size());
     for (const Numbers& one : simplices) to[rank_of(one)].push_back(one);
-    const auto asked = exchanged_lists(ranks, std::move(to));
-    if (!asked) return fail(asked.error());
-    std::set<Numbers> told;
+    const auto requests = exchanged_lists(ranks, std::move(to));
+    if (!requests) return fail(requests.error());
+    std::set<Numbers> listed;
     std::vector<std::vector<std::uint8_t>> answers(ranks.size());
-    for (std::size_t r = 0; r < asked->size(); ++r)
-        for (const Numbers& one : (*asked)[r]) answers[r].push_back(told.insert(one).second ? 1 : 0);
-    const auto heard = exchanged_lists(ranks, std::move(answers));
-    if (!heard) return fail(heard.error());
+    for (std::size_t r = 0; r < requests->size(); ++r)
+        for (const Numbers& one : (*requests)[r]) answers[r].push_back(listed.insert(one).second ? 1 : 0);
+    const auto replies = exchanged_lists(ranks, std::move(answers));
+    if (!replies) return fail(replies.error());
     std::vector<std::size_t> next(ranks.size(), 0);
     std::vector<std::uint8_t> first;
     first.reserve(simplices.size());
-    for (const Numbers& one : simplices) first.push_back((*heard)[rank_of(one)][next[rank_of(one)]++]);
+    for (const Numbers& one : simplices) first.push_back((*replies)[rank_of(one)][next[rank_of(one)]++]);
     return first;
 }
 
@@ -230,9 +231,9 @@ export namespace camber {
 
 /// Initial geometry and groups, by initial vertex numbers.
 template <int D>
-struct GivenOfMesh {
+struct InitialGeometry {
     std::size_t vertices = 0;
-    GivenGeometry<D> geometry;
+    InputGeometry<D> geometry;
     Column<Group> groups;
 };
 
@@ -245,7 +246,8 @@ struct FinishedRows {
 };
 /// Errors: memory.
 template <int D>
-[[nodiscard]] Outcome<FinishedRows<D>> finished_rows(SharedRows<D> shared, const GivenOfMesh<D>& given, Ranks& ranks);
+[[nodiscard]] Outcome<FinishedRows<D>> finished_rows(SharedRows<D> shared, const InitialGeometry<D>& original,
+                                                     Ranks& ranks);
 
 /// Metric edge lengths, each on one rank, and qualities of own elements. Errors: memory, stopped.
 struct MeasuredRows {
@@ -273,7 +275,7 @@ struct RemeshBlocksOptions {
 };
 
 /// An iteration of cut, remesh and join.
-struct BlockTurn {
+struct BlockIteration {
     double shift = 0;  ///< see cut_into_parts
     int rounds = 1;    ///< maximum rounds of collapse, split, swap and smooth; then mend
     /// `loose`: all rounds use the limits ToMetricOptions::early_collapse_longest, early_split_longest and
@@ -284,40 +286,41 @@ struct BlockTurn {
 
 /// The rims of one iteration are inside the blocks of the next.
 template <int D>
-[[nodiscard]] std::vector<BlockTurn> block_turns(const ToMetricOptions& options);
+[[nodiscard]] std::vector<BlockIteration> block_iterations(const ToMetricOptions& options);
 
 /// `elements`: expected elements per block.
-struct InBlocks {
+struct BlockRemeshing {
     std::size_t elements = 0;
     Ranks& ranks;
 };
 
 /// A shared mesh between block iterations.
 template <int D>
-struct BroughtRows {
+struct RemeshedRows {
     SharedRows<D> shared;
-    GivenOfMesh<D> given = {};
+    InitialGeometry<D> original = {};
     ToMetricStatistics statistics = {};  ///< so far, without `after`
 };
 
-/// Adds to the statistics of passes and rounds. Errors: those of bring_to_metric.
+/// Adds to the statistics of passes and rounds. Errors: those of remesh_to_metric.
 template <int D>
-[[nodiscard]] Outcome<BroughtRows<D>> turn_by_blocks(BroughtRows<D> rows, const AdaptationGoal<D>& goal,
-                                                     const ToMetricOptions& options, const InBlocks& by,
-                                                     const BlockTurn& turn, const Around& around);
+[[nodiscard]] Outcome<RemeshedRows<D>> run_block_iteration(RemeshedRows<D> rows, const AdaptationGoal<D>& goal,
+                                                           const ToMetricOptions& options, const BlockRemeshing& by,
+                                                           const BlockIteration& turn, const StepWrapper& around);
 
 /// Remeshes a linear mesh that all ranks have, with a shared result that depends only on the mesh and the block size.
-/// Errors: those of bring_to_metric; degree 2 and surface meshes (unsupported).
+/// Errors: those of remesh_to_metric; degree 2 and surface meshes (unsupported).
 template <int D>
-[[nodiscard]] Outcome<BroughtRows<D>> bring_rows_to_metric(Adaptation<D> state, const AdaptationGoal<D>& goal,
-                                                           const ToMetricOptions& options, const InBlocks& by,
-                                                           const std::vector<BlockTurn>& turns, const Around& around);
+[[nodiscard]] Outcome<RemeshedRows<D>> remesh_shared_rows(Adaptation<D> state, const AdaptationGoal<D>& goal,
+                                                          const ToMetricOptions& options, const BlockRemeshing& by,
+                                                          const std::vector<BlockIteration>& turns,
+                                                          const StepWrapper& around);
 
 /// The same, with the whole result on all ranks.
 template <int D>
-[[nodiscard]] Outcome<BroughtToMetric<D>> bring_to_metric_by_blocks(Adaptation<D> state, const AdaptationGoal<D>& goal,
-                                                                    const ToMetricOptions& options, const InBlocks& by,
-                                                                    const std::vector<BlockTurn>& turns,
-                                                                    const Around& around);
+[[nodiscard]] Outcome<RemeshResult<D>> remesh_by_blocks(Adaptation<D> state, const AdaptationGoal<D>& goal,
+                                                        const ToMetricOptions& options, const BlockRemeshing& by,
+                                                        const std::vector<BlockIteration>& turns,
+                                                        const StepWrapper& around);
 
 }  // namespace camber

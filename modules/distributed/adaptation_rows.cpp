@@ -147,7 +147,7 @@ Outcome<AdaptationRows<D>> rows_of(const Adaptation<D>& whole) {
         rows.vertices(out, [&](VertexId v) {
             AdaptedVertex<D> row = rows.vertex(v);
             row.number = VertexId(out.vertices.size());
-            if (row.state.marks.has(Mark::given)) row.origin = v;
+            if (row.state.marks.has(Mark::has_input_data)) row.origin = v;
             row.is_off_geometry = is_off[v.index()] != 0;
             return row;
         });
@@ -161,22 +161,22 @@ Outcome<AdaptationRows<D>> rows_of(const Adaptation<D>& whole) {
 template <int D>
 Outcome<AdaptedPart<D>> assembled(const AdaptationRows<D>& rows, const Execution& execution) {
     return guarded([&]() -> Outcome<AdaptedPart<D>> {
-        auto made = make_dynamic_part(mesh_part_of(rows), execution);
-        if (!made) return fail(made.error());
+        auto result = make_dynamic_part(mesh_part_of(rows), execution);
+        if (!result) return fail(result.error());
         const std::size_t n = rows.vertices.size();
         Buffer<VertexMetric<D>> metrics(n);
-        Buffer<GeometryPlace> places(n);
+        Buffer<GeometryPosition> places(n);
         Buffer<VertexId> off;
         for (std::size_t v = 0; v < n; ++v) {
             metrics[v] = rows.vertices[v].metric;
             places[v] = rows.vertices[v].place;
-            if (rows.vertices[v].is_off_geometry && made->on_rim[v] == 0) off.emplace_back(v);
+            if (rows.vertices[v].is_off_geometry && result->on_rim[v] == 0) off.emplace_back(v);
         }
-        const std::size_t rim_lines = made->mesh.lines.size() - rows.lines.size();
-        AdaptedPart<D> part{{std::move(made->mesh), {std::move(metrics)}}, std::move(made->on_rim), rim_lines};
+        const std::size_t rim_lines = result->mesh.lines.size() - rows.lines.size();
+        AdaptedPart<D> part{{std::move(result->mesh), {std::move(metrics)}}, std::move(result->on_rim), rim_lines};
         part.state.vertices.places = std::move(places);
         part.state.off_geometry = std::move(off);
-        part.state.walls = walls_of(part.state.mesh);
+        part.state.walls = facet_grid_of(part.state.mesh);
         return part;
     });
 }
@@ -188,11 +188,11 @@ Outcome<AdaptationRows<D>> rows_of_part(const AdaptedPart<D>& part, const Adapta
         Rows<D> rows(part.state);
         const auto is_off = off_geometry(part.state);
         rows.vertices(out, [&](VertexId v) {
-            const bool was_there = v.index() < before.vertices.size();
-            if (was_there && part.on_rim[v] != 0) return before.vertices[v.index()];
+            const bool existed = v.index() < before.vertices.size();
+            if (existed && part.on_rim[v] != 0) return before.vertices[v.index()];
             AdaptedVertex<D> row = rows.vertex(v);
-            if (was_there && row.state.marks.has(Mark::given)) row.origin = before.vertices[v.index()].origin;
-            if (was_there && row.state.marks.has(Mark::frozen)) row.number = before.vertices[v.index()].number;
+            if (existed && row.state.marks.has(Mark::has_input_data)) row.origin = before.vertices[v.index()].origin;
+            if (existed && row.state.marks.has(Mark::frozen)) row.number = before.vertices[v.index()].number;
             row.is_off_geometry = is_off[v.index()] != 0;
             return row;
         });
@@ -221,18 +221,18 @@ bool is_frozen(const AdaptationRows<D>& rows, VertexId v) {
 
 /// Lines without elements; their ends are frozen.
 template <int D>
-std::set<std::array<VertexId, 2>> loose_lines(const AdaptationRows<D>& whole) {
-    std::set<std::array<VertexId, 2>> loose;
+std::set<std::array<VertexId, 2>> lines_without_elements(const AdaptationRows<D>& whole) {
+    std::set<std::array<VertexId, 2>> shared_lines;
     for (const AdaptedSimplex<1>& line : whole.lines)
         if (is_frozen(whole, line.vertices[0]) && is_frozen(whole, line.vertices[1]))
-            loose.insert({std::ranges::min(line.vertices), std::ranges::max(line.vertices)});
-    if (loose.empty()) return loose;
+            shared_lines.insert({std::ranges::min(line.vertices), std::ranges::max(line.vertices)});
+    if (shared_lines.empty()) return shared_lines;
     for (const AdaptedSimplex<D>& element : whole.elements)
         for (const auto& [a, b] : local_edges<D>) {
             const VertexId u = element.vertices[a], v = element.vertices[b];
-            if (is_frozen(whole, u) && is_frozen(whole, v)) loose.erase({std::min(u, v), std::max(u, v)});
+            if (is_frozen(whole, u) && is_frozen(whole, v)) shared_lines.erase({std::min(u, v), std::max(u, v)});
         }
-    return loose;
+    return shared_lines;
 }
 
 /// Separates entities with and without elements.
@@ -240,7 +240,10 @@ template <int D>
 class Sharing {
   public:
     Sharing(const AdaptationRows<D>& whole, const Ranks& ranks)
-        : whole_(whole), ranks_(ranks), loose_(loose_lines(whole)), ids_(whole.vertices.size(), VertexId{}) {
+        : whole_(whole),
+          ranks_(ranks),
+          shared_lines_(lines_without_elements(whole)),
+          ids_(whole.vertices.size(), VertexId{}) {
         number_vertices();
     }
 
@@ -249,9 +252,9 @@ class Sharing {
         for (std::size_t r = 0; r <= ranks_.size(); ++r) out.first_vertices.push_back(of_.size() * r / ranks_.size());
         put_run(whole_.elements, out.rows.elements, [](const auto&) { return true; });
         put_run(whole_.facets, out.rows.facets, [](const auto& facet) { return facet.sides > 0; });
-        put_run(whole_.lines, out.rows.lines, [&](const auto& line) { return !is_loose(line); });
+        put_run(whole_.lines, out.rows.lines, [&](const auto& line) { return !is_shared_line(line); });
         put_vertices(out);
-        if (ranks_.rank() + 1 == ranks_.size()) put_aside(out.aside);
+        if (ranks_.rank() + 1 == ranks_.size()) add_without_elements(out.without_elements);
         return out;
     }
 
@@ -266,8 +269,8 @@ class Sharing {
                 of_.emplace_back(v);
             }
     }
-    [[nodiscard]] bool is_loose(const AdaptedSimplex<1>& line) const {
-        return loose_.contains({std::ranges::min(line.vertices), std::ranges::max(line.vertices)});
+    [[nodiscard]] bool is_shared_line(const AdaptedSimplex<1>& line) const {
+        return shared_lines_.contains({std::ranges::min(line.vertices), std::ranges::max(line.vertices)});
     }
     template <int K>
     void put_run(const Buffer<AdaptedSimplex<K>>& from, Buffer<AdaptedSimplex<K>>& to, const auto& is_shared) const {
@@ -312,24 +315,26 @@ class Sharing {
         rename(rows.facets);
         rename(rows.lines);
     }
-    void put_aside(AdaptationRows<D>& aside) {
+    void add_without_elements(AdaptationRows<D>& without_elements) {
         for (const auto& facet : whole_.facets)
-            if (facet.sides == 0) aside.facets.push_back(facet);
+            if (facet.sides == 0) without_elements.facets.push_back(facet);
         for (const auto& line : whole_.lines)
-            if (is_loose(line)) aside.lines.push_back(line);
+            if (is_shared_line(line)) without_elements.lines.push_back(line);
         std::vector<VertexId> named;
         for (std::size_t v = 0; v < number_.size(); ++v)
             if (!number_[v].valid()) named.emplace_back(v);
-        for (const auto& facet : aside.facets) named.insert(named.end(), facet.vertices.begin(), facet.vertices.end());
-        for (const auto& line : aside.lines) named.insert(named.end(), line.vertices.begin(), line.vertices.end());
+        for (const auto& facet : without_elements.facets)
+            named.insert(named.end(), facet.vertices.begin(), facet.vertices.end());
+        for (const auto& line : without_elements.lines)
+            named.insert(named.end(), line.vertices.begin(), line.vertices.end());
         std::ranges::sort(named);
         named.erase(std::ranges::unique(named).begin(), named.end());
-        put_named(named, aside);
+        put_named(named, without_elements);
     }
 
     const AdaptationRows<D>& whole_;
     const Ranks& ranks_;
-    std::set<std::array<VertexId, 2>> loose_;
+    std::set<std::array<VertexId, 2>> shared_lines_;
     Buffer<VertexId> number_;  ///< invalid without elements
     Buffer<VertexId> of_;
     Buffer<VertexId> ids_;  ///< output row of each vertex
@@ -372,13 +377,13 @@ AdaptationRows<D> numbered_rows(SharedRows<D> shared, const Ranks& ranks) {
     name_by_numbers(shared.rows);
     shared.rows.vertices.resize(shared.own_vertices(ranks));
     std::size_t next = shared.vertices();
-    for (AdaptedVertex<D>& v : shared.aside.vertices)
+    for (AdaptedVertex<D>& v : shared.without_elements.vertices)
         if (!v.number.valid()) {  // only on the last rank
             v.number = VertexId(next++);
             shared.rows.vertices.push_back(v);
         }
-    name_by_numbers(shared.aside);
-    append_simplices(shared.aside, shared.rows);
+    name_by_numbers(shared.without_elements);
+    append_simplices(shared.without_elements, shared.rows);
     return std::move(shared.rows);
 }
 

@@ -24,24 +24,24 @@ template <int D>
 Outcome<Done> metric_of(const BlockRun<D>& run, PartState<D>& state, const RingedPart<D>& part,
                         const Execution& execution) {
     if (run.goal.metric) {
-        auto made = run.goal.metric(state.mesh.linear, part.vertices.view(), execution);
-        if (!made) return fail(made.error());
-        state.log_metrics = take(std::move(*made));
+        auto result = run.goal.metric(state.mesh.linear, part.vertices.view(), execution);
+        if (!result) return fail(result.error());
+        state.log_metrics = take(std::move(*result));
         return Done{};
     }
     const auto around = balls(state.mesh.linear, execution);
     if (!around) return fail(around.error());
     if (!state.extended.is_known()) {
-        auto made = natural_log_metrics(state.mesh.linear, *around, execution);
-        if (!made) return fail(made.error());
-        state.log_metrics = std::move(*made);
+        auto result = natural_log_metrics(state.mesh.linear, *around, execution);
+        if (!result) return fail(result.error());
+        state.log_metrics = std::move(*result);
         return Done{};
     }
     QuadraticMesh<D> bent = state.mesh;
     bent.mid_nodes = state.extended.all(state.mesh);
-    auto made = curved_natural_log_metrics(bent, *around, execution);
-    if (!made) return fail(made.error());
-    state.log_metrics = std::move(made->curved);
+    auto result = curved_natural_log_metrics(bent, *around, execution);
+    if (!result) return fail(result.error());
+    state.log_metrics = std::move(result->curved);
     return Done{};
 }
 
@@ -59,21 +59,22 @@ Buffer<LagrangeNode<D>> starting_at(const PartState<D>& state, const WholeSurfac
 
 template <int D>
 Outcome<BackMesh<D>> field_on(const QuadraticMesh<D>& mesh, Buffer<LagrangeNode<D>> back_nodes,
-                              const Buffer<LogMetric<D>>& log_metrics, KeptGradients kept, const Execution& execution) {
+                              const Buffer<LogMetric<D>>& log_metrics, StoredGradients stored,
+                              const Execution& execution) {
     const auto around = balls(mesh.linear, execution);
     if (!around) return fail(around.error());
     Column<LogMetric<D>> logs(Buffer<LogMetric<D>>{log_metrics});
     if (back_nodes.empty()) return make_back_mesh(mesh.linear, *around, std::move(logs), execution);
     QuadraticMesh<D> bent = mesh;
     bent.mid_nodes = std::move(back_nodes);
-    return make_curved_back_mesh(std::move(bent), *around, std::move(logs), execution, kept);
+    return make_curved_back_mesh(std::move(bent), *around, std::move(logs), execution, stored);
 }
 
 template <int D>
-Outcome<BackMesh<D>> field_of(const PartState<D>& state, KeptGradients kept, const Execution& execution) {
+Outcome<BackMesh<D>> field_of(const PartState<D>& state, StoredGradients stored, const Execution& execution) {
     return field_on(state.mesh,
                     state.back_nodes.is_known() ? state.back_nodes.all(state.mesh) : Buffer<LagrangeNode<D>>{},
-                    state.log_metrics, kept, execution);
+                    state.log_metrics, stored, execution);
 }
 
 template <int D>
@@ -82,14 +83,14 @@ Outcome<Done> make_metric(BlockRun<D>& run, const Execution& execution) {
         return metric_of(run, state, part, without_progress(execution));
     });
     if (!done) return done;
-    if (auto brought =
-            bring_all<LogMetric<D>>(run.vertices, run.ranks, columns_of(run.states, &PartState<D>::log_metrics));
-        !brought)
-        return brought;
+    if (auto updated = update_ghost_rows<LogMetric<D>>(run.vertices, run.ranks,
+                                                       columns_of(run.states, &PartState<D>::log_metrics));
+        !updated)
+        return updated;
     if (!run.is_displaced) return Done{};
     std::vector<Buffer<LagrangeNode<D>>> back_nodes;
     done =
-        run.each_part_keeping(part_of(execution, 0.6, 0.8), [&](PartState<D>& state, RingedPart<D>&) -> Outcome<Done> {
+        run.each_resident_part(part_of(execution, 0.6, 0.8), [&](PartState<D>& state, RingedPart<D>&) -> Outcome<Done> {
             const Column<LogMetric<D>> logs(Buffer<LogMetric<D>>(state.log_metrics));
             auto nodes =
                 noticeable_nodes<D>(state.mesh, state.extended.all(state.mesh), logs, without_progress(execution));
@@ -120,7 +121,7 @@ template <int D>
 Outcome<Done> search_all(BlockRun<D>& run, const Execution& execution) {
     auto done = run.each_part(execution, [&](PartState<D>& state, RingedPart<D>&) -> Outcome<Done> {
         const Execution quiet = without_progress(execution);
-        const auto field = field_of(state, KeptGradients::recovered, quiet);
+        const auto field = field_of(state, StoredGradients::recovered, quiet);
         if (!field) return fail(field.error());
         CurveOptions edges = run.by->edges;
         edges.measured = MeasuredEdges::none;
@@ -136,7 +137,7 @@ Outcome<Done> search_all(BlockRun<D>& run, const Execution& execution) {
         return Done{};
     });
     if (!done) return done;
-    return bring_all<LagrangeNode<D>>(run.edges, run.ranks, columns_of(run.states, &PartState<D>::nodes));
+    return update_ghost_rows<LagrangeNode<D>>(run.edges, run.ranks, columns_of(run.states, &PartState<D>::nodes));
 }
 
 /// Limits offsets by smooth loss and by the Jacobian.
@@ -147,18 +148,19 @@ Outcome<Done> limit_offsets(BlockRun<D>& run, Buffer<Vec<D>> PartState<D>::* row
         std::vector<PartLosses<D>> losses;
         losses.reserve(run.states.size());
         for (PartState<D>& state : run.states) losses.push_back({state.mesh, state.shells, state.owned, state.*rows});
-        const auto held = limit_smooth_loss<D>(losses, run.by->edges.smooth_loss, *run.between, execution);
-        if (!held) return fail(held.error());
-        run.out.statistics.held_back += *held;
+        const auto limited_by_loss = limit_smooth_loss<D>(losses, run.by->edges.smooth_loss, *run.between, execution);
+        if (!limited_by_loss) return fail(limited_by_loss.error());
+        run.out.statistics.loss_limited += *limited_by_loss;
     }
-    if (auto brought = bring_all<Vec<D>>(run.edges, run.ranks, columns_of(run.states, rows)); !brought) return brought;
+    if (auto updated = update_ghost_rows<Vec<D>>(run.edges, run.ranks, columns_of(run.states, rows)); !updated)
+        return updated;
     std::vector<PartOffsets<D>> offsets;
     offsets.reserve(run.states.size());
     for (PartState<D>& state : run.states)
         offsets.push_back({state.mesh, state.base, state.shells, state.owned, state.*rows});
     const auto drawn = limit_by_jacobian<D>(offsets, bound, *run.between, execution);
     if (!drawn) return fail(drawn.error());
-    run.out.statistics.drawn_back += *drawn;
+    run.out.statistics.relaxed += *drawn;
     return Done{};
 }
 
@@ -216,7 +218,7 @@ template <int D>
 Outcome<Done> curve_accurately(BlockRun<D>& run, const Execution& execution) {
     auto done = run.each_part(part_of(execution, 0, 0.6), [&](PartState<D>& state, RingedPart<D>&) -> Outcome<Done> {
         const Execution quiet = without_progress(execution);
-        const auto field = field_of(state, KeptGradients::seen, quiet);
+        const auto field = field_of(state, StoredGradients::sampled, quiet);
         if (!field) return fail(field.error());
         const Column<EdgeKind> own = state.own_kinds();
         const MeshEdges<D> edges{state.mesh, own, state.shells};
@@ -250,13 +252,13 @@ Outcome<Done> curve_nodes(BlockRun<D>& run, const Execution& execution) {
     return run.by->edges.aim == CurvingAim::accuracy ? curve_accurately(run, execution) : search_all(run, execution);
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                                \
-    template Outcome<BackMesh<D>> field_on<D>(const QuadraticMesh<D>&, Buffer<LagrangeNode<D>>,              \
-                                              const Buffer<LogMetric<D>>&, KeptGradients, const Execution&); \
-    template Buffer<LagrangeNode<D>> starting_at<D>(const PartState<D>&, const WholeSurface<D>&,             \
-                                                    const MovedNodes<D>&);                                   \
-    template Outcome<BackMesh<D>> field_of<D>(const PartState<D>&, KeptGradients, const Execution&);         \
-    template Outcome<Done> make_metric<D>(BlockRun<D>&, const Execution&);                                   \
+#define CAMBER_INSTANTIATE(D)                                                                                  \
+    template Outcome<BackMesh<D>> field_on<D>(const QuadraticMesh<D>&, Buffer<LagrangeNode<D>>,                \
+                                              const Buffer<LogMetric<D>>&, StoredGradients, const Execution&); \
+    template Buffer<LagrangeNode<D>> starting_at<D>(const PartState<D>&, const WholeSurface<D>&,               \
+                                                    const MovedNodes<D>&);                                     \
+    template Outcome<BackMesh<D>> field_of<D>(const PartState<D>&, StoredGradients, const Execution&);         \
+    template Outcome<Done> make_metric<D>(BlockRun<D>&, const Execution&);                                     \
     template Outcome<Done> curve_nodes<D>(BlockRun<D>&, const Execution&);
 
 CAMBER_INSTANTIATE(2)

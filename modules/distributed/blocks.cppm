@@ -86,13 +86,13 @@ struct PartState {
     OwnVertices owned;
     EdgeId first_edge, last_edge;
     Column<EdgeKind> kinds;
-    Column<EdgeKind> kinds_that_follow;  ///< empty: `kinds`
-    Column<EdgeId> on_surface;           ///< edge of the whole surface, or invalid
-    Buffer<LagrangeNode<D>> base;        ///< initial nodes, while needed
-    MovedNodes<D> extended;              ///< unknown: no displacement
-    Buffer<LogMetric<D>> log_metrics;    ///< empty: the field has its own mesh
-    MovedNodes<D> back_nodes;            ///< of the field's mesh; unknown: straight
-    Buffer<Vec<D>> slides, offsets;      ///< empty: no movement
+    Column<EdgeKind> kinds_with_following;  ///< empty: `kinds`
+    Column<EdgeId> on_surface;              ///< edge of the whole surface, or invalid
+    Buffer<LagrangeNode<D>> base;           ///< initial nodes, while needed
+    MovedNodes<D> extended;                 ///< unknown: no displacement
+    Buffer<LogMetric<D>> log_metrics;       ///< empty: the field has its own mesh
+    MovedNodes<D> back_nodes;               ///< of the field's mesh; unknown: straight
+    Buffer<Vec<D>> slides, offsets;         ///< empty: no movement
     Buffer<LagrangeNode<D>> nodes;
 
     [[nodiscard]] bool owns(EdgeId e) const { return e >= first_edge && e < last_edge; }
@@ -115,7 +115,7 @@ void each_array(PartState<D>& state, const auto& visit) {
     visit(state.shells.offsets);
     visit(state.shells.items);
     visit(state.kinds);
-    visit(state.kinds_that_follow);
+    visit(state.kinds_with_following);
     visit(state.on_surface);
     visit(state.base);
     state.extended.each_array(visit);
@@ -215,7 +215,7 @@ struct WallsOfBlocks {
     Crossings crossings;
     std::size_t crossing_before = 0;       ///< crossing pairs of the straight mesh, if any remain
     std::array<Box<D>, 2> first_crossing;  ///< of the first crossing pair, if any
-    MovedBack<D> moved;                    ///< moved back to uncross walls
+    MoveBackStatistics<D> moved;           ///< moved back to uncross walls
 };
 
 /// Final deviation of the whole boundary from its geometry, with global numbers.
@@ -268,7 +268,7 @@ template <int D>
 namespace camber {
 
 template <int D>
-struct CurvingBy {
+struct CurvingContext {
     WholeSurface<D> surface;
     CurveOptions edges;
 };
@@ -284,25 +284,25 @@ struct BlockRun {
     std::vector<PartState<D>> states = {};  ///< own parts
     Halo edges = {}, vertices = {};
     std::optional<BetweenRingedParts<D>> between = {};
-    std::optional<CurvingBy<D>> by = {};
+    std::optional<CurvingContext<D>> by = {};
     std::optional<RepairOptions> judged_for = {};  ///< options of the last verdicts
     std::vector<GlobalNumber> to_repair = {};      ///< own invalid elements, and those below the target, ascending
     bool is_displaced = false;                     ///< some rank has an extension
 
     /// Calls f for own parts. New arrays of the state are copied to persistent memory (PartMemory).
     Outcome<Done> each_part(const Execution& execution, const auto& f) {
-        if (!options.blocks.memory.before) return each_part_keeping(execution, f);
-        return each_part_keeping(execution, [&](PartState<D>& state, RingedPart<D>& part) -> Outcome<Done> {
+        if (!options.blocks.memory.before) return each_resident_part(execution, f);
+        return each_resident_part(execution, [&](PartState<D>& state, RingedPart<D>& part) -> Outcome<Done> {
             const std::vector<const void*> before = arrays_of(state);
             options.blocks.memory.before();
             auto done = f(state, part);
             options.blocks.memory.after();
-            if (done) made_anew(state, before);
+            if (done) copy_new_arrays(state, before);
             return done;
         });
     }
     /// Calls f for own parts; f may store results outside the states.
-    Outcome<Done> each_part_keeping(const Execution& execution, const auto& f) {
+    Outcome<Done> each_resident_part(const Execution& execution, const auto& f) {
         for (std::size_t p = 0; p < states.size(); ++p) {
             auto done = f(states[p], out.parts.own[p]);
             if (!done) return fail(done.error());
@@ -353,17 +353,18 @@ template <int D>
 /// Metric field on a submesh, and on a part.
 template <int D>
 [[nodiscard]] Outcome<BackMesh<D>> field_on(const QuadraticMesh<D>& mesh, Buffer<LagrangeNode<D>> back_nodes,
-                                            const Buffer<LogMetric<D>>& log_metrics, KeptGradients kept,
+                                            const Buffer<LogMetric<D>>& log_metrics, StoredGradients stored,
                                             const Execution& execution);
 template <int D>
-[[nodiscard]] Outcome<BackMesh<D>> field_of(const PartState<D>& state, KeptGradients kept, const Execution& execution);
+[[nodiscard]] Outcome<BackMesh<D>> field_of(const PartState<D>& state, StoredGradients stored,
+                                            const Execution& execution);
 
 template <int D>
 [[nodiscard]] Outcome<Done> curve_nodes(BlockRun<D>& run, const Execution& execution);
 
 /// `relax_blocks` repairs invalid elements.
 template <int D>
-[[nodiscard]] Outcome<Done> judge_blocks(BlockRun<D>& run, const Execution& execution);
+[[nodiscard]] Outcome<Done> validate_blocks(BlockRun<D>& run, const Execution& execution);
 template <int D>
 [[nodiscard]] Outcome<Done> relax_blocks(BlockRun<D>& run, const Execution& execution);
 
@@ -392,21 +393,21 @@ class BlockSteps {
     ~BlockSteps();
 
     /// Steps: split, elevate.
-    [[nodiscard]] Outcome<Done> elevate(const Around& around);
+    [[nodiscard]] Outcome<Done> elevate(const StepWrapper& around);
     /// Steps: surface, extension, metric, curve. Errors (unsupported): objectives without a metric, boundary nodes that
     /// are not projected, metrics derived from the mesh.
-    [[nodiscard]] Outcome<Done> curve(const ProposeOptions& options, const Around& around);
+    [[nodiscard]] Outcome<Done> curve(const ProposeOptions& options, const StepWrapper& around);
     /// Computes verdicts for the bound of `repair`, and lists the elements to repair. Step: validate.
-    [[nodiscard]] Outcome<Done> validate(const RepairOptions& repair, const Around& around);
+    [[nodiscard]] Outcome<Done> validate(const RepairOptions& repair, const StepWrapper& around);
     /// Repairs elements, then uncrosses walls. Steps: relax, uncross.
-    [[nodiscard]] Outcome<Done> relax(const RepairOptions& options, const Around& around);
+    [[nodiscard]] Outcome<Done> relax(const RepairOptions& options, const StepWrapper& around);
     /// Step: measure.
-    [[nodiscard]] Outcome<Done> measure(const BoundaryTolerance& tolerance, const Around& around);
+    [[nodiscard]] Outcome<Done> measure(const BoundaryTolerance& tolerance, const StepWrapper& around);
     /// Ends the run.
     [[nodiscard]] Outcome<CurvedBlocks<D>> finish() &&;
 
   private:
-    [[nodiscard]] Outcome<Done> step(const Around& around, std::string_view name, const auto& function);
+    [[nodiscard]] Outcome<Done> step(const StepWrapper& around, std::string_view name, const auto& function);
     [[nodiscard]] RepairOptions with_own_target(const RepairOptions& repair) const;
 
     std::unique_ptr<BlockRun<D>> run_;
@@ -432,7 +433,7 @@ class QuadraticParts {
 
     /// Adds edge nodes from owner parts. `begin`: row of the first simplex.
     template <int K>
-    [[nodiscard]] Outcome<SimplexRun<K, 2>> simplices(std::size_t begin, SimplexRows<K> given) const;
+    [[nodiscard]] Outcome<SimplexRun<K, 2>> simplices(std::size_t begin, SimplexRows<K> rows_of_part) const;
 
     const MeshRows<D>* rows_;
     const CurvedBlocks<D>* mesh_;

@@ -140,7 +140,8 @@ Outcome<QuadraticParts<D>> QuadraticParts<D>::make(const MeshRows<D>& rows, cons
         for (Buffer<GlobalNumber>& numbers : parts.edge_numbers_) columns.emplace_back(numbers);
         const auto halo = edge_halo<D>(mesh.parts, edges, ranks);
         if (!halo) return fail(halo.error());
-        if (auto brought = bring_all<GlobalNumber>(*halo, ranks, columns); !brought) return fail(brought.error());
+        if (auto updated = update_ghost_rows<GlobalNumber>(*halo, ranks, columns); !updated)
+            return fail(updated.error());
         std::size_t most = 0;
         for (std::size_t r = 0; r < ranks.size(); ++r) most = std::max(most, layout.end_of(r) - layout.begin_of(r));
         parts.pieces_of_part_ = most == 0 ? 1 : mesh.counts.elements / (ranks.size() * most * elements_of_piece) + 1;
@@ -157,14 +158,14 @@ PartTotals QuadraticParts<D>::totals() const {
 
 template <int D>
 template <int K>
-Outcome<SimplexRun<K, 2>> QuadraticParts<D>::simplices(std::size_t begin, SimplexRows<K> given) const {
+Outcome<SimplexRun<K, 2>> QuadraticParts<D>::simplices(std::size_t begin, SimplexRows<K> rows_of_part) const {
     using Edges = std::array<GlobalNumber, edges_per_simplex<K>>;
     const PartLayout& layout = mesh_->parts.layout;
     std::vector<ToPart<GlobalNumber>> questions;
-    questions.reserve(given.vertices.size());
-    for (std::size_t i = 0; i < given.vertices.size(); ++i)
-        questions.push_back({layout.part_with(std::ranges::min(given.vertices[i]).value), begin + i});
-    const auto edges = ask<Edges>(*ranks_, layout, questions, [&](std::size_t b, GlobalNumber number) {
+    questions.reserve(rows_of_part.vertices.size());
+    for (std::size_t i = 0; i < rows_of_part.vertices.size(); ++i)
+        questions.push_back({layout.part_with(std::ranges::min(rows_of_part.vertices[i]).value), begin + i});
+    const auto edges = query<Edges>(*ranks_, layout, questions, [&](std::size_t b, GlobalNumber number) {
         const auto numbers = numbers_of<D, K>(mesh_->parts.own[b]);
         const auto row = static_cast<std::size_t>(std::ranges::lower_bound(numbers, number) - numbers.begin());
         Edges out{};
@@ -173,11 +174,11 @@ Outcome<SimplexRun<K, 2>> QuadraticParts<D>::simplices(std::size_t begin, Simple
         return out;
     });
     if (!edges) return fail(edges.error());
-    SimplexRun<K, 2> run{begin, {}, std::move(given.references)};
-    run.nodes.reserve(given.vertices.size());
-    for (std::size_t i = 0; i < given.vertices.size(); ++i) {
+    SimplexRun<K, 2> run{begin, {}, std::move(rows_of_part.references)};
+    run.nodes.reserve(rows_of_part.vertices.size());
+    for (std::size_t i = 0; i < rows_of_part.vertices.size(); ++i) {
         auto& nodes = run.nodes.emplace_back();
-        for (std::size_t v = 0; v <= K; ++v) nodes[v] = given.vertices[i][v].value;
+        for (std::size_t v = 0; v <= K; ++v) nodes[v] = rows_of_part.vertices[i][v].value;
         for (std::size_t k = 0; k < edges_per_simplex<K>; ++k) nodes[K + 1 + k] = mesh_->counts.points + (*edges)[i][k];
     }
     return run;
@@ -350,7 +351,7 @@ template <int D>
 BlockSteps<D>::~BlockSteps() = default;
 
 template <int D>
-Outcome<Done> BlockSteps<D>::step(const Around& around, std::string_view name, const auto& function) {
+Outcome<Done> BlockSteps<D>::step(const StepWrapper& around, std::string_view name, const auto& function) {
     return run_step(around, name, [&](const Execution& e) { return function(*run_, e); });
 }
 
@@ -360,13 +361,13 @@ RepairOptions BlockSteps<D>::with_own_target(const RepairOptions& repair) const 
 }
 
 template <int D>
-Outcome<Done> BlockSteps<D>::elevate(const Around& around) {
+Outcome<Done> BlockSteps<D>::elevate(const StepWrapper& around) {
     if (auto done = step(around, "split", split_up<D>); !done) return done;
     return step(around, "elevate", elevate_blocks<D>);
 }
 
 template <int D>
-Outcome<Done> BlockSteps<D>::curve(const ProposeOptions& options, const Around& around) {
+Outcome<Done> BlockSteps<D>::curve(const ProposeOptions& options, const StepWrapper& around) {
     if (auto supported = check_supported(options); !supported) return supported;
     run_->options.curving.curve = options;
     auto done = step(around, "surface", find_surface<D>);
@@ -376,14 +377,14 @@ Outcome<Done> BlockSteps<D>::curve(const ProposeOptions& options, const Around& 
 }
 
 template <int D>
-Outcome<Done> BlockSteps<D>::validate(const RepairOptions& repair, const Around& around) {
+Outcome<Done> BlockSteps<D>::validate(const RepairOptions& repair, const StepWrapper& around) {
     run_->options.curving.repair = with_own_target(repair);
     run_->judged_for = run_->options.curving.repair;
-    return step(around, "validate", judge_blocks<D>);
+    return step(around, "validate", validate_blocks<D>);
 }
 
 template <int D>
-Outcome<Done> BlockSteps<D>::relax(const RepairOptions& options, const Around& around) {
+Outcome<Done> BlockSteps<D>::relax(const RepairOptions& options, const StepWrapper& around) {
     if (run_->judged_for != with_own_target(options))
         if (auto done = validate(options, around); !done) return done;
     if (auto done = step(around, "relax", relax_blocks<D>); !done) return done;
@@ -391,7 +392,7 @@ Outcome<Done> BlockSteps<D>::relax(const RepairOptions& options, const Around& a
 }
 
 template <int D>
-Outcome<Done> BlockSteps<D>::measure(const BoundaryTolerance& tolerance, const Around& around) {
+Outcome<Done> BlockSteps<D>::measure(const BoundaryTolerance& tolerance, const StepWrapper& around) {
     run_->options.tolerance = tolerance;
     return step(around, "measure", measure_blocks<D>);
 }

@@ -80,8 +80,8 @@ Outcome<std::vector<OnCurve>> starts_of_runs(Ranks& ranks, std::vector<WeightOnC
     const auto weight = counted(ranks, sum);
     if (!weight) return fail(weight.error());
     const double elements = static_cast<double>(weight->all) / static_cast<double>(ElementWeights::one);
-    const double wanted = elements / static_cast<double>(std::max<std::size_t>(in_a_run, 1));
-    const auto runs = std::max<std::uint64_t>(1, static_cast<std::uint64_t>(std::llround(wanted)));
+    const double target = elements / static_cast<double>(std::max<std::size_t>(in_a_run, 1));
+    const auto runs = std::max<std::uint64_t>(1, static_cast<std::uint64_t>(std::llround(target)));
     // Division by the weight of a run, because a product with the number of runs may overflow 64 bits.
     const std::uint64_t size = std::max<std::uint64_t>(1, (weight->all + runs - 1) / runs);
     std::vector<Start> here;
@@ -99,7 +99,7 @@ Outcome<std::vector<OnCurve>> starts_of_runs(Ranks& ranks, std::vector<WeightOnC
 }
 
 /// Part of each own element, and parts of each rank.
-struct PartsToBe {
+struct PlannedParts {
     Buffer<PartNumber> of_elements;
     std::vector<std::size_t> firsts;  ///< first part of each rank, and the total
 };
@@ -118,9 +118,9 @@ struct PartAt {
 
 /// Collects rows for the ranks of their parts.
 template <int D>
-class Sending {
+class RowSender {
   public:
-    Sending(const SharedRows<D>& shared, const PartsToBe& parts, const Incidence<ElementId>& around, Ranks& ranks)
+    RowSender(const SharedRows<D>& shared, const PlannedParts& parts, const Incidence<ElementId>& around, Ranks& ranks)
         : shared_(shared), rows_(shared.rows), parts_(parts), around_(around), ranks_(ranks), to_(ranks.size()) {}
 
     /// `along`: elements in curve order.
@@ -246,7 +246,7 @@ class Sending {
 
     const SharedRows<D>& shared_;
     const AdaptationRows<D>& rows_;
-    const PartsToBe& parts_;
+    const PlannedParts& parts_;
     const Incidence<ElementId>& around_;
     Ranks& ranks_;
     std::vector<SentRows<D>> to_;
@@ -326,13 +326,13 @@ std::vector<std::size_t> parts_of_ranks(std::size_t parts, std::size_t ranks) {
 }
 
 template <int D>
-Outcome<PartsToBe> parts_to_be(const AlongCurve<D>& along, const ElementWeights& weights, std::size_t elements,
-                               Ranks& ranks) {
+Outcome<PlannedParts> parts_to_be(const AlongCurve<D>& along, const ElementWeights& weights, std::size_t elements,
+                                  Ranks& ranks) {
     std::vector<WeightOnCurve> own(along.at.size());
     for (std::size_t i = 0; i < own.size(); ++i) own[i] = {along.at[i], weights.weights[along.elements[i]]};
     const auto starts = starts_of_runs(ranks, std::move(own), elements);
     if (!starts) return fail(starts.error());
-    PartsToBe parts{Buffer<PartNumber>(along.at.size()), parts_of_ranks(starts->size(), ranks.size())};
+    PlannedParts parts{Buffer<PartNumber>(along.at.size()), parts_of_ranks(starts->size(), ranks.size())};
     std::size_t part = 0;
     for (std::size_t i = 0; i < along.at.size(); ++i) {
         while (part + 1 < starts->size() && (*starts)[part + 1] <= along.at[i]) ++part;
@@ -390,16 +390,16 @@ Outcome<CutMesh<D>> cut_into_parts(SharedRows<D> shared, const ElementWeights& w
         *along = {};
         auto around = elements_around(shared.rows, execution);
         if (!around) return fail(around.error());
-        auto sent = Sending<D>(shared, *parts, *around, ranks).rows(elements_along, *first);
+        auto sent = RowSender<D>(shared, *parts, *around, ranks).rows(elements_along, *first);
         if (!sent) return fail(sent.error());
         shared.rows = {};
         *around = {};
         auto received = exchanged_rows(std::move(*sent), ranks);
         if (!received) return fail(received.error());
         const auto own = [&](std::size_t rank) { return static_cast<PartNumber>(parts->firsts[rank]); };
-        auto made = parts_of_sent(std::move(*received), *box, own(ranks.rank()), own(ranks.rank() + 1), execution);
-        if (!made) return fail(made.error());
-        return CutMesh<D>{std::move(*made), std::move(shared.aside), std::move(shared.first_vertices)};
+        auto result = parts_of_sent(std::move(*received), *box, own(ranks.rank()), own(ranks.rank() + 1), execution);
+        if (!result) return fail(result.error());
+        return CutMesh<D>{std::move(*result), std::move(shared.without_elements), std::move(shared.first_vertices)};
     });
 }
 

@@ -34,8 +34,8 @@ SimplexVertices<K> rising(SimplexVertices<K> vertices) {
 
 /// Sorted faces with their lowest vertex in this rank's run.
 template <int D>
-Outcome<std::vector<FaceRow<D>>> faces_here(std::span<const SimplexVertices<D>> elements, std::size_t first,
-                                            std::size_t vertices, Ranks& ranks) {
+Outcome<std::vector<FaceRow<D>>> faces_on_rank(std::span<const SimplexVertices<D>> elements, std::size_t first,
+                                               std::size_t vertices, Ranks& ranks) {
     std::vector<std::vector<FaceRow<D>>> to(ranks.size());
     for (std::size_t e = 0; e < elements.size(); ++e)
         for (int opposite = 0; opposite <= D; ++opposite) {
@@ -97,7 +97,7 @@ GraphRun graph_of(std::vector<Arc> arcs, std::size_t first, std::size_t rows) {
 template <int D>
 Outcome<DualRows<D>> dual_rows(const RunsOfRank<D>& runs, std::size_t first, Ranks& ranks) {
     const auto& elements = runs.elements.vertices;
-    const auto faces = faces_here<D>(elements, first, runs.counts.points, ranks);
+    const auto faces = faces_on_rank<D>(elements, first, runs.counts.points, ranks);
     if (!faces) return fail(faces.error());
     auto arcs = exchanged_values(ranks, arcs_of<D>(*faces, runs.counts.elements, ranks.size()));
     if (!arcs) return fail(arcs.error());
@@ -145,11 +145,11 @@ Outcome<std::vector<RowOfPart<D - 1>>> facets_with_parts(const std::vector<Facet
     for (const FacetRow<D>& facet : facets)
         if (facet.element != no_element)
             questions[rank_of_row(facet.element, elements, ranks.size())].push_back(facet.element);
-    const auto asked = exchanged_lists(ranks, std::move(questions));
-    if (!asked) return fail(asked.error());
+    const auto requests = exchanged_lists(ranks, std::move(questions));
+    if (!requests) return fail(requests.error());
     std::vector<std::vector<std::int32_t>> answers(ranks.size());
     for (std::size_t r = 0; r < ranks.size(); ++r)
-        for (const std::uint64_t e : (*asked)[r]) answers[r].push_back(part_of_own[e - own.begin]);
+        for (const std::uint64_t e : (*requests)[r]) answers[r].push_back(part_of_own[e - own.begin]);
     const auto parts = exchanged_lists(ranks, std::move(answers));
     if (!parts) return fail(parts.error());
     std::vector<std::size_t> next(ranks.size(), 0);
@@ -174,7 +174,7 @@ Outcome<std::vector<RowOfPart<1>>> edges_with_parts(const RunsOfRank<D>& runs, R
         std::int64_t part = 0;
     };
     const RowCounts& counts = runs.counts;
-    const SimplexRows<1>& given = runs.edges;
+    const SimplexRows<1>& edge_rows = runs.edges;
     const auto& elements = runs.elements.vertices;
     std::vector<Lowest> lowest(counts.edges);
     if (counts.edges > 0) {
@@ -182,7 +182,7 @@ Outcome<std::vector<RowOfPart<1>>> edges_with_parts(const RunsOfRank<D>& runs, R
         std::vector<std::pair<Ends, std::size_t>> by_ends;
         std::vector<bool> has_edge(counts.points, false);
         for (std::size_t i = 0; i < counts.edges; ++i) {
-            const auto [a, b] = given.vertices[i];
+            const auto [a, b] = edge_rows.vertices[i];
             by_ends.push_back({std::minmax(a, b), i});
             has_edge[a.index()] = has_edge[b.index()] = true;
         }
@@ -205,7 +205,7 @@ Outcome<std::vector<RowOfPart<1>>> edges_with_parts(const RunsOfRank<D>& runs, R
         Lowest least;
         for (std::size_t r = 0; r < ranks.size(); ++r)
             if (const Lowest& of_rank = (*all)[r * counts.edges + i]; of_rank.element < least.element) least = of_rank;
-        out.push_back({i, given.vertices[i], given.references[i], static_cast<std::int32_t>(least.part)});
+        out.push_back({i, edge_rows.vertices[i], edge_rows.references[i], static_cast<std::int32_t>(least.part)});
     }
     return out;
 }
@@ -301,17 +301,17 @@ Outcome<PartsOfRank<LinearMesh<D>>> parts_among_ranks(const RunsOfRank<D>& runs,
     if (!own_facets) return fail(own_facets.error());
     const auto own_edges = to_parts<1>(ranks, parts, *edges);
     if (!own_edges) return fail(own_edges.error());
-    PartsOfRank<LinearMesh<D>> made;
-    add_vertices(*own_elements, made.vertices);
-    add_vertices(*own_facets, made.vertices);
-    add_vertices(*own_edges, made.vertices);
-    std::ranges::sort(made.vertices);
-    made.vertices.erase(std::ranges::unique(made.vertices).begin(), made.vertices.end());
-    made.first = parts * ranks.rank() / ranks.size();
-    made.last = parts * (ranks.rank() + 1) / ranks.size();
-    auto points = agreed(ranks, points_at(made.vertices));
+    PartsOfRank<LinearMesh<D>> result;
+    add_vertices(*own_elements, result.vertices);
+    add_vertices(*own_facets, result.vertices);
+    add_vertices(*own_edges, result.vertices);
+    std::ranges::sort(result.vertices);
+    result.vertices.erase(std::ranges::unique(result.vertices).begin(), result.vertices.end());
+    result.first = parts * ranks.rank() / ranks.size();
+    result.last = parts * (ranks.rank() + 1) / ranks.size();
+    auto points = agreed(ranks, points_at(result.vertices));
     if (!points) return fail(points.error());
-    return assembled<D>(runs.lists, std::move(made), std::move(*points), *own_elements, *own_facets, *own_edges);
+    return assembled<D>(runs.lists, std::move(result), std::move(*points), *own_elements, *own_facets, *own_edges);
 }
 
 }  // namespace

@@ -23,12 +23,12 @@ template <int D>
 class SharedNumbers {
   public:
     SharedNumbers(const CutMesh<D>& cut, Ranks& ranks) : first_vertices_(cut.first_vertices), ranks_(ranks) {
-        const auto see = [&](const AdaptationRows<D>& part) {
+        const auto add_numbers = [&](const AdaptationRows<D>& part) {
             for (const AdaptedVertex<D>& v : part.vertices)
                 if (v.number.valid()) numbers_.push_back(v.number);
         };
-        std::ranges::for_each(cut.parts, see);
-        see(cut.aside);
+        std::ranges::for_each(cut.parts, add_numbers);
+        add_numbers(cut.without_elements);
         std::ranges::sort(numbers_);
         numbers_.erase(std::ranges::unique(numbers_).begin(), numbers_.end());
     }
@@ -37,37 +37,37 @@ class SharedNumbers {
     Outcome<Done> find_owners() {
         std::vector<std::vector<VertexId>> to(ranks_.size());
         for (const VertexId number : numbers_) to[rank_with(first_vertices_, number.index())].push_back(number);
-        const auto asked = exchanged_lists(ranks_, std::move(to));
-        if (!asked) return fail(asked.error());
+        const auto requests = exchanged_lists(ranks_, std::move(to));
+        if (!requests) return fail(requests.error());
         const std::size_t first = first_vertices_[ranks_.rank()];
         const auto none = static_cast<std::uint32_t>(ranks_.size());
         Buffer<std::uint32_t> owners(first_vertices_[ranks_.rank() + 1] - first, none);
-        for (std::size_t r = 0; r < asked->size(); ++r)
-            for (const VertexId number : (*asked)[r]) {
+        for (std::size_t r = 0; r < requests->size(); ++r)
+            for (const VertexId number : (*requests)[r]) {
                 std::uint32_t& owner = owners[number.index() - first];
                 owner = std::min(owner, static_cast<std::uint32_t>(r));
             }
         std::vector<std::vector<std::uint32_t>> answers(ranks_.size());
-        for (std::size_t r = 0; r < asked->size(); ++r)
-            for (const VertexId number : (*asked)[r]) answers[r].push_back(owners[number.index() - first]);
-        auto told = exchanged_values<std::uint32_t>(ranks_, std::move(answers));
-        if (!told) return fail(told.error());
-        owners_ = std::move(*told);
+        for (std::size_t r = 0; r < requests->size(); ++r)
+            for (const VertexId number : (*requests)[r]) answers[r].push_back(owners[number.index() - first]);
+        auto replies = exchanged_values<std::uint32_t>(ranks_, std::move(answers));
+        if (!replies) return fail(replies.error());
+        owners_ = std::move(*replies);
         return Done{};
     }
     /// `now(i)`: new number of own vertex i.
     Outcome<Buffer<VertexId>> numbers_now(const auto& now) {
         std::vector<std::vector<VertexId>> to(ranks_.size());
         for (std::size_t i = 0; i < numbers_.size(); ++i) to[owners_[i]].push_back(numbers_[i]);
-        auto asked = exchanged_lists(ranks_, std::move(to));
-        if (!asked) return fail(asked.error());
-        for (auto& some : *asked)
+        auto requests = exchanged_lists(ranks_, std::move(to));
+        if (!requests) return fail(requests.error());
+        for (auto& some : *requests)
             for (VertexId& number : some) number = now(at(number));
-        const auto told = exchanged_lists(ranks_, std::move(*asked));
-        if (!told) return fail(told.error());
+        const auto replies = exchanged_lists(ranks_, std::move(*requests));
+        if (!replies) return fail(replies.error());
         std::vector<std::size_t> next(ranks_.size(), 0);
         Buffer<VertexId> numbers(numbers_.size());
-        for (std::size_t i = 0; i < numbers.size(); ++i) numbers[i] = (*told)[owners_[i]][next[owners_[i]]++];
+        for (std::size_t i = 0; i < numbers.size(); ++i) numbers[i] = (*replies)[owners_[i]][next[owners_[i]]++];
         return numbers;
     }
     [[nodiscard]] std::size_t size() const { return numbers_.size(); }
@@ -142,8 +142,8 @@ class JoinedVertices {
 
 /// Removes rows in `shared` that lower ranks have.
 template <int D, int K>
-Outcome<Done> keep_first(SharedRows<D>& out, Buffer<AdaptedSimplex<K>>& simplices,
-                         const std::vector<std::uint32_t>& shared, Ranks& ranks) {
+Outcome<Done> select_first(SharedRows<D>& out, Buffer<AdaptedSimplex<K>>& simplices,
+                           const std::vector<std::uint32_t>& shared, Ranks& ranks) {
     if (ranks.size() == 1) return Done{};
     std::vector<SimplexVertices<K>> numbers;
     for (const std::uint32_t i : shared) {
@@ -152,12 +152,12 @@ Outcome<Done> keep_first(SharedRows<D>& out, Buffer<AdaptedSimplex<K>>& simplice
         std::ranges::sort(one);
         numbers.push_back(one);
     }
-    const auto kept = are_first(numbers, out.first_vertices, ranks);
-    if (!kept) return fail(kept.error());
+    const auto selected = are_first(numbers, out.first_vertices, ranks);
+    if (!selected) return fail(selected.error());
     std::size_t end = 0;
     for (std::size_t i = 0, s = 0; i < simplices.size(); ++i) {
         const bool is_shared = s < shared.size() && shared[s] == i;
-        if (is_shared && (*kept)[s++] == 0) continue;
+        if (is_shared && (*selected)[s++] == 0) continue;
         simplices[end++] = simplices[i];
     }
     simplices.resize(end);
@@ -165,7 +165,7 @@ Outcome<Done> keep_first(SharedRows<D>& out, Buffer<AdaptedSimplex<K>>& simplice
 }
 
 /// Facets have no other marks.
-Marks thawed(Marks marks) {
+Marks unfrozen_marks(Marks marks) {
     Marks out;
     for (const Mark mark : {Mark::required, Mark::ridge})
         if (marks.has(mark)) out |= mark;
@@ -192,10 +192,12 @@ class Joining {
         const auto now = shared.numbers_now([&](std::size_t i) { return VertexId(first + vertices.row(i).index()); });
         if (!now) return fail(now.error());
         vertices.move_into(out_, first, *now);
-        if (auto kept = keep_first(out_, out_.rows.facets, between_, ranks_); !kept) return fail(kept.error());
-        if (auto kept = keep_first(out_, out_.rows.lines, lines_between_, ranks_); !kept) return fail(kept.error());
-        out_.aside = std::move(cut_.aside);
-        for (AdaptedVertex<D>& v : out_.aside.vertices)
+        if (auto selected = select_first(out_, out_.rows.facets, between_, ranks_); !selected)
+            return fail(selected.error());
+        if (auto selected = select_first(out_, out_.rows.lines, lines_between_, ranks_); !selected)
+            return fail(selected.error());
+        out_.without_elements = std::move(cut_.without_elements);
+        for (AdaptedVertex<D>& v : out_.without_elements.vertices)
             if (v.number.valid()) v.number = (*now)[shared.at(v.number)];
         return std::move(out_);
     }
@@ -212,7 +214,7 @@ class Joining {
             auto simplex = named(facet);
             const bool is_between = facet.marks.has(Mark::frozen);
             if (is_between && !is_first(simplex.vertices, facets_)) continue;
-            if (is_between) simplex.marks = thawed(simplex.marks);
+            if (is_between) simplex.marks = unfrozen_marks(simplex.marks);
             if (is_between) between_.push_back(static_cast<std::uint32_t>(out_.rows.facets.size()));
             out_.rows.facets.push_back(simplex);
         }
@@ -226,9 +228,9 @@ class Joining {
         }
     }
     template <std::size_t N>
-    [[nodiscard]] static bool is_first(std::array<VertexId, N> simplex, std::set<std::array<VertexId, N>>& seen) {
+    [[nodiscard]] static bool is_first(std::array<VertexId, N> simplex, std::set<std::array<VertexId, N>>& visited) {
         std::ranges::sort(simplex);
-        return seen.insert(simplex).second;
+        return visited.insert(simplex).second;
     }
 
     CutMesh<D>& cut_;
@@ -249,38 +251,39 @@ Outcome<SharedRows<D>> joined(CutMesh<D> cut, Ranks& ranks) {
 namespace {
 
 /// A preserved initial vertex.
-struct StillThere {
+struct PreservedVertex {
     VertexId origin, now;
     Marks marks;
 };
 
 /// See compacted (camber.cavity).
 template <int D>
-class GivenNow {
+class TransferredGeometry {
   public:
-    GivenNow(std::size_t vertices, const std::vector<StillThere>& there) : now_(vertices), marks_(vertices) {
-        for (const StillThere& one : there) {
+    TransferredGeometry(std::size_t vertices, const std::vector<PreservedVertex>& there)
+        : now_(vertices), marks_(vertices) {
+        for (const PreservedVertex& one : there) {
             now_[one.origin.index()] = one.now;
             marks_[one.origin.index()] = one.marks;
         }
     }
-    [[nodiscard]] GivenGeometry<D> of(const GivenGeometry<D>& given) const {
-        return {directions(given.normals), directions(given.tangents), associations(given.on_points),
-                associations(given.on_curves), associations(given.on_surfaces)};
+    [[nodiscard]] InputGeometry<D> of(const InputGeometry<D>& original) const {
+        return {directions(original.normals), directions(original.tangents), associations(original.on_points),
+                associations(original.on_curves), associations(original.on_surfaces)};
     }
 
   private:
-    [[nodiscard]] DirectionsAtVertices<D> directions(const DirectionsAtVertices<D>& given) const {
+    [[nodiscard]] DirectionsAtVertices<D> directions(const DirectionsAtVertices<D>& original) const {
         Buffer<DirectionRow> at;
-        for (const DirectionRow& row : given.at)
+        for (const DirectionRow& row : original.at)
             if (const VertexId v = now_[row.vertex.index()]; v.valid() && !has_moved(row.vertex))
                 at.push_back({v, row.row});
-        return {given.table, std::move(at)};
+        return {original.table, std::move(at)};
     }
     template <int G>
-    [[nodiscard]] Column<Association<G>> associations(const Column<Association<G>>& given) const {
+    [[nodiscard]] Column<Association<G>> associations(const Column<Association<G>>& original) const {
         Buffer<Association<G>> out;
-        for (Association<G> on : given) {
+        for (Association<G> on : original) {
             const VertexId v = now_[on.item.index()];
             if (!v.valid() || (has_moved(on.item) && G < D - 1)) continue;
             if (has_moved(on.item)) on.parameters = {}, on.distance = {};
@@ -301,7 +304,7 @@ class Finishing {
   public:
     explicit Finishing(Ranks& ranks) : ranks_(ranks) {}
 
-    Outcome<FinishedRows<D>> finish(AdaptationRows<D> rows, const GivenOfMesh<D>& given) {
+    Outcome<FinishedRows<D>> finish(AdaptationRows<D> rows, const InitialGeometry<D>& original) {
         auto lines = std::move(rows.lines);
         std::erase_if(lines, [](const AdaptedSimplex<1>& l) { return is_unlisted(l.marks); });
         for (AdaptedSimplex<1>& line : lines) std::ranges::sort(line.vertices);
@@ -323,8 +326,8 @@ class Finishing {
             if (!ridges) return fail(ridges.error());
             lists.ridges = std::move(*ridges);
         }
-        if (auto done = put_vertices(rows.vertices, given); !done) return fail(done.error());
-        lists.groups = given.groups;
+        if (auto done = put_vertices(rows.vertices, original); !done) return fail(done.error());
+        lists.groups = original.groups;
         return std::move(out_);
     }
 
@@ -364,10 +367,10 @@ class Finishing {
             return Buffer<std::uint32_t>(all.begin(), all.end());
         });
     }
-    Outcome<Done> put_vertices(const Buffer<AdaptedVertex<D>>& rows, const GivenOfMesh<D>& given) {
+    Outcome<Done> put_vertices(const Buffer<AdaptedVertex<D>>& rows, const InitialGeometry<D>& original) {
         PointRun<D>& run = out_.part.vertices;
         std::vector<VertexId> corners, required;
-        std::vector<StillThere> there;
+        std::vector<PreservedVertex> there;
         run.points.reserve(rows.size());
         run.references.reserve(rows.size());
         for (const AdaptedVertex<D>& v : rows) {
@@ -376,17 +379,17 @@ class Finishing {
             const Marks marks = v.state.marks;
             if (v.state.place == VertexPlace::corner || marks.has(Mark::corner)) corners.push_back(v.number);
             if (marks.has(Mark::required)) required.push_back(v.number);
-            if (v.origin.valid() && marks.has(Mark::given)) there.push_back({v.origin, v.number, marks});
+            if (v.origin.valid() && marks.has(Mark::has_input_data)) there.push_back({v.origin, v.number, marks});
         }
         const auto all_corners = gather_all(ranks_, Outcome<std::vector<VertexId>>(std::move(corners)));
         if (!all_corners) return fail(all_corners.error());
         const auto all_required = gather_all(ranks_, Outcome<std::vector<VertexId>>(std::move(required)));
         if (!all_required) return fail(all_required.error());
-        const auto all_there = gather_all(ranks_, Outcome<std::vector<StillThere>>(std::move(there)));
-        if (!all_there) return fail(all_there.error());
+        const auto all_preserved = gather_all(ranks_, Outcome<std::vector<PreservedVertex>>(std::move(there)));
+        if (!all_preserved) return fail(all_preserved.error());
         out_.lists.corners = Buffer<VertexId>(all_corners->begin(), all_corners->end());
         out_.lists.required_vertices = Buffer<VertexId>(all_required->begin(), all_required->end());
-        out_.lists.geometry = GivenNow<D>(given.vertices, *all_there).of(given.geometry);
+        out_.lists.geometry = TransferredGeometry<D>(original.vertices, *all_preserved).of(original.geometry);
         return Done{};
     }
 
@@ -397,7 +400,7 @@ class Finishing {
 /// Unique edges by rows, lower number first.
 using EdgeRows = std::vector<std::array<VertexId, 2>>;
 template <int D>
-EdgeRows edges_here(const AdaptationRows<D>& rows) {
+EdgeRows edges_on_rank(const AdaptationRows<D>& rows) {
     EdgeRows edges;
     edges.reserve(rows.elements.size() * local_edges<D>.size());
     for (const AdaptedSimplex<D>& element : rows.elements)
@@ -414,7 +417,7 @@ EdgeRows edges_here(const AdaptationRows<D>& rows) {
 /// Edges that no lower rank has.
 template <int D>
 Outcome<EdgeRows> own_edges(const SharedRows<D>& shared, Ranks& ranks) {
-    EdgeRows edges = edges_here(shared.rows);
+    EdgeRows edges = edges_on_rank(shared.rows);
     if (ranks.size() == 1) return edges;
     const auto may_be_shared = [&](const std::array<VertexId, 2>& e) {
         return shared.on_rim[e[0].index()] != 0 && shared.on_rim[e[1].index()] != 0;
@@ -433,9 +436,9 @@ Outcome<EdgeRows> own_edges(const SharedRows<D>& shared, Ranks& ranks) {
 }  // namespace
 
 template <int D>
-Outcome<FinishedRows<D>> finished_rows(SharedRows<D> shared, const GivenOfMesh<D>& given, Ranks& ranks) {
+Outcome<FinishedRows<D>> finished_rows(SharedRows<D> shared, const InitialGeometry<D>& original, Ranks& ranks) {
     return guarded([&]() -> Outcome<FinishedRows<D>> {
-        return Finishing<D>(ranks).finish(numbered_rows(std::move(shared), ranks), given);
+        return Finishing<D>(ranks).finish(numbered_rows(std::move(shared), ranks), original);
     });
 }
 
@@ -465,9 +468,9 @@ Outcome<MeasuredRows> measured_rows(const SharedRows<D>& shared, Ranks& ranks, c
     });
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                         \
-    template Outcome<SharedRows<D>> joined<D>(CutMesh<D>, Ranks&);                                    \
-    template Outcome<FinishedRows<D>> finished_rows<D>(SharedRows<D>, const GivenOfMesh<D>&, Ranks&); \
+#define CAMBER_INSTANTIATE(D)                                                                             \
+    template Outcome<SharedRows<D>> joined<D>(CutMesh<D>, Ranks&);                                        \
+    template Outcome<FinishedRows<D>> finished_rows<D>(SharedRows<D>, const InitialGeometry<D>&, Ranks&); \
     template Outcome<MeasuredRows> measured_rows<D>(const SharedRows<D>&, Ranks&, const Execution&);
 
 CAMBER_INSTANTIATE(2)

@@ -47,20 +47,20 @@ class NodesOfEdges {
     template <int K>
     Outcome<Done> take(const std::vector<std::uint64_t>& numbers, const auto& edges_of) {
         const auto read = [&](std::size_t begin, std::size_t end) { return rows_.template nodes_of<K>(begin, end); };
-        std::uint64_t faulty = no_node;
+        std::uint64_t defective = no_node;
         std::array<std::uint64_t, 2> two{};
         auto done = read_some(numbers, read, [&](std::size_t i, const EdgeNodeRows<K>& some, std::size_t at) {
             for (std::size_t k = 0; k < some[at].size(); ++k) {
                 std::uint64_t& node = nodes_[edges_of(i)[k].index()];
-                if (node != no_node && node != some[at][k] && faulty == no_node)
-                    faulty = numbers[i], two = {some[at][k], node};
+                if (node != no_node && node != some[at][k] && defective == no_node)
+                    defective = numbers[i], two = {some[at][k], node};
                 node = some[at][k];
             }
         });
-        if (!done || faulty == no_node) return done;
+        if (!done || defective == no_node) return done;
         return fail(ErrorKind::input,
                     "an edge has mid node " + number_of(two[0]) + " here and " + number_of(two[1]) + " elsewhere", {},
-                    Entity{simplex_name<K>, faulty + 1}, "the file is damaged, or was joined from two files");
+                    Entity{simplex_name<K>, defective + 1}, "the file is damaged, or was joined from two files");
     }
 
     const QuadraticRows<D>& rows_;
@@ -118,7 +118,7 @@ Outcome<PointRows<D>> points_of(const CurvedBlocks<D>& mesh, const std::vector<s
     std::vector<ToPart<std::uint64_t>> questions;
     questions.reserve(vertices.size());
     for (const std::uint64_t v : vertices) questions.push_back({layout.part_with(v), v});
-    const auto answers = ask<PointRow<D>>(ranks, layout, questions, [&](std::size_t p, std::uint64_t number) {
+    const auto answers = query<PointRow<D>>(ranks, layout, questions, [&](std::size_t p, std::uint64_t number) {
         const RingedPart<D>& part = mesh.parts.own[p];
         const VertexId v(part.first.index() + (number - part.vertices[part.first]));
         return PointRow<D>{mesh.curved[p].mesh.linear.points[v], part.mesh.point_references[v]};
@@ -143,7 +143,7 @@ Outcome<std::vector<NumberedNode<D>>> nodes_of(const CurvedBlocks<D>& mesh, cons
         const Ends ends{vertices[a.index()], vertices[b.index()]};  // lower number first, like local ids
         questions.push_back({layout.part_with(ends[0]), ends});
     }
-    return ask<NumberedNode<D>>(ranks, layout, questions, [&](std::size_t p, const Ends& ends) {
+    return query<NumberedNode<D>>(ranks, layout, questions, [&](std::size_t p, const Ends& ends) {
         const RingedPart<D>& part = mesh.parts.own[p];
         const CurvedPart<D>& curved = mesh.curved[p];
         const auto local = [&](GlobalNumber number) {
@@ -207,14 +207,14 @@ FileRow<K> file_row(const SimplexRun<K, 1>& run, std::size_t i) {
 
 template <int K>
 SimplexRows<K> simplices_of(const std::vector<FileRow<K>>& rows) {
-    SimplexRows<K> made;
+    SimplexRows<K> result;
     for (const FileRow<K>& row : rows) {
         SimplexVertices<K> vertices;
         for (std::size_t v = 0; v < vertices.size(); ++v) vertices[v] = VertexId(std::size_t{row.nodes[v]});
-        made.vertices.push_back(vertices);
-        made.references.push_back(row.reference);
+        result.vertices.push_back(vertices);
+        result.references.push_back(row.reference);
     }
-    return made;
+    return result;
 }
 
 /// Redistributes runs evenly.
@@ -254,11 +254,11 @@ Outcome<PointRows<D>> points_of_run(const PointRun<D>& own, const std::vector<st
                                     const std::vector<std::uint64_t>& vertices, Ranks& ranks) {
     std::vector<std::vector<std::uint64_t>> questions(ranks.size());
     for (const std::uint64_t v : vertices) questions[rank_with(firsts, v)].push_back(v);
-    const auto asked = exchanged_lists(ranks, std::move(questions));
-    if (!asked) return fail(asked.error());
+    const auto requests = exchanged_lists(ranks, std::move(questions));
+    if (!requests) return fail(requests.error());
     std::vector<std::vector<PointRow<D>>> answers(ranks.size());
     for (std::size_t r = 0; r < ranks.size(); ++r)
-        for (const std::uint64_t v : (*asked)[r])
+        for (const std::uint64_t v : (*requests)[r])
             answers[r].push_back({own.points[v - own.first], own.references[v - own.first]});
     // Vertices are ascending, and so are their ranks.
     const auto all = exchanged_values<PointRow<D>>(ranks, std::move(answers));

@@ -96,7 +96,7 @@ void each_array(RingedPart<D>& part, const auto& visit) {
     visit(part.facets);
     visit(part.edges);
 }
-/// `made_anew` copies arrays that differ from `before` into new memory.
+/// `copy_new_arrays` copies arrays that differ from `before` into new memory.
 template <class T>
 [[nodiscard]] std::vector<const void*> arrays_of(T& thing) {
     std::vector<const void*> arrays;
@@ -104,7 +104,7 @@ template <class T>
     return arrays;
 }
 template <class T>
-void made_anew(T& thing, std::span<const void* const> before) {
+void copy_new_arrays(T& thing, std::span<const void* const> before) {
     std::size_t next = 0;
     each_array(thing, [&]<class Array>(Array& array) {
         if (array.data() == before[next++] || array.empty()) return;
@@ -185,8 +185,8 @@ struct SimplexRow {
 
 /// Sorted and unique, by merging the sorted runs of the input.
 template <int K>
-Buffer<SimplexRow<K>> in_order(const Buffer<SimplexRow<K>>& given) {
-    Buffer<SimplexRow<K>> rows(given.begin(), given.end());
+Buffer<SimplexRow<K>> in_order(const Buffer<SimplexRow<K>>& values) {
+    Buffer<SimplexRow<K>> rows(values.begin(), values.end());
     const auto precedes = [](const SimplexRow<K>& a, const SimplexRow<K>& b) { return a.row < b.row; };
     std::vector<std::size_t> runs{0};
     for (std::size_t i = 1; i < rows.size(); ++i)
@@ -285,24 +285,24 @@ template <class T>
 /// Queries parts: the rank of a part calls answer(own part, key). One answer per question, in order.
 template <class Answer, class Key, class F>
     requires std::is_trivially_copyable_v<Key> && std::is_trivially_copyable_v<Answer>
-[[nodiscard]] Outcome<std::vector<Answer>> ask(Ranks& ranks, const PartLayout& layout,
-                                               const std::vector<ToPart<Key>>& questions, const F& answer) {
+[[nodiscard]] Outcome<std::vector<Answer>> query(Ranks& ranks, const PartLayout& layout,
+                                                 const std::vector<ToPart<Key>>& questions, const F& answer) {
     std::vector<std::vector<ToPart<Key>>> of_ranks(ranks.size());
     for (const auto& question : questions) of_ranks[layout.rank_of(question.part)].push_back(question);
     std::vector<Bytes> to;
     to.reserve(of_ranks.size());
     for (const auto& some : of_ranks) to.push_back(bytes_of<ToPart<Key>>(some));
-    auto asked = ranks.exchange(std::move(to));
-    if (!asked) return fail(asked.error());
+    auto requests = ranks.exchange(std::move(to));
+    if (!requests) return fail(requests.error());
     std::vector<Bytes> answers;
-    for (const Bytes& bytes : *asked) {
+    for (const Bytes& bytes : *requests) {
         std::vector<ToPart<Key>> some;
         append_values(bytes, some);
-        std::vector<Answer> given;
-        given.reserve(some.size());
+        std::vector<Answer> values;
+        values.reserve(some.size());
         for (const auto& question : some)
-            given.push_back(answer(question.part - layout.begin_of(ranks.rank()), question.what));
-        answers.push_back(bytes_of<Answer>(given));
+            values.push_back(answer(question.part - layout.begin_of(ranks.rank()), question.what));
+        answers.push_back(bytes_of<Answer>(values));
     }
     auto back = ranks.exchange(std::move(answers));
     if (!back) return fail(back.error());
@@ -324,7 +324,7 @@ struct Halo {
         std::uint32_t part = 0;  ///< own part, from 0
         std::uint32_t row = 0;
     };
-    std::vector<Buffer<Row>> give;  ///< in the order of the other rank's `get`
+    std::vector<Buffer<Row>> send;  ///< in the order of the other rank's `get`
     std::vector<Buffer<Row>> get;   ///< from each rank
 };
 
@@ -338,12 +338,12 @@ template <int D>
 /// Copies owner rows into rings. `columns`: rows by vertex or edge, of each own part.
 template <class T>
     requires std::is_trivially_copyable_v<T>
-[[nodiscard]] Outcome<Done> bring_all(const Halo& halo, Ranks& ranks, std::span<const std::span<T>> columns) {
+[[nodiscard]] Outcome<Done> update_ghost_rows(const Halo& halo, Ranks& ranks, std::span<const std::span<T>> columns) {
     std::vector<Bytes> to(ranks.size());
     for (std::size_t r = 0; r < to.size(); ++r) {
         if (r == ranks.rank()) continue;
-        Buffer<T> rows(halo.give[r].size());
-        for (std::size_t i = 0; i < rows.size(); ++i) rows[i] = columns[halo.give[r][i].part][halo.give[r][i].row];
+        Buffer<T> rows(halo.send[r].size());
+        for (std::size_t i = 0; i < rows.size(); ++i) rows[i] = columns[halo.send[r][i].part][halo.send[r][i].row];
         to[r] = bytes_of<T>({rows.data(), rows.size()});
     }
     const auto from = ranks.exchange(std::move(to));
@@ -356,31 +356,31 @@ template <class T>
             if (r != ranks.rank())
                 columns[into.part][into.row] = rows[i];
             else
-                columns[into.part][into.row] = columns[halo.give[r][i].part][halo.give[r][i].row];
+                columns[into.part][into.row] = columns[halo.send[r][i].part][halo.send[r][i].row];
         }
     }
     return Done{};
 }
 
 template <int D>
-class BetweenRingedParts final : public BetweenParts<D> {
+class BetweenRingedParts final : public PartCommunication<D> {
   public:
     /// `ranks` and `halo` must outlive it. `parts`: number of own parts.
     BetweenRingedParts(Ranks& ranks, const Halo& halo, std::size_t parts);
 
     [[nodiscard]] Outcome<std::vector<double>> gather(Outcome<std::vector<double>> of_parts) override;
     [[nodiscard]] std::vector<EdgeId> shared(std::size_t part, std::vector<EdgeId> edges) const override;
-    [[nodiscard]] Outcome<EdgesOfParts> bring(std::span<const std::span<Vec<D>>> rows,
-                                              const EdgesOfParts& edges) override;
+    [[nodiscard]] Outcome<EdgesOfParts> exchange_rows(std::span<const std::span<Vec<D>>> rows,
+                                                      const EdgesOfParts& edges) override;
 
   private:
     /// A row for a rank, at index `at` of its `get`.
-    struct Given {
+    struct SentRow {
         std::uint32_t row = 0, rank = 0, at = 0;
     };
     Ranks& ranks_;
     const Halo& halo_;
-    std::vector<Buffer<Given>> given_;  ///< of each part, sorted by row
+    std::vector<Buffer<SentRow>> sent_;  ///< of each part, sorted by row
 };
 
 /// Splits a mesh into blocks: runs of vertices with about the requested number of elements, each shared among its
@@ -416,9 +416,9 @@ struct PointRow {
     Reference reference = 0;
 };
 template <int D>
-[[nodiscard]] PointRows<D> point_rows(const std::vector<PointRow<D>>& told) {
+[[nodiscard]] PointRows<D> point_rows(const std::vector<PointRow<D>>& vertex_rows) {
     PointRows<D> rows;
-    for (const PointRow<D>& row : told) {
+    for (const PointRow<D>& row : vertex_rows) {
         rows.points.push_back(row.point);
         rows.references.push_back(row.reference);
     }

@@ -107,14 +107,14 @@ namespace {
 
 /// Request for a ring row from its owner.
 template <class Key>
-struct Asked {
+struct RowRequest {
     Key key;
     std::uint64_t part = 0;  ///< owner part
     Halo::Row into;
 };
 
 template <class Key>
-Outcome<Halo> halo_of(std::vector<Buffer<Asked<Key>>> asked, const PartLayout& layout, Ranks& ranks,
+Outcome<Halo> halo_of(std::vector<Buffer<RowRequest<Key>>> requests, const PartLayout& layout, Ranks& ranks,
                       const auto& row_of) {
     struct Question {
         std::uint64_t part = 0;
@@ -122,19 +122,19 @@ Outcome<Halo> halo_of(std::vector<Buffer<Asked<Key>>> asked, const PartLayout& l
     };
     Halo halo;
     std::vector<Bytes> to;
-    for (const auto& of_rank : asked) {
+    for (const auto& of_rank : requests) {
         Buffer<Question> questions;
         questions.reserve(of_rank.size());
         Buffer<Halo::Row> into;
         into.reserve(of_rank.size());
-        for (const Asked<Key>& a : of_rank) {
+        for (const RowRequest<Key>& a : of_rank) {
             questions.push_back({a.part, a.key});
             into.push_back(a.into);
         }
         to.push_back(bytes_of<Question>(questions));
         halo.get.push_back(std::move(into));
     }
-    asked = {};
+    requests = {};
     const auto from = ranks.exchange(std::move(to));
     if (!from) return fail(from.error());
     const std::size_t begin = layout.begin_of(ranks.rank());
@@ -147,7 +147,7 @@ Outcome<Halo> halo_of(std::vector<Buffer<Asked<Key>>> asked, const PartLayout& l
             const auto part = static_cast<std::uint32_t>(q.part - begin);
             rows.push_back({part, row_of(part, q.key)});
         }
-        halo.give.push_back(std::move(rows));
+        halo.send.push_back(std::move(rows));
     }
     return halo;
 }
@@ -158,16 +158,16 @@ template <int D>
 Outcome<Halo> vertex_halo(const RingedParts<D>& parts, Ranks& ranks) {
     return guarded([&]() -> Outcome<Halo> {
         const PartLayout& layout = parts.layout;
-        std::vector<Buffer<Asked<GlobalNumber>>> asked(ranks.size());
+        std::vector<Buffer<RowRequest<GlobalNumber>>> requests(ranks.size());
         for (std::uint32_t b = 0; b < parts.own.size(); ++b) {
             const RingedPart<D>& part = parts.own[b];
             for (std::uint32_t v = 0; v < part.vertices.size(); ++v) {
                 if (part.owns(VertexId(v))) continue;
                 const std::size_t owner = layout.part_with(part.vertices[v]);
-                asked[layout.rank_of(owner)].push_back({part.vertices[v], owner, {b, v}});
+                requests[layout.rank_of(owner)].push_back({part.vertices[v], owner, {b, v}});
             }
         }
-        return halo_of<GlobalNumber>(std::move(asked), layout, ranks, [&](std::uint32_t b, GlobalNumber number) {
+        return halo_of<GlobalNumber>(std::move(requests), layout, ranks, [&](std::uint32_t b, GlobalNumber number) {
             const RingedPart<D>& part = parts.own[b];
             const GlobalNumber first = layout.first_vertices[layout.begin_of(ranks.rank()) + b];
             return static_cast<std::uint32_t>(part.first.index() + (number - first));
@@ -180,7 +180,7 @@ Outcome<Halo> edge_halo(const RingedParts<D>& parts, std::span<const EdgeSet<D>>
     using Ends = std::array<GlobalNumber, 2>;
     return guarded([&]() -> Outcome<Halo> {
         const PartLayout& layout = parts.layout;
-        std::vector<Buffer<Asked<Ends>>> asked(ranks.size());
+        std::vector<Buffer<RowRequest<Ends>>> requests(ranks.size());
         for (std::uint32_t b = 0; b < parts.own.size(); ++b) {
             const RingedPart<D>& part = parts.own[b];
             for (std::uint32_t e = 0; e < edges[b].size(); ++e) {
@@ -188,10 +188,10 @@ Outcome<Halo> edge_halo(const RingedParts<D>& parts, std::span<const EdgeSet<D>>
                 if (part.owns(ends)) continue;
                 const Ends numbers{part.vertices[ends[0]], part.vertices[ends[1]]};
                 const std::size_t owner = layout.part_with(numbers[0]);
-                asked[layout.rank_of(owner)].push_back({numbers, owner, {b, e}});
+                requests[layout.rank_of(owner)].push_back({numbers, owner, {b, e}});
             }
         }
-        return halo_of<Ends>(std::move(asked), layout, ranks, [&](std::uint32_t b, const Ends& numbers) {
+        return halo_of<Ends>(std::move(requests), layout, ranks, [&](std::uint32_t b, const Ends& numbers) {
             const RingedPart<D>& part = parts.own[b];
             const auto local = [&](GlobalNumber number) {
                 return VertexId(std::ranges::lower_bound(part.vertices, number) - part.vertices.begin());
@@ -203,11 +203,11 @@ Outcome<Halo> edge_halo(const RingedParts<D>& parts, std::span<const EdgeSet<D>>
 
 template <int D>
 BetweenRingedParts<D>::BetweenRingedParts(Ranks& ranks, const Halo& halo, std::size_t parts)
-    : ranks_(ranks), halo_(halo), given_(parts) {
-    for (std::uint32_t r = 0; r < halo.give.size(); ++r)
-        for (std::uint32_t i = 0; i < halo.give[r].size(); ++i)
-            given_[halo.give[r][i].part].push_back({halo.give[r][i].row, r, i});
-    for (auto& rows : given_) std::ranges::sort(rows, {}, &Given::row);
+    : ranks_(ranks), halo_(halo), sent_(parts) {
+    for (std::uint32_t r = 0; r < halo.send.size(); ++r)
+        for (std::uint32_t i = 0; i < halo.send[r].size(); ++i)
+            sent_[halo.send[r][i].part].push_back({halo.send[r][i].row, r, i});
+    for (auto& rows : sent_) std::ranges::sort(rows, {}, &SentRow::row);
 }
 
 template <int D>
@@ -217,21 +217,23 @@ Outcome<std::vector<double>> BetweenRingedParts<D>::gather(Outcome<std::vector<d
 
 template <int D>
 std::vector<EdgeId> BetweenRingedParts<D>::shared(std::size_t part, std::vector<EdgeId> edges) const {
-    std::erase_if(edges, [&](EdgeId e) { return !std::ranges::binary_search(given_[part], e.value, {}, &Given::row); });
+    std::erase_if(edges,
+                  [&](EdgeId e) { return !std::ranges::binary_search(sent_[part], e.value, {}, &SentRow::row); });
     return edges;
 }
 
 template <int D>
-Outcome<EdgesOfParts> BetweenRingedParts<D>::bring(std::span<const std::span<Vec<D>>> rows, const EdgesOfParts& edges) {
+Outcome<EdgesOfParts> BetweenRingedParts<D>::exchange_rows(std::span<const std::span<Vec<D>>> rows,
+                                                           const EdgesOfParts& edges) {
     struct Sent {
         std::uint64_t at = 0;
         Vec<D> row;
     };
     std::vector<std::vector<Sent>> of_ranks(ranks_.size());
-    for (std::size_t b = 0; b < given_.size(); ++b)
+    for (std::size_t b = 0; b < sent_.size(); ++b)
         for (const EdgeId e : edges[b])
-            for (const Given& given : std::ranges::equal_range(given_[b], e.value, {}, &Given::row))
-                of_ranks[given.rank].push_back({given.at, rows[b][e.index()]});
+            for (const SentRow& sent_row : std::ranges::equal_range(sent_[b], e.value, {}, &SentRow::row))
+                of_ranks[sent_row.rank].push_back({sent_row.at, rows[b][e.index()]});
     std::vector<Bytes> to;
     for (auto& sent : of_ranks) {
         to.push_back(bytes_of<Sent>(sent));
@@ -239,18 +241,18 @@ Outcome<EdgesOfParts> BetweenRingedParts<D>::bring(std::span<const std::span<Vec
     }
     const auto from = ranks_.exchange(std::move(to));
     if (!from) return fail(from.error());
-    EdgesOfParts brought(given_.size());
+    EdgesOfParts updated(sent_.size());
     for (std::size_t r = 0; r < from->size(); ++r) {
         std::vector<Sent> received;
         append_values((*from)[r], received);
         for (const Sent& sent : received) {
             const Halo::Row& into = halo_.get[r][sent.at];
             rows[into.part][into.row] = sent.row;
-            brought[into.part].emplace_back(into.row);
+            updated[into.part].emplace_back(into.row);
         }
     }
-    for (auto& some : brought) std::ranges::sort(some);
-    return brought;
+    for (auto& some : updated) std::ranges::sort(some);
+    return updated;
 }
 
 #define CAMBER_INSTANTIATE(D)                                                                        \

@@ -35,11 +35,11 @@ class Ranks {
     /// the lowest.
     [[nodiscard]] Outcome<std::vector<Bytes>> exchange(Outcome<std::vector<Bytes>> to) {
         auto from = exchanged(std::move(to));
-        all_know_ |= !from;
+        has_common_error_ |= !from;
         return from;
     }
     /// True after an error in an exchange: all ranks have it.
-    [[nodiscard]] bool all_know() const { return all_know_; }
+    [[nodiscard]] bool has_common_error() const { return has_common_error_; }
 
   protected:
     Ranks() = default;
@@ -51,7 +51,7 @@ class Ranks {
   private:
     [[nodiscard]] virtual Outcome<std::vector<Bytes>> exchanged(Outcome<std::vector<Bytes>> to) = 0;
 
-    bool all_know_ = false;
+    bool has_common_error_ = false;
 };
 
 /// A single process.
@@ -61,12 +61,12 @@ class Ranks {
 /// fail.
 template <class Work>
 [[nodiscard]] auto together(Ranks& ranks, const Work& work) -> decltype(work()) {
-    auto made = work();
-    if (!made && ranks.all_know()) return made;
-    const auto agreed = ranks.exchange(made ? Outcome<std::vector<Bytes>>(std::vector<Bytes>(ranks.size()))
-                                            : Outcome<std::vector<Bytes>>(fail(made.error())));
+    auto result = work();
+    if (!result && ranks.has_common_error()) return result;
+    const auto agreed = ranks.exchange(result ? Outcome<std::vector<Bytes>>(std::vector<Bytes>(ranks.size()))
+                                              : Outcome<std::vector<Bytes>>(fail(result.error())));
     if (!agreed) return fail(agreed.error());
-    return made;
+    return result;
 }
 
 template <class T>
@@ -99,30 +99,30 @@ template <class T>
 
 /// Returns the local result, or the error of the lowest rank with one, so that no rank waits for a failed one.
 template <class T>
-[[nodiscard]] Outcome<T> agreed(Ranks& ranks, Outcome<T> made) {
-    if (ranks.size() == 1) return made;
-    const auto heard =
-        ranks.exchange(made ? Outcome<std::vector<Bytes>>(std::vector<Bytes>(ranks.size())) : fail(made.error()));
-    if (!heard) return fail(heard.error());
-    return made;
+[[nodiscard]] Outcome<T> agreed(Ranks& ranks, Outcome<T> result) {
+    if (ranks.size() == 1) return result;
+    const auto replies =
+        ranks.exchange(result ? Outcome<std::vector<Bytes>>(std::vector<Bytes>(ranks.size())) : fail(result.error()));
+    if (!replies) return fail(replies.error());
+    return result;
 }
 
 /// Value of rank 0 (plain, or a text) on all ranks.
 template <class T>
     requires std::is_trivially_copyable_v<T>
-[[nodiscard]] Outcome<T> told_by_first(Ranks& ranks, const Outcome<T>& own) {
-    Outcome<std::vector<T>> given = std::vector<T>();
-    if (!own) given = fail(own.error());
-    if (own && ranks.rank() == 0) given->push_back(*own);
-    auto all = gather_all(ranks, given);
+[[nodiscard]] Outcome<T> broadcast_from_first(Ranks& ranks, const Outcome<T>& own) {
+    Outcome<std::vector<T>> contribution = std::vector<T>();
+    if (!own) contribution = fail(own.error());
+    if (own && ranks.rank() == 0) contribution->push_back(*own);
+    auto all = gather_all(ranks, contribution);
     if (!all) return fail(std::move(all.error()));
     return all->front();
 }
-[[nodiscard]] inline Outcome<std::string> told_by_first(Ranks& ranks, const Outcome<std::string>& own) {
-    Outcome<std::vector<char>> given = std::vector<char>();
-    if (!own) given = fail(own.error());
-    if (own && ranks.rank() == 0) given->assign(own->begin(), own->end());
-    const auto all = gather_all(ranks, given);
+[[nodiscard]] inline Outcome<std::string> broadcast_from_first(Ranks& ranks, const Outcome<std::string>& own) {
+    Outcome<std::vector<char>> contribution = std::vector<char>();
+    if (!own) contribution = fail(own.error());
+    if (own && ranks.rank() == 0) contribution->assign(own->begin(), own->end());
+    const auto all = gather_all(ranks, contribution);
     if (!all) return fail(all.error());
     return std::string(all->begin(), all->end());
 }

@@ -47,7 +47,7 @@ template <int D>
 
 /// Elements with the rings around them.
 template <int D>
-struct GrownPlaces {
+struct GrownElements {
     std::vector<SimplexRow<D>> rows;  ///< sorted by row
     std::vector<GlobalNumber> inner;  ///< vertices with all elements in `rows`, ascending
 };
@@ -73,14 +73,14 @@ std::vector<SimplexRow<D>> own_seeds(const RingedParts<D>& parts, const std::vec
 template <int D>
 Outcome<std::vector<SimplexRow<D>>> around_vertices(const RingedParts<D>& parts,
                                                     std::span<const Incidence<ElementId>> balls,
-                                                    const std::vector<GlobalNumber>& mine, Ranks& ranks) {
+                                                    const std::vector<GlobalNumber>& own_numbers, Ranks& ranks) {
     std::vector<std::vector<GlobalNumber>> of_ranks(ranks.size());
-    for (const GlobalNumber v : mine) of_ranks[parts.layout.rank_of(parts.layout.part_with(v))].push_back(v);
-    const auto asked = exchanged_lists(ranks, std::move(of_ranks));
-    if (!asked) return fail(asked.error());
+    for (const GlobalNumber v : own_numbers) of_ranks[parts.layout.rank_of(parts.layout.part_with(v))].push_back(v);
+    const auto requests = exchanged_lists(ranks, std::move(of_ranks));
+    if (!requests) return fail(requests.error());
     std::vector<std::vector<SimplexRow<D>>> answers(ranks.size());
     for (std::size_t r = 0; r < ranks.size(); ++r)
-        for (const GlobalNumber v : (*asked)[r]) {
+        for (const GlobalNumber v : (*requests)[r]) {
             const std::size_t b = parts.layout.part_with(v) - parts.layout.begin_of(ranks.rank());
             const RingedPart<D>& part = parts.own[b];
             const VertexId local(std::ranges::lower_bound(part.vertices, v) - part.vertices.begin());
@@ -97,32 +97,32 @@ void sort_rows(std::vector<SimplexRow<D>>& rows) {
 }
 
 template <int D>
-Outcome<GrownPlaces<D>> grown(const RingedParts<D>& parts, std::span<const Incidence<ElementId>> balls,
-                              std::vector<SimplexRow<D>> seeds, int rings, Ranks& ranks) {
-    GrownPlaces<D> made{std::move(seeds), {}};
-    sort_rows(made.rows);
+Outcome<GrownElements<D>> add_rings(const RingedParts<D>& parts, std::span<const Incidence<ElementId>> balls,
+                                    std::vector<SimplexRow<D>> seeds, int rings, Ranks& ranks) {
+    GrownElements<D> result{std::move(seeds), {}};
+    sort_rows(result.rows);
     for (int ring = 0; ring < rings; ++ring) {
-        auto all = vertices_of<D>(made.rows);
+        auto all = vertices_of<D>(result.rows);
         std::vector<GlobalNumber> front;
-        std::ranges::set_difference(all, made.inner, std::back_inserter(front));
+        std::ranges::set_difference(all, result.inner, std::back_inserter(front));
         const auto more = around_vertices<D>(parts, balls, front, ranks);
         if (!more) return fail(more.error());
-        made.rows.insert(made.rows.end(), more->begin(), more->end());
-        sort_rows(made.rows);
-        made.inner = std::move(all);
+        result.rows.insert(result.rows.end(), more->begin(), more->end());
+        sort_rows(result.rows);
+        result.inner = std::move(all);
     }
-    return made;
+    return result;
 }
 
 /// A vertex (or place) and its place: a connected set of elements, identified by its lowest vertex.
-struct OfPlace {
+struct PlaceMember {
     GlobalNumber number = 0, place = 0;
-    auto operator<=>(const OfPlace&) const = default;
+    auto operator<=>(const PlaceMember&) const = default;
 };
 
 /// Local vertices with their places by local knowledge; sorted.
 template <int D>
-std::vector<OfPlace> places_here(const std::vector<SimplexRow<D>>& rows) {
+std::vector<PlaceMember> places_on_rank(const std::vector<SimplexRow<D>>& rows) {
     const auto vertices = vertices_of<D>(rows);
     const auto at = [&](GlobalNumber v) {
         return static_cast<std::size_t>(std::ranges::lower_bound(vertices, v) - vertices.begin());
@@ -130,32 +130,32 @@ std::vector<OfPlace> places_here(const std::vector<SimplexRow<D>>& rows) {
     DisjointSets sets(vertices.size());
     for (const auto& row : rows)
         for (const GlobalNumber v : row.vertices) sets.unite(at(row.vertices[0]), at(v));
-    std::vector<OfPlace> places;
+    std::vector<PlaceMember> places;
     places.reserve(vertices.size());
     for (std::size_t v = 0; v < vertices.size(); ++v) places.push_back({vertices[v], vertices[sets.lowest(v)]});
     return places;
 }
 
 /// Pairs of places that share a vertex, on all ranks.
-Outcome<std::vector<OfPlace>> places_that_meet(const std::vector<OfPlace>& own, Ranks& ranks) {
-    std::vector<std::vector<OfPlace>> to(ranks.size());
-    for (const OfPlace& one : own) to[one.number % ranks.size()].push_back(one);
-    auto all = exchanged_values<OfPlace>(ranks, std::move(to));
+Outcome<std::vector<PlaceMember>> touching_places(const std::vector<PlaceMember>& own, Ranks& ranks) {
+    std::vector<std::vector<PlaceMember>> to(ranks.size());
+    for (const PlaceMember& one : own) to[one.number % ranks.size()].push_back(one);
+    auto all = exchanged_values<PlaceMember>(ranks, std::move(to));
     if (!all) return fail(all.error());
     std::ranges::sort(*all);
-    std::vector<OfPlace> pairs;
+    std::vector<PlaceMember> pairs;
     for (std::size_t i = 1; i < all->size(); ++i)
         if ((*all)[i - 1].number == (*all)[i].number && (*all)[i - 1].place != (*all)[i].place)
             pairs.push_back({(*all)[i].place, (*all)[i - 1].place});
     std::ranges::sort(pairs);
     pairs.erase(std::ranges::unique(pairs).begin(), pairs.end());
-    return gather_all(ranks, Outcome<std::vector<OfPlace>>(std::move(pairs)));
+    return gather_all(ranks, Outcome<std::vector<PlaceMember>>(std::move(pairs)));
 }
 
-class PlacesTogether {
+class MergedPlaces {
   public:
-    explicit PlacesTogether(const std::vector<OfPlace>& pairs) {
-        for (const OfPlace& pair : pairs) {
+    explicit MergedPlaces(const std::vector<PlaceMember>& pairs) {
+        for (const PlaceMember& pair : pairs) {
             const GlobalNumber a = name_of(pair.number), b = name_of(pair.place);
             if (a != b) called_[std::max(a, b)] = std::min(a, b);
         }
@@ -172,15 +172,15 @@ class PlacesTogether {
 /// Adds rings around elements of all ranks. A connected result is a place, on the rank of the lowest of its `elements`.
 /// `balls`: of own parts.
 template <int D>
-Outcome<GrownPlaces<D>> grown_places(const RingedParts<D>& parts, std::span<const Incidence<ElementId>> balls,
-                                     const std::vector<GlobalNumber>& elements, int rings, Ranks& ranks) {
+Outcome<GrownElements<D>> grown_places(const RingedParts<D>& parts, std::span<const Incidence<ElementId>> balls,
+                                       const std::vector<GlobalNumber>& elements, int rings, Ranks& ranks) {
     const auto seeds = own_seeds(parts, elements);
-    auto alone = grown<D>(parts, balls, seeds, rings, ranks);
+    auto alone = add_rings<D>(parts, balls, seeds, rings, ranks);
     if (!alone || ranks.size() == 1) return alone;
-    const auto here = places_here<D>(alone->rows);
-    const auto pairs = places_that_meet(here, ranks);
+    const auto here = places_on_rank<D>(alone->rows);
+    const auto pairs = touching_places(here, ranks);
     if (!pairs) return fail(pairs.error());
-    const PlacesTogether together(*pairs);
+    const MergedPlaces together(*pairs);
     struct Seed {
         SimplexRow<D> element;
         GlobalNumber place = 0;
@@ -188,21 +188,21 @@ Outcome<GrownPlaces<D>> grown_places(const RingedParts<D>& parts, std::span<cons
     std::vector<Seed> own;
     own.reserve(seeds.size());
     for (const SimplexRow<D>& seed : seeds) {
-        const auto at = std::ranges::lower_bound(here, seed.vertices[0], {}, &OfPlace::number);
+        const auto at = std::ranges::lower_bound(here, seed.vertices[0], {}, &PlaceMember::number);
         own.push_back({seed, together.name_of(at->place)});
     }
     auto all = gather_all(ranks, Outcome<std::vector<Seed>>(std::move(own)));
     if (!all) return fail(all.error());
     std::ranges::sort(*all, {}, [](const Seed& s) { return std::pair(s.place, s.element.row); });
-    std::vector<SimplexRow<D>> mine;
+    std::vector<SimplexRow<D>> own_numbers;
     std::size_t owner = 0;
     for (std::size_t i = 0; i < all->size(); ++i) {
         const Seed& seed = (*all)[i];
         if (i == 0 || seed.place != (*all)[i - 1].place)
             owner = parts.layout.rank_of(parts.layout.part_with(std::ranges::min(seed.element.vertices)));
-        if (owner == ranks.rank()) mine.push_back(seed.element);
+        if (owner == ranks.rank()) own_numbers.push_back(seed.element);
     }
-    return grown<D>(parts, balls, std::move(mine), rings, ranks);
+    return add_rings<D>(parts, balls, std::move(own_numbers), rings, ranks);
 }
 
 /// Data from the owner.
@@ -224,7 +224,7 @@ Outcome<Done> take_vertices(const RingedParts<D>& parts, const std::vector<PartS
     std::vector<ToPart<GlobalNumber>> questions;
     questions.reserve(region.vertices.size());
     for (const GlobalNumber v : region.vertices) questions.push_back({parts.layout.part_with(v), v});
-    const auto data = ask<VertexData<D>>(ranks, parts.layout, questions, [&](std::size_t b, GlobalNumber number) {
+    const auto data = query<VertexData<D>>(ranks, parts.layout, questions, [&](std::size_t b, GlobalNumber number) {
         const RingedPart<D>& part = parts.own[b];
         const VertexId v(std::ranges::lower_bound(part.vertices, number) - part.vertices.begin());
         return VertexData<D>{part.mesh.points[v], part.mesh.point_references[v],
@@ -252,7 +252,7 @@ Outcome<Done> take_edges(const RingedParts<D>& parts, const std::vector<PartStat
         const Ends ends{region.vertices[a.index()], region.vertices[b.index()]};
         questions.push_back({parts.layout.part_with(ends[0]), ends});
     }
-    const auto data = ask<EdgeData<D>>(ranks, parts.layout, questions, [&](std::size_t b, const Ends& ends) {
+    const auto data = query<EdgeData<D>>(ranks, parts.layout, questions, [&](std::size_t b, const Ends& ends) {
         const RingedPart<D>& part = parts.own[b];
         const PartState<D>& state = states[b];
         const auto local = [&](GlobalNumber number) {
@@ -280,15 +280,15 @@ Outcome<Done> take_edges(const RingedParts<D>& parts, const std::vector<PartStat
 
 template <int D>
 Outcome<Region<D>> region_of(const RingedParts<D>& parts, const std::vector<PartState<D>>& states,
-                             const GrownPlaces<D>& grown, Ranks& ranks, const Execution& execution) {
+                             const GrownElements<D>& add_rings, Ranks& ranks, const Execution& execution) {
     Region<D> region;
-    region.vertices = vertices_of<D>(grown.rows);
+    region.vertices = vertices_of<D>(add_rings.rows);
     region.outer = Buffer<std::uint8_t>(region.vertices.size());
     for (std::size_t v = 0; v < region.vertices.size(); ++v)
-        region.outer[v] = std::ranges::binary_search(grown.inner, region.vertices[v]) ? 0 : 1;
+        region.outer[v] = std::ranges::binary_search(add_rings.inner, region.vertices[v]) ? 0 : 1;
     Buffer<SimplexVertices<D>> simplices;
     Buffer<Reference> references;
-    for (const auto& row : grown.rows) {
+    for (const auto& row : add_rings.rows) {
         SimplexVertices<D> simplex;
         for (int i = 0; i <= D; ++i)
             simplex[i] = VertexId(std::ranges::lower_bound(region.vertices, row.vertices[i]) - region.vertices.begin());
@@ -393,9 +393,9 @@ Outcome<std::vector<Region<D>>> regions_around(const RingedParts<D>& parts, cons
         if (!of) return fail(of.error());
         around.push_back(std::move(*of));
     }
-    const auto grown = grown_places<D>(parts, around, elements, rings, ranks);
-    if (!grown) return fail(grown.error());
-    const auto all = region_of(parts, states, *grown, ranks, execution);
+    const auto add_rings = grown_places<D>(parts, around, elements, rings, ranks);
+    if (!add_rings) return fail(add_rings.error());
+    const auto all = region_of(parts, states, *add_rings, ranks, execution);
     if (!all) return fail(all.error());
     return places_of(*all, execution);
 }

@@ -51,9 +51,9 @@ Outcome<ElementWeights> expected_elements(const AdaptationRows<D>& rows, double 
     auto weights = map_each(execution, rows.elements.size(),
                             [&](std::size_t e) { return weight_of(rows, rows.elements[e], coarser); });
     if (!weights) return fail(weights.error());
-    ElementWeights made{std::move(*weights), 0};
-    for (const std::uint64_t w : made.weights) made.sum += w;
-    return made;
+    ElementWeights result{std::move(*weights), 0};
+    for (const std::uint64_t w : result.weights) result.sum += w;
+    return result;
 }
 
 namespace {
@@ -66,9 +66,9 @@ void add(ToMetricStatistics& all, const ToMetricStatistics& s) {
     all.mend += s.mend;
 }
 
-ToMetricOptions options_of(const BlockTurn& turn, ToMetricOptions options) {
+ToMetricOptions options_of(const BlockIteration& turn, ToMetricOptions options) {
     options.rounds = turn.rounds;
-    if (turn.lengths == BlockTurn::Lengths::loose) {
+    if (turn.lengths == BlockIteration::Lengths::loose) {
         options.collapse.longest = std::max(options.collapse.longest, options.early_collapse_longest);
         options.split.longest = std::max(options.split.longest, options.early_split_longest);
         options.split.shortest = std::max(options.split.shortest, options.early_split_shortest);
@@ -80,56 +80,56 @@ ToMetricOptions options_of(const BlockTurn& turn, ToMetricOptions options) {
 }
 
 template <int D>
-Outcome<ToMetricStatistics> bring_block(AdaptationRows<D>& rows, const AdaptationGoal<D>& goal,
-                                        const ToMetricOptions& options, const Around& around) {
+Outcome<ToMetricStatistics> remesh_block(AdaptationRows<D>& rows, const AdaptationGoal<D>& goal,
+                                         const ToMetricOptions& options, const StepWrapper& around) {
     auto part = run_step(around, "blocks", [&](const Execution& e) { return assembled(rows, e); });
     if (!part) return fail(part.error());
-    auto brought = bring_to_metric(std::move(part->state), goal, options, around);
-    if (!brought) return fail(brought.error());
-    part->state = std::move(brought->state);
-    auto made = run_step(around, "blocks", [&](const Execution&) { return rows_of_part(*part, rows); });
-    if (!made) return fail(made.error());
-    rows = std::move(*made);
-    return brought->statistics;
+    auto remeshed = remesh_to_metric(std::move(part->state), goal, options, around);
+    if (!remeshed) return fail(remeshed.error());
+    part->state = std::move(remeshed->state);
+    auto result = run_step(around, "blocks", [&](const Execution&) { return rows_of_part(*part, rows); });
+    if (!result) return fail(result.error());
+    rows = std::move(*result);
+    return remeshed->statistics;
 }
 
 template <int D>
-Outcome<std::vector<ToMetricStatistics>> bring_blocks(std::vector<AdaptationRows<D>>& parts,
-                                                      const AdaptationGoal<D>& goal, const ToMetricOptions& options,
-                                                      const Around& around) {
+Outcome<std::vector<ToMetricStatistics>> remesh_blocks(std::vector<AdaptationRows<D>>& parts,
+                                                       const AdaptationGoal<D>& goal, const ToMetricOptions& options,
+                                                       const StepWrapper& around) {
     std::vector<ToMetricStatistics> statistics;
     for (AdaptationRows<D>& rows : parts) {
-        const auto brought = bring_block(rows, goal, options, around);
-        if (!brought) return fail(brought.error());
-        statistics.push_back(*brought);
+        const auto remeshed = remesh_block(rows, goal, options, around);
+        if (!remeshed) return fail(remeshed.error());
+        statistics.push_back(*remeshed);
     }
     return statistics;
 }
 
 /// Restores directions and associations at preserved vertices.
 template <int D>
-void give_back(const GivenOfMesh<D>& before, const AdaptationRows<D>& rows, DynamicMesh<D>& after) {
+void restore_input(const InitialGeometry<D>& before, const AdaptationRows<D>& rows, DynamicMesh<D>& after) {
     Buffer<VertexId> now(before.vertices, VertexId{});
     for (std::size_t v = 0; v < rows.vertices.size(); ++v)
         if (const VertexId origin = rows.vertices[v].origin; origin.valid()) now[origin.index()] = VertexId(v);
-    const auto directions = [&](const DirectionsAtVertices<D>& given) {
+    const auto directions = [&](const DirectionsAtVertices<D>& original) {
         Buffer<DirectionRow> at;
-        for (const DirectionRow& row : given.at)
+        for (const DirectionRow& row : original.at)
             if (const VertexId v = now[row.vertex.index()]; v.valid()) at.push_back({v, row.row});
-        return DirectionsAtVertices<D>{given.table, std::move(at)};
+        return DirectionsAtVertices<D>{original.table, std::move(at)};
     };
-    const auto associations = [&]<int G>(const Column<Association<G>>& given) {
+    const auto associations = [&]<int G>(const Column<Association<G>>& original) {
         Buffer<Association<G>> on;
-        for (Association<G> a : given)
+        for (Association<G> a : original)
             if (const VertexId v = now[a.item.index()]; v.valid()) {
                 a.item = v;
                 on.push_back(a);
             }
         return Column<Association<G>>(std::move(on));
     };
-    const GivenGeometry<D>& given = before.geometry;
-    after.geometry = {directions(given.normals), directions(given.tangents), associations(given.on_points),
-                      associations(given.on_curves), associations(given.on_surfaces)};
+    const InputGeometry<D>& original = before.geometry;
+    after.geometry = {directions(original.normals), directions(original.tangents), associations(original.on_points),
+                      associations(original.on_curves), associations(original.on_surfaces)};
     after.groups = before.groups;
 }
 
@@ -162,9 +162,10 @@ Outcome<Growing> growing(const AdaptationRows<D>& rows, Ranks& ranks, const Exec
 /// Preliminary iterations with limited growth, while the mesh is to grow by a large factor. Blocks, which are cut by
 /// expected elements, then have enough elements and do not exceed their size.
 template <int D>
-Outcome<BroughtRows<D>> grown(BroughtRows<D> rows, const AdaptationGoal<D>& goal, const ToMetricOptions& options,
-                              const InBlocks& by, const Around& around) {
-    constexpr double wanted = 2.5, too_much = 4;
+Outcome<RemeshedRows<D>> grow_gradually(RemeshedRows<D> rows, const AdaptationGoal<D>& goal,
+                                        const ToMetricOptions& options, const BlockRemeshing& by,
+                                        const StepWrapper& around) {
+    constexpr double target_growth = 2.5, too_much = 4;
     constexpr int turns = 24;
     double before = 0;
     for (int k = 0; options.rounds > 0 && k < turns; ++k) {
@@ -174,11 +175,11 @@ Outcome<BroughtRows<D>> grown(BroughtRows<D> rows, const AdaptationGoal<D>& goal
         if (!(now->growth() > too_much)) break;
         if (!(now->elements > 1.5 * before)) break;  // the mesh does not grow
         before = now->elements;
-        const BlockTurn turn{.shift = shift_of<D>(k),
-                             .rounds = 1,
-                             .lengths = BlockTurn::Lengths::loose,
-                             .coarser = pow(now->growth() / wanted, 1.0 / D)};
-        auto turned = turn_by_blocks(std::move(rows), goal, options, by, turn, around);
+        const BlockIteration turn{.shift = shift_of<D>(k),
+                                  .rounds = 1,
+                                  .lengths = BlockIteration::Lengths::loose,
+                                  .coarser = pow(now->growth() / target_growth, 1.0 / D)};
+        auto turned = run_block_iteration(std::move(rows), goal, options, by, turn, around);
         if (!turned) return turned;
         rows = std::move(*turned);
     }
@@ -197,16 +198,16 @@ Outcome<Done> check_kind(const Adaptation<D>& state) {
 }
 
 template <int D>
-Outcome<BroughtRows<D>> begin(Adaptation<D> state, const ToMetricOptions& options, const Ranks& ranks,
-                              const Around& around) {
+Outcome<RemeshedRows<D>> begin(Adaptation<D> state, const ToMetricOptions& options, const Ranks& ranks,
+                               const StepWrapper& around) {
     if (auto checked = check_kind(state); !checked) return fail(checked.error());
     if (auto checked = check_limits(options); !checked) return fail(checked.error());
     const auto measured =
         run_step(around, "lengths", [&](const Execution& e) { return unit_mesh_statistics(state, e); });
     if (!measured) return fail(measured.error());
-    BroughtRows<D> begun;
-    begun.statistics.before = *measured;
-    begun.given = {state.mesh.points.size(), state.mesh.geometry, state.mesh.groups};
+    RemeshedRows<D> shared_rows;
+    shared_rows.statistics.before = *measured;
+    shared_rows.original = {state.mesh.points.size(), state.mesh.geometry, state.mesh.groups};
     auto shared = run_step(around, "blocks", [&](const Execution&) -> Outcome<SharedRows<D>> {
         const auto rows = rows_of(state);
         if (!rows) return fail(rows.error());
@@ -214,37 +215,37 @@ Outcome<BroughtRows<D>> begin(Adaptation<D> state, const ToMetricOptions& option
         return share_of(*rows, ranks);
     });
     if (!shared) return fail(shared.error());
-    begun.shared = std::move(*shared);
-    return begun;
+    shared_rows.shared = std::move(*shared);
+    return shared_rows;
 }
 template <int D>
-Outcome<BroughtToMetric<D>> end(const AdaptationRows<D>& rows, const GivenOfMesh<D>& given,
-                                const ToMetricStatistics& statistics, const Around& around) {
+Outcome<RemeshResult<D>> end(const AdaptationRows<D>& rows, const InitialGeometry<D>& original,
+                             const ToMetricStatistics& statistics, const StepWrapper& around) {
     auto whole = run_step(around, "blocks", [&](const Execution& e) { return assembled(rows, e); });
     if (!whole) return fail(whole.error());
-    give_back(given, rows, whole->state.mesh);
+    restore_input(original, rows, whole->state.mesh);
     const auto after =
         run_step(around, "lengths", [&](const Execution& e) { return unit_mesh_statistics(whole->state, e); });
     if (!after) return fail(after.error());
-    BroughtToMetric<D> brought{std::move(whole->state), statistics};
-    brought.statistics.after = *after;
-    return brought;
+    RemeshResult<D> remeshed{std::move(whole->state), statistics};
+    remeshed.statistics.after = *after;
+    return remeshed;
 }
 
 }  // namespace
 
 template <int D>
-Outcome<BroughtRows<D>> turn_by_blocks(BroughtRows<D> rows, const AdaptationGoal<D>& goal,
-                                       const ToMetricOptions& options, const InBlocks& by, const BlockTurn& turn,
-                                       const Around& around) {
-    return together(by.ranks, [&]() -> Outcome<BroughtRows<D>> {
+Outcome<RemeshedRows<D>> run_block_iteration(RemeshedRows<D> rows, const AdaptationGoal<D>& goal,
+                                             const ToMetricOptions& options, const BlockRemeshing& by,
+                                             const BlockIteration& turn, const StepWrapper& around) {
+    return together(by.ranks, [&]() -> Outcome<RemeshedRows<D>> {
         auto cut = run_step(around, "blocks", [&](const Execution& e) {
             return expected_elements(rows.shared.rows, turn.coarser, e).and_then([&](const ElementWeights& weights) {
                 return cut_into_parts(std::move(rows.shared), weights, by.elements, turn.shift, by.ranks, e);
             });
         });
         if (!cut) return fail(cut.error());
-        const auto all = gather_all(by.ranks, bring_blocks(cut->parts, goal, options_of(turn, options), around));
+        const auto all = gather_all(by.ranks, remesh_blocks(cut->parts, goal, options_of(turn, options), around));
         if (!all) return fail(all.error());
         int rounds = 0;
         for (const ToMetricStatistics& of_block : *all) {
@@ -260,8 +261,8 @@ Outcome<BroughtRows<D>> turn_by_blocks(BroughtRows<D> rows, const AdaptationGoal
 }
 
 template <int D>
-std::vector<BlockTurn> block_turns(const ToMetricOptions& options) {
-    using enum BlockTurn::Lengths;
+std::vector<BlockIteration> block_iterations(const ToMetricOptions& options) {
+    using enum BlockIteration::Lengths;
     const int few = std::min(options.rounds, 2), one = std::min(options.rounds, 1);
     return {{.shift = shift_of<D>(0), .rounds = std::min(options.rounds, options.rounds / 2 + 1), .lengths = loose},
             {.shift = shift_of<D>(1), .rounds = few, .lengths = loose},
@@ -271,47 +272,47 @@ std::vector<BlockTurn> block_turns(const ToMetricOptions& options) {
 }
 
 template <int D>
-Outcome<BroughtRows<D>> bring_rows_to_metric(Adaptation<D> state, const AdaptationGoal<D>& goal,
-                                             const ToMetricOptions& options, const InBlocks& by,
-                                             const std::vector<BlockTurn>& turns, const Around& around) {
-    return together(by.ranks, [&]() -> Outcome<BroughtRows<D>> {
-        auto brought = begin(std::move(state), options, by.ranks, around);
-        if (!brought) return fail(brought.error());
-        brought = grown(std::move(*brought), goal, options, by, around);
-        for (const BlockTurn& turn : turns) {
-            if (!brought) return brought;
-            brought = turn_by_blocks(std::move(*brought), goal, options, by, turn, around);
+Outcome<RemeshedRows<D>> remesh_shared_rows(Adaptation<D> state, const AdaptationGoal<D>& goal,
+                                            const ToMetricOptions& options, const BlockRemeshing& by,
+                                            const std::vector<BlockIteration>& turns, const StepWrapper& around) {
+    return together(by.ranks, [&]() -> Outcome<RemeshedRows<D>> {
+        auto remeshed = begin(std::move(state), options, by.ranks, around);
+        if (!remeshed) return fail(remeshed.error());
+        remeshed = grow_gradually(std::move(*remeshed), goal, options, by, around);
+        for (const BlockIteration& turn : turns) {
+            if (!remeshed) return remeshed;
+            remeshed = run_block_iteration(std::move(*remeshed), goal, options, by, turn, around);
         }
-        return brought;
+        return remeshed;
     });
 }
 
 template <int D>
-Outcome<BroughtToMetric<D>> bring_to_metric_by_blocks(Adaptation<D> state, const AdaptationGoal<D>& goal,
-                                                      const ToMetricOptions& options, const InBlocks& by,
-                                                      const std::vector<BlockTurn>& turns, const Around& around) {
-    return together(by.ranks, [&]() -> Outcome<BroughtToMetric<D>> {
-        auto brought = bring_rows_to_metric(std::move(state), goal, options, by, turns, around);
-        if (!brought) return fail(brought.error());
+Outcome<RemeshResult<D>> remesh_by_blocks(Adaptation<D> state, const AdaptationGoal<D>& goal,
+                                          const ToMetricOptions& options, const BlockRemeshing& by,
+                                          const std::vector<BlockIteration>& turns, const StepWrapper& around) {
+    return together(by.ranks, [&]() -> Outcome<RemeshResult<D>> {
+        auto remeshed = remesh_shared_rows(std::move(state), goal, options, by, turns, around);
+        if (!remeshed) return fail(remeshed.error());
         const auto rows = run_step(around, "blocks",
-                                   [&](const Execution&) { return gathered(std::move(brought->shared), by.ranks); });
+                                   [&](const Execution&) { return gathered(std::move(remeshed->shared), by.ranks); });
         if (!rows) return fail(rows.error());
-        return end(*rows, brought->given, brought->statistics, around);
+        return end(*rows, remeshed->original, remeshed->statistics, around);
     });
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                                     \
-    template Outcome<ElementWeights> expected_elements<D>(const AdaptationRows<D>&, double, const Execution&);    \
-    template Outcome<BroughtRows<D>> turn_by_blocks<D>(BroughtRows<D>, const AdaptationGoal<D>&,                  \
-                                                       const ToMetricOptions&, const InBlocks&, const BlockTurn&, \
-                                                       const Around&);                                            \
-    template std::vector<BlockTurn> block_turns<D>(const ToMetricOptions&);                                       \
-    template Outcome<BroughtRows<D>> bring_rows_to_metric<D>(Adaptation<D>, const AdaptationGoal<D>&,             \
-                                                             const ToMetricOptions&, const InBlocks&,             \
-                                                             const std::vector<BlockTurn>&, const Around&);       \
-    template Outcome<BroughtToMetric<D>> bring_to_metric_by_blocks<D>(Adaptation<D>, const AdaptationGoal<D>&,    \
-                                                                      const ToMetricOptions&, const InBlocks&,    \
-                                                                      const std::vector<BlockTurn>&, const Around&);
+#define CAMBER_INSTANTIATE(D)                                                                                        \
+    template Outcome<ElementWeights> expected_elements<D>(const AdaptationRows<D>&, double, const Execution&);       \
+    template Outcome<RemeshedRows<D>> run_block_iteration<D>(RemeshedRows<D>, const AdaptationGoal<D>&,              \
+                                                             const ToMetricOptions&, const BlockRemeshing&,          \
+                                                             const BlockIteration&, const StepWrapper&);             \
+    template std::vector<BlockIteration> block_iterations<D>(const ToMetricOptions&);                                \
+    template Outcome<RemeshedRows<D>> remesh_shared_rows<D>(Adaptation<D>, const AdaptationGoal<D>&,                 \
+                                                            const ToMetricOptions&, const BlockRemeshing&,           \
+                                                            const std::vector<BlockIteration>&, const StepWrapper&); \
+    template Outcome<RemeshResult<D>> remesh_by_blocks<D>(Adaptation<D>, const AdaptationGoal<D>&,                   \
+                                                          const ToMetricOptions&, const BlockRemeshing&,             \
+                                                          const std::vector<BlockIteration>&, const StepWrapper&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

@@ -63,9 +63,9 @@ class RegionBoundary {
     [[nodiscard]] Outcome<Boundary<D>> take(const Execution& execution) {
         const LinearMesh<D>& from = surface_.mesh.linear;
         LinearMesh<D>& mesh = region_.mesh.linear;
-        const auto facets = kept<D - 1>(from.facets, facets_);
+        const auto facets = selected<D - 1>(from.facets, facets_);
         std::vector<std::uint32_t> edges;
-        const auto feature_edges = kept<1>(from.edges, edges);
+        const auto feature_edges = selected<1>(from.edges, edges);
         mesh.facets = facets;
         mesh.edges = feature_edges;
         Buffer<VertexId> corners, required;
@@ -99,20 +99,20 @@ class RegionBoundary {
         return true;
     }
     template <int K>
-    [[nodiscard]] Simplices<K> kept(const Simplices<K>& from, std::vector<std::uint32_t>& rows) const {
+    [[nodiscard]] Simplices<K> selected(const Simplices<K>& from, std::vector<std::uint32_t>& rows) const {
         Buffer<SimplexVertices<K>> simplices;
         Buffer<Reference> references;
         Buffer<std::uint32_t> required;
         for (std::size_t s = 0; s < from.size(); ++s) {
             SimplexVertices<K> simplex = from.vertices[s];
-            bool is_here = true;
+            bool is_local = true;
             for (VertexId& v : simplex) {
                 const auto at = find(v);
-                is_here = at.has_value();
-                if (!is_here) break;
+                is_local = at.has_value();
+                if (!is_local) break;
                 v = *at;
             }
-            if (!is_here || !has_edges(simplex)) continue;
+            if (!is_local || !has_edges(simplex)) continue;
             if (std::ranges::find(from.required, s) != from.required.end())
                 required.push_back(static_cast<std::uint32_t>(simplices.size()));
             simplices.push_back(simplex);
@@ -178,13 +178,13 @@ Outcome<Moved<D>> repair_region(const RepairedBlocks<D>& of, Region<D>& region, 
                                 const Execution& execution) {
     auto boundary = RegionBoundary<D>(of.surface, region).take(without_progress(execution));
     if (!boundary) return fail(boundary.error());
-    const QuadraticMesh<D>& wanted_mesh = region.mesh;
-    auto straight = elevate(wanted_mesh.linear, without_progress(execution));
+    const QuadraticMesh<D>& region_mesh = region.mesh;
+    auto straight = elevate(region_mesh.linear, without_progress(execution));
     if (!straight) return fail(straight.error());
     const auto around = shells(straight->edges, without_progress(execution));
     if (!around) return fail(around.error());
     const std::size_t n = straight->edges.size();
-    const Curved<D> curved{{straight->linear.points, wanted_mesh.mid_nodes, with_fixed_rim(region),
+    const Curved<D> curved{{straight->linear.points, region_mesh.mid_nodes, with_fixed_rim(region),
                             Buffer<EdgeChange>(n, EdgeChange::optimised)},
                            Buffer<double>(n, 0.0),
                            Buffer<double>(n, 0.0),
@@ -192,11 +192,11 @@ Outcome<Moved<D>> repair_region(const RepairedBlocks<D>& of, Region<D>& region, 
     const auto judged = validate(*straight, curved.proposal, options.min_scaled_jacobian, execution);
     if (!judged) return fail(judged.error());
     const auto field =
-        field_on(*straight, std::move(region.back_nodes), region.log_metrics, KeptGradients::all, execution);
+        field_on(*straight, std::move(region.back_nodes), region.log_metrics, StoredGradients::all, execution);
     if (!field) return fail(field.error());
     const Column<LagrangeNode<D>> extended(Buffer<LagrangeNode<D>>(region.extended));
-    const WantedNodes<D> wanted{curved, *around, extended, of.aim, &*field};
-    const auto guide = make_guide<D>(*judged, wanted, &*boundary, options, execution);
+    const TargetNodes<D> target{curved, *around, extended, of.aim, &*field};
+    const auto guide = make_guide<D>(*judged, target, &*boundary, options, execution);
     if (!guide) return fail(guide.error());
     const auto repaired = repair_or_straighten(*judged, *guide, options, execution);
     if (!repaired) return fail(repaired.error());
@@ -279,8 +279,8 @@ Outcome<RepairStatistics> repair_blocks(const RepairedBlocks<D>& of, const std::
 }
 
 template <int D>
-Outcome<Done> judge_part(BlockRun<D>& run, PartState<D>& state, const RingedPart<D>& part, BlocksValidation& own,
-                         const Execution& execution) {
+Outcome<Done> validate_part(BlockRun<D>& run, PartState<D>& state, const RingedPart<D>& part, BlocksValidation& own,
+                            const Execution& execution) {
     QuadraticMesh<D> mesh = state.mesh;
     mesh.mid_nodes = std::move(state.nodes);
     const RepairOptions& repair = run.options.curving.repair;
@@ -306,11 +306,11 @@ Outcome<Done> judge_part(BlockRun<D>& run, PartState<D>& state, const RingedPart
 
 /// Verdicts of all ranks; lists elements to repair.
 template <int D>
-Outcome<BlocksValidation> judged_blocks(BlockRun<D>& run, const Execution& execution) {
+Outcome<BlocksValidation> validate_all_blocks(BlockRun<D>& run, const Execution& execution) {
     BlocksValidation own;
     run.to_repair.clear();
     auto done = run.each_part(execution, [&](PartState<D>& state, RingedPart<D>& part) -> Outcome<Done> {
-        return judge_part(run, state, part, own, without_progress(execution));
+        return validate_part(run, state, part, own, without_progress(execution));
     });
     if (!done) return fail(done.error());
     std::ranges::sort(run.to_repair);
@@ -390,8 +390,8 @@ Outcome<Done> find_first_crossing(const QuadraticMesh<D>& surface, const Surface
 
 /// Repairs new invalid elements.
 template <int D>
-Outcome<Done> judge_uncrossed(BlockRun<D>& run, const Execution& execution) {
-    auto validation = judged_blocks(run, execution);
+Outcome<Done> validate_uncrossed(BlockRun<D>& run, const Execution& execution) {
+    auto validation = validate_all_blocks(run, execution);
     if (!validation) return fail(validation.error());
     const bool is_worse = validation->not_valid() > run.out.after.not_valid();
     run.out.after = std::move(*validation);
@@ -401,8 +401,8 @@ Outcome<Done> judge_uncrossed(BlockRun<D>& run, const Execution& execution) {
 }  // namespace
 
 template <int D>
-Outcome<Done> judge_blocks(BlockRun<D>& run, const Execution& execution) {
-    auto validation = judged_blocks(run, execution);
+Outcome<Done> validate_blocks(BlockRun<D>& run, const Execution& execution) {
+    auto validation = validate_all_blocks(run, execution);
     if (!validation) return fail(validation.error());
     run.out.before = run.out.after = std::move(*validation);
     return Done{};
@@ -420,7 +420,7 @@ Outcome<Done> relax_blocks(BlockRun<D>& run, const Execution& execution) {
     const auto all = gather_all(run.ranks, Outcome<std::vector<RepairStatistics>>({*repaired}));
     if (!all) return fail(all.error());
     for (const RepairStatistics& s : *all) add_up(run.out.repair, s);
-    auto validation = judged_blocks(run, part_of(execution, 0.9, 1));
+    auto validation = validate_all_blocks(run, part_of(execution, 0.9, 1));
     if (!validation) return fail(validation.error());
     run.out.after = std::move(*validation);
     return Done{};
@@ -449,7 +449,7 @@ Outcome<Done> uncross_blocks(BlockRun<D>& run, const Execution& execution) {
             return find_first_crossing(surface.mesh, *now, walls, execution);
         }
         put_on_parts(run, *found);
-        if (auto done = judge_uncrossed(run, execution); !done) return done;
+        if (auto done = validate_uncrossed(run, execution); !done) return done;
     }
     return Done{};
 }
@@ -479,10 +479,10 @@ Outcome<Done> measure_blocks(BlockRun<D>& run, const Execution& execution) {
     return Done{};
 }
 
-#define CAMBER_INSTANTIATE(D)                                                 \
-    template Outcome<Done> judge_blocks<D>(BlockRun<D>&, const Execution&);   \
-    template Outcome<Done> relax_blocks<D>(BlockRun<D>&, const Execution&);   \
-    template Outcome<Done> uncross_blocks<D>(BlockRun<D>&, const Execution&); \
+#define CAMBER_INSTANTIATE(D)                                                  \
+    template Outcome<Done> validate_blocks<D>(BlockRun<D>&, const Execution&); \
+    template Outcome<Done> relax_blocks<D>(BlockRun<D>&, const Execution&);    \
+    template Outcome<Done> uncross_blocks<D>(BlockRun<D>&, const Execution&);  \
     template Outcome<Done> measure_blocks<D>(BlockRun<D>&, const Execution&);
 
 CAMBER_INSTANTIATE(2)

@@ -255,9 +255,9 @@ Outcome<Done> QuadraticRows<D>::find_vertices(std::string_view name, Ranks& rank
     if (looked) looked = look_through<D - 1>(counts.facets, ranks, own);
     if constexpr (D == 3)
         if (looked) looked = look_through<1>(counts.edges, ranks, own);
-    Outcome<std::vector<Ends>> given = std::vector<Ends>{own};
-    if (!looked) given = fail(looked.error());
-    const auto all = gather_all(ranks, given);
+    Outcome<std::vector<Ends>> contribution = std::vector<Ends>{own};
+    if (!looked) contribution = fail(looked.error());
+    const auto all = gather_all(ranks, contribution);
     if (!all) return fail(all.error());
     for (const Ends& ends : *all) {
         own.of_vertices = std::max(own.of_vertices, ends.of_vertices);

@@ -16,16 +16,16 @@ namespace {
 
 /// Simplices by curve positions of their vertices.
 template <int D>
-struct PartInTurns {
+struct PartByPositions {
     std::vector<SentSimplex<D>> elements;
     std::vector<SentSimplex<D - 1>> facets;
     std::vector<SentSimplex<1>> lines;
 };
 
 template <int D>
-class Arriving {
+class RowReceiver {
   public:
-    Arriving(const PointBox<D>& grid, PartNumber first, PartNumber last)
+    RowReceiver(const PointBox<D>& grid, PartNumber first, PartNumber last)
         : grid_(grid), first_(first), parts_(last - first) {}
 
     Outcome<std::vector<AdaptationRows<D>>> parts(std::vector<SentRows<D>> sent, const Execution& execution) {
@@ -35,23 +35,23 @@ class Arriving {
         std::size_t offset = 0;
         for (SentRows<D>& rows : sent) {
             const std::size_t vertices = counts_[static_cast<std::size_t>(&rows - sent.data())];
-            put_sent(rows.elements, offset, &PartInTurns<D>::elements);
-            put_sent(rows.facets, offset, &PartInTurns<D>::facets);
-            put_sent(rows.lines, offset, &PartInTurns<D>::lines);
-            put_by_number(rows.facets_by_number, &PartInTurns<D>::facets);
-            put_by_number(rows.lines_by_number, &PartInTurns<D>::lines);
+            put_sent(rows.elements, offset, &PartByPositions<D>::elements);
+            put_sent(rows.facets, offset, &PartByPositions<D>::facets);
+            put_sent(rows.lines, offset, &PartByPositions<D>::lines);
+            put_by_number(rows.facets_by_number, &PartByPositions<D>::facets);
+            put_by_number(rows.lines_by_number, &PartByPositions<D>::lines);
             offset += vertices;
             rows = {};
         }
-        std::vector<AdaptationRows<D>> made;
-        made.reserve(parts_.size());
-        ids_.assign(turns_.size(), VertexId{});
-        for (PartInTurns<D>& part : parts_) {
+        std::vector<AdaptationRows<D>> result;
+        result.reserve(parts_.size());
+        ids_.assign(positions_.size(), VertexId{});
+        for (PartByPositions<D>& part : parts_) {
             auto rows = part_of(std::exchange(part, {}), execution);
             if (!rows) return fail(rows.error());
-            made.push_back(std::move(*rows));
+            result.push_back(std::move(*rows));
         }
-        return made;
+        return result;
     }
 
   private:
@@ -83,42 +83,42 @@ class Arriving {
         for (std::size_t v = 0; v < sorted.size(); ++v)
             sorted[v] = {morton_key(vertices_[v].point, grid_), vertices_[v].number, static_cast<std::uint32_t>(v)};
         std::ranges::sort(sorted);
-        turn_of_.resize(vertices_.size());
+        position_of_.resize(vertices_.size());
         for (std::size_t i = 0; i < sorted.size(); ++i) {
-            if (i == 0 || sorted[i].number != sorted[i - 1].number) turns_.push_back(sorted[i].at);
-            turn_of_[sorted[i].at] = static_cast<std::uint32_t>(turns_.size() - 1);
+            if (i == 0 || sorted[i].number != sorted[i - 1].number) positions_.push_back(sorted[i].at);
+            position_of_[sorted[i].at] = static_cast<std::uint32_t>(positions_.size() - 1);
         }
     }
     template <int K>
     void put_sent(const Buffer<SentSimplex<K>>& some, std::size_t offset,
-                  std::vector<SentSimplex<K>> PartInTurns<D>::* list) {
+                  std::vector<SentSimplex<K>> PartByPositions<D>::* list) {
         for (SentSimplex<K> one : some) {
-            for (VertexId& v : one.simplex.vertices) v = VertexId(std::size_t{turn_of_[offset + v.index()]});
+            for (VertexId& v : one.simplex.vertices) v = VertexId(std::size_t{position_of_[offset + v.index()]});
             (parts_[one.part - first_].*list).push_back(one);
         }
     }
     /// Takes simplices with all vertices present.
     template <int K>
-    void put_by_number(const Buffer<SentSimplex<K>>& some, std::vector<SentSimplex<K>> PartInTurns<D>::* list) {
+    void put_by_number(const Buffer<SentSimplex<K>>& some, std::vector<SentSimplex<K>> PartByPositions<D>::* list) {
         if (!some.empty() && by_number_.empty()) {
-            by_number_.resize(turns_.size());
+            by_number_.resize(positions_.size());
             std::iota(by_number_.begin(), by_number_.end(), 0U);
             std::ranges::sort(by_number_, {}, [&](std::uint32_t turn) { return number_at(turn); });
         }
         for (SentSimplex<K> one : some) {
-            bool is_here = true;
+            bool is_local = true;
             for (VertexId& v : one.simplex.vertices) {
                 const auto found =
                     std::ranges::lower_bound(by_number_, v, {}, [&](std::uint32_t turn) { return number_at(turn); });
-                is_here = is_here && found != by_number_.end() && number_at(*found) == v;
-                if (is_here) v = VertexId(std::size_t{*found});
+                is_local = is_local && found != by_number_.end() && number_at(*found) == v;
+                if (is_local) v = VertexId(std::size_t{*found});
             }
-            if (is_here) (parts_[one.part - first_].*list).push_back(one);
+            if (is_local) (parts_[one.part - first_].*list).push_back(one);
         }
     }
-    [[nodiscard]] VertexId number_at(std::uint32_t turn) const { return vertices_[turns_[turn]].number; }
+    [[nodiscard]] VertexId number_at(std::uint32_t turn) const { return vertices_[positions_[turn]].number; }
 
-    Outcome<AdaptationRows<D>> part_of(PartInTurns<D> part, const Execution& execution) {
+    Outcome<AdaptationRows<D>> part_of(PartByPositions<D> part, const Execution& execution) {
         AdaptationRows<D> rows;
         put_vertices(part, rows);
         put_elements(std::move(part.elements), rows);
@@ -137,7 +137,7 @@ class Arriving {
         for (const std::uint32_t turn : named_) ids_[turn] = {};
         return rows;
     }
-    void put_vertices(const PartInTurns<D>& part, AdaptationRows<D>& rows) {
+    void put_vertices(const PartByPositions<D>& part, AdaptationRows<D>& rows) {
         named_.clear();
         for (const SentSimplex<D>& element : part.elements)
             for (const VertexId v : element.simplex.vertices)
@@ -146,7 +146,7 @@ class Arriving {
         rows.vertices.reserve(named_.size());
         for (const std::uint32_t turn : named_) {
             ids_[turn] = VertexId(rows.vertices.size());
-            rows.vertices.push_back(vertices_[turns_[turn]]);
+            rows.vertices.push_back(vertices_[positions_[turn]]);
         }
     }
     void put_elements(std::vector<SentSimplex<D>> elements, AdaptationRows<D>& rows) const {
@@ -174,11 +174,11 @@ class Arriving {
 
     const PointBox<D>& grid_;
     PartNumber first_;
-    std::vector<PartInTurns<D>> parts_;
+    std::vector<PartByPositions<D>> parts_;
     Buffer<AdaptedVertex<D>> vertices_;
     std::vector<std::size_t> counts_;
-    Buffer<std::uint32_t> turn_of_;
-    std::vector<std::uint32_t> turns_;      ///< received vertex at each position
+    Buffer<std::uint32_t> position_of_;
+    std::vector<std::uint32_t> positions_;  ///< received vertex at each position
     std::vector<std::uint32_t> by_number_;  ///< positions, sorted by vertex number
     std::vector<std::uint32_t> named_;      ///< positions of a part's vertices
     Buffer<VertexId> ids_;                  ///< row in the part, by position
@@ -200,7 +200,7 @@ template <int D>
 Outcome<std::vector<AdaptationRows<D>>> parts_of_sent(std::vector<SentRows<D>> sent, const PointBox<D>& grid,
                                                       PartNumber first, PartNumber last, const Execution& execution) {
     return guarded([&]() -> Outcome<std::vector<AdaptationRows<D>>> {
-        return Arriving<D>(grid, first, last).parts(std::move(sent), execution);
+        return RowReceiver<D>(grid, first, last).parts(std::move(sent), execution);
     });
 }
 

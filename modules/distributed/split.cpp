@@ -207,7 +207,7 @@ Outcome<RingedPart<D>> part_of_rows(const PartRows<D>& of, Run own, const MeshRo
 
 /// The same from unsorted rows with duplicates. Errors: those of the rows, stopped.
 template <int D>
-Outcome<RingedPart<D>> kept_part(PartRows<D> of, Run own, const MeshRows<D>& rows, const LinearMesh<D>& lists,
+Outcome<RingedPart<D>> make_part(PartRows<D> of, Run own, const MeshRows<D>& rows, const LinearMesh<D>& lists,
                                  const PartMemory& memory, const Execution& execution) {
     if (memory.before) memory.before();
     of = {in_order<D>(of.elements), in_order<D - 1>(of.facets), in_order<1>(of.edges)};
@@ -216,7 +216,7 @@ Outcome<RingedPart<D>> kept_part(PartRows<D> of, Run own, const MeshRows<D>& row
     if (memory.after) {
         memory.after();
         RingedPart<D> none;
-        if (part) made_anew(*part, arrays_of(none));
+        if (part) copy_new_arrays(*part, arrays_of(none));
     }
     if (memory.leave) memory.leave();
     return part;
@@ -290,16 +290,16 @@ Outcome<std::vector<Buffer<SimplexRow<K>>>> first_ring(std::size_t n, std::span<
 }
 
 /// Request for the elements around another part's vertex.
-struct Wish {
+struct RingRequest {
     std::uint64_t part = 0;
     GlobalNumber vertex = 0;
 };
 
 /// Requests received for vertices in first rings of other parts.
 template <int D>
-Outcome<std::vector<std::vector<Wish>>> wishes(const std::vector<Buffer<SimplexRow<D>>>& ring, const PartLayout& layout,
-                                               Ranks& ranks) {
-    std::vector<ToPart<Wish>> out;
+Outcome<std::vector<std::vector<RingRequest>>> ring_requests(const std::vector<Buffer<SimplexRow<D>>>& ring,
+                                                             const PartLayout& layout, Ranks& ranks) {
+    std::vector<ToPart<RingRequest>> out;
     for (std::size_t b = 0; b < ring.size(); ++b) {
         const std::size_t part = layout.begin_of(ranks.rank()) + b;
         std::vector<GlobalNumber> others;
@@ -310,7 +310,7 @@ Outcome<std::vector<std::vector<Wish>>> wishes(const std::vector<Buffer<SimplexR
         others.erase(std::ranges::unique(others).begin(), others.end());
         for (const GlobalNumber v : others) out.push_back({layout.part_with(v), {part, v}});
     }
-    return route<Wish>(ranks, layout, std::move(out));
+    return route<RingRequest>(ranks, layout, std::move(out));
 }
 
 /// Maximum parts of a rank. Iteration b processes part b of each.
@@ -323,38 +323,41 @@ std::size_t turns_of(const PartLayout& layout) {
 
 /// Requested simplices, once for each requesting part.
 template <int K>
-std::vector<ToPart<SimplexRow<K>>> wished_rows(std::span<const SimplexRow<K>> rows, std::vector<Wish> wishes) {
+std::vector<ToPart<SimplexRow<K>>> requested_rows(std::span<const SimplexRow<K>> rows,
+                                                  std::vector<RingRequest> ring_requests) {
     std::vector<ToPart<SimplexRow<K>>> out;
-    if (wishes.empty()) return out;
-    std::ranges::sort(wishes, {}, [](const Wish& w) { return std::pair(w.vertex, w.part); });
-    const GlobalNumber first = wishes.front().vertex, last = wishes.back().vertex;
-    std::vector<bool> is_wished(last - first + 1, false);  // most are false
-    for (const Wish& w : wishes) is_wished[w.vertex - first] = true;
-    std::vector<std::uint64_t> told;
+    if (ring_requests.empty()) return out;
+    std::ranges::sort(ring_requests, {}, [](const RingRequest& w) { return std::pair(w.vertex, w.part); });
+    const GlobalNumber first = ring_requests.front().vertex, last = ring_requests.back().vertex;
+    std::vector<bool> is_requested(last - first + 1, false);  // most are false
+    for (const RingRequest& w : ring_requests) is_requested[w.vertex - first] = true;
+    std::vector<std::uint64_t> receivers;
     for (const auto& row : rows) {
-        told.clear();
+        receivers.clear();
         for (const GlobalNumber v : row.vertices)
-            if (v >= first && v <= last && is_wished[v - first])
-                for (const Wish& w : std::ranges::equal_range(wishes, v, {}, &Wish::vertex)) told.push_back(w.part);
-        if (told.empty()) continue;
-        std::ranges::sort(told);
-        told.erase(std::ranges::unique(told).begin(), told.end());
-        for (const std::uint64_t part : told) out.push_back({part, row});
+            if (v >= first && v <= last && is_requested[v - first])
+                for (const RingRequest& w : std::ranges::equal_range(ring_requests, v, {}, &RingRequest::vertex))
+                    receivers.push_back(w.part);
+        if (receivers.empty()) continue;
+        std::ranges::sort(receivers);
+        receivers.erase(std::ranges::unique(receivers).begin(), receivers.end());
+        for (const std::uint64_t part : receivers) out.push_back({part, row});
     }
     return out;
 }
 
 /// Adds the second ring from first rings of other parts.
 template <int K>
-Outcome<Done> add_ring(std::vector<Buffer<SimplexRow<K>>>& rows, const std::vector<std::vector<Wish>>& wishes,
-                       const PartLayout& layout, Ranks& ranks) {
+Outcome<Done> add_ring(std::vector<Buffer<SimplexRow<K>>>& rows,
+                       const std::vector<std::vector<RingRequest>>& ring_requests, const PartLayout& layout,
+                       Ranks& ranks) {
     std::vector<std::size_t> first_rings;
     first_rings.reserve(rows.size());
     for (const auto& some : rows) first_rings.push_back(some.size());
     const std::size_t turns = turns_of(layout);
     for (std::size_t b = 0; b < turns; ++b) {
         std::vector<ToPart<SimplexRow<K>>> out;
-        if (b < rows.size()) out = wished_rows<K>(std::span(rows[b]).first(first_rings[b]), wishes[b]);
+        if (b < rows.size()) out = requested_rows<K>(std::span(rows[b]).first(first_rings[b]), ring_requests[b]);
         const auto received = route<SimplexRow<K>>(ranks, layout, std::move(out));
         if (!received) return fail(received.error());
         for (std::size_t to = 0; to < rows.size(); ++to) append<K>(rows[to], (*received)[to]);
@@ -382,17 +385,18 @@ struct PlacedPoint {
 };
 
 template <int D>
-Outcome<Done> bring_points(RingedParts<D>& parts, Ranks& ranks) {
+Outcome<Done> fetch_points(RingedParts<D>& parts, Ranks& ranks) {
     const PartLayout& layout = parts.layout;
     std::vector<ToPart<GlobalNumber>> questions;
     for (const RingedPart<D>& part : parts.own)
         for (std::size_t v = 0; v < part.vertices.size(); ++v)
             if (!part.owns(VertexId(v))) questions.push_back({layout.part_with(part.vertices[v]), part.vertices[v]});
-    const auto answers = ask<PlacedPoint<D>>(ranks, layout, questions, [&](std::size_t b, const GlobalNumber& number) {
-        const RingedPart<D>& part = parts.own[b];
-        const VertexId v(part.first.index() + (number - layout.first_vertices[layout.begin_of(ranks.rank()) + b]));
-        return PlacedPoint<D>{part.mesh.points[v], part.mesh.point_references[v]};
-    });
+    const auto answers =
+        query<PlacedPoint<D>>(ranks, layout, questions, [&](std::size_t b, const GlobalNumber& number) {
+            const RingedPart<D>& part = parts.own[b];
+            const VertexId v(part.first.index() + (number - layout.first_vertices[layout.begin_of(ranks.rank()) + b]));
+            return PlacedPoint<D>{part.mesh.points[v], part.mesh.point_references[v]};
+        });
     if (!answers) return fail(answers.error());
     std::size_t next = 0;
     for (RingedPart<D>& part : parts.own) {
@@ -434,21 +438,21 @@ Outcome<RingedParts<D>> split(const MeshRows<D>& rows, const BlockOptions& optio
         auto edges = first_ring<1>(counts.edges, lists->edges.required.view(), layout, ranks,
                                    [&](std::size_t b, std::size_t e) { return rows.edges(b, e); });
         if (!edges) return fail(edges.error());
-        const auto wished = wishes<D>(*elements, layout, ranks);
-        if (!wished) return fail(wished.error());
-        if (auto added = add_ring<D>(*elements, *wished, layout, ranks); !added) return fail(added.error());
-        if (auto added = add_ring<D - 1>(*facets, *wished, layout, ranks); !added) return fail(added.error());
-        if (auto added = add_ring<1>(*edges, *wished, layout, ranks); !added) return fail(added.error());
+        const auto own_requests = ring_requests<D>(*elements, layout, ranks);
+        if (!own_requests) return fail(own_requests.error());
+        if (auto added = add_ring<D>(*elements, *own_requests, layout, ranks); !added) return fail(added.error());
+        if (auto added = add_ring<D - 1>(*facets, *own_requests, layout, ranks); !added) return fail(added.error());
+        if (auto added = add_ring<1>(*edges, *own_requests, layout, ranks); !added) return fail(added.error());
         for (std::size_t p = 0; p < elements->size(); ++p) {
             const std::size_t at = layout.begin_of(ranks.rank()) + p;
             PartRows<D> of{std::move((*elements)[p]), std::move((*facets)[p]), std::move((*edges)[p])};
-            auto made = kept_part<D>(std::move(of), {layout.first_vertices[at], layout.first_vertices[at + 1]}, rows,
-                                     *lists, options.memory, without_progress(execution));
-            if (!made) return fail(made.error());
-            parts.own.push_back(std::move(*made));
+            auto result = make_part<D>(std::move(of), {layout.first_vertices[at], layout.first_vertices[at + 1]}, rows,
+                                       *lists, options.memory, without_progress(execution));
+            if (!result) return fail(result.error());
+            parts.own.push_back(std::move(*result));
             report_progress(execution, p + 1, elements->size());
         }
-        if (auto brought = bring_points(parts, ranks); !brought) return fail(brought.error());
+        if (auto updated = fetch_points(parts, ranks); !updated) return fail(updated.error());
         return parts;
     });
 }

@@ -43,13 +43,13 @@ class SurfaceVertices {
     }
     /// `vertex`: member with the row's vertex.
     template <class Row>
-    [[nodiscard]] Column<Row> kept(const Column<Row>& rows, VertexId Row::* vertex) const {
+    [[nodiscard]] Column<Row> selected(const Column<Row>& rows, VertexId Row::* vertex) const {
         Buffer<Row> out;
         for (Row row : rows)
             if (const auto v = find((row.*vertex).value)) row.*vertex = *v, out.push_back(row);
         return out;
     }
-    [[nodiscard]] Column<VertexId> kept(const Column<VertexId>& vertices) const {
+    [[nodiscard]] Column<VertexId> selected(const Column<VertexId>& vertices) const {
         Buffer<VertexId> out;
         for (const VertexId v : vertices)
             if (const auto at = find(v.value)) out.push_back(*at);
@@ -96,12 +96,12 @@ Outcome<Done> read_points(const MeshRows<D>& rows, std::span<const GlobalNumber>
 }
 
 template <int D>
-GivenGeometry<D> kept_geometry(const GivenGeometry<D>& given, const SurfaceVertices& vertices) {
-    return {{given.normals.table, vertices.kept(given.normals.at, &DirectionRow::vertex)},
-            {given.tangents.table, vertices.kept(given.tangents.at, &DirectionRow::vertex)},
-            vertices.kept(given.on_points, &Association<0>::item),
-            vertices.kept(given.on_curves, &Association<1>::item),
-            vertices.kept(given.on_surfaces, &Association<2>::item)};
+InputGeometry<D> selected_geometry(const InputGeometry<D>& original, const SurfaceVertices& vertices) {
+    return {{original.normals.table, vertices.selected(original.normals.at, &DirectionRow::vertex)},
+            {original.tangents.table, vertices.selected(original.tangents.at, &DirectionRow::vertex)},
+            vertices.selected(original.on_points, &Association<0>::item),
+            vertices.selected(original.on_curves, &Association<1>::item),
+            vertices.selected(original.on_surfaces, &Association<2>::item)};
 }
 
 /// Facets, feature edges and lists, without elements.
@@ -124,10 +124,10 @@ Outcome<std::pair<LinearMesh<D>, std::vector<GlobalNumber>>> boundary_of(const M
     LinearMesh<D> mesh;
     mesh.facets = with_places<D - 1>(std::move(*facets), lists->facets, vertices);
     mesh.edges = with_places<1>(std::move(*edges), lists->edges, vertices);
-    mesh.corners = vertices.kept(lists->corners);
-    mesh.required_vertices = vertices.kept(lists->required_vertices);
+    mesh.corners = vertices.selected(lists->corners);
+    mesh.required_vertices = vertices.selected(lists->required_vertices);
     mesh.ridges = lists->ridges;
-    mesh.geometry = kept_geometry(lists->geometry, vertices);
+    mesh.geometry = selected_geometry(lists->geometry, vertices);
     mesh.groups = lists->groups;
     if (auto read = read_points(rows, vertices.all(), mesh); !read) return fail(read.error());
     return std::pair(std::move(mesh), vertices.all());
@@ -176,7 +176,7 @@ template <int D>
 CurveOptions edges_by(const BlockRun<D>& run) {
     CurveOptions edges = edge_options(run.options.curving.curve);
     static_cast<EdgeAccuracyOptions&>(edges) =
-        accuracy_for(run.goal.metric ? MetricOrigin::given : MetricOrigin::natural, edges);
+        accuracy_for(run.goal.metric ? MetricOrigin::specified : MetricOrigin::natural, edges);
     return edges;
 }
 
@@ -208,15 +208,15 @@ template <int D>
 Outcome<std::vector<Buffer<LagrangeNode<D>>>> extended_nodes(BlockRun<D>& run, Column<EdgeKind> PartState<D>::* kinds,
                                                              const Execution& execution) {
     std::vector<ExtensionPart<D, D>> parts;
-    auto begun =
-        run.each_part_keeping(without_progress(execution), [&](PartState<D>& state, RingedPart<D>&) -> Outcome<Done> {
+    auto started =
+        run.each_resident_part(without_progress(execution), [&](PartState<D>& state, RingedPart<D>&) -> Outcome<Done> {
             auto part = ExtensionPart<D, D>::make(elements_of(state.mesh), state.*kinds, state.base, state.shells,
                                                   state.owned, without_progress(execution));
             if (!part) return fail(part.error());
             parts.push_back(std::move(*part));
             return Done{};
         });
-    if (!begun) return fail(begun.error());
+    if (!started) return fail(started.error());
     const auto solved = solve_extension(std::span(parts), *run.between, {}, execution);
     if (!solved) return fail(solved.error());
     run.out.iterations = std::max(run.out.iterations, static_cast<std::size_t>(solved->iterations));
@@ -236,14 +236,14 @@ void take_base(const BlockRun<D>& run, PartState<D>& state) {
 }
 
 template <int D>
-Outcome<Done> take_base_everywhere(BlockRun<D>& run, const Execution& execution) {
+Outcome<Done> take_base_on_all(BlockRun<D>& run, const Execution& execution) {
     return run.each_part(without_progress(execution), [&](PartState<D>& state, RingedPart<D>&) -> Outcome<Done> {
         take_base(run, state);
         return Done{};
     });
 }
 
-/// Moves nodes of walls without geometry, see kinds_that_follow.
+/// Moves nodes of walls without geometry, see kinds_with_following.
 template <int D>
 Outcome<Done> follow_volume(BlockRun<D>& run, const Column<EdgeKind>& kinds, const Execution& execution) {
     WholeSurface<D>& surface = run.by->surface;
@@ -252,9 +252,9 @@ Outcome<Done> follow_volume(BlockRun<D>& run, const Column<EdgeKind>& kinds, con
         Buffer<EdgeKind> of_part(state.kinds.begin(), state.kinds.end());
         for (std::size_t e = 0; e < of_part.size(); ++e)
             if (follows(state.on_surface[e])) of_part[e] = EdgeKind::volume;
-        state.kinds_that_follow = std::move(of_part);
+        state.kinds_with_following = std::move(of_part);
     }
-    const auto nodes = extended_nodes(run, &PartState<D>::kinds_that_follow, execution);
+    const auto nodes = extended_nodes(run, &PartState<D>::kinds_with_following, execution);
     if (!nodes) return fail(nodes.error());
     Buffer<Vec<D>> places(surface.mesh.edges.size(), Vec<D>{});
     auto gathered = run.gather_on_surface(places, [&](std::size_t b, EdgeId e, EdgeId at) -> std::optional<Vec<D>> {
@@ -265,7 +265,7 @@ Outcome<Done> follow_volume(BlockRun<D>& run, const Column<EdgeKind>& kinds, con
     for (std::size_t e = 0; e < base.size(); ++e)
         if (follows(EdgeId(e))) base[e] = {places[e]};
     surface.input.base = std::move(base);
-    for (PartState<D>& state : run.states) state.kinds_that_follow = {};
+    for (PartState<D>& state : run.states) state.kinds_with_following = {};
     return Done{};
 }
 
@@ -278,13 +278,13 @@ Outcome<Done> extend_on_surface(BlockRun<D>& run, const Execution& execution) {
                                    part_of(execution, 0, 0.5));
     if (!nodes) return fail(nodes.error());
     surface.input.base = std::move(*nodes);
-    if (auto taken = take_base_everywhere(run, execution); !taken) return taken;
+    if (auto taken = take_base_on_all(run, execution); !taken) return taken;
     const auto kinds =
-        kinds_that_follow(surface.mesh, surface.input.kinds, features, geometry, without_progress(execution));
+        kinds_with_following(surface.mesh, surface.input.kinds, features, geometry, without_progress(execution));
     if (!kinds) return fail(kinds.error());
     if (*kinds == surface.input.kinds) return Done{};
     if (auto done = follow_volume(run, *kinds, part_of(execution, 0.5, 1)); !done) return done;
-    return take_base_everywhere(run, execution);
+    return take_base_on_all(run, execution);
 }
 
 }  // namespace
@@ -293,7 +293,7 @@ template <int D>
 Outcome<Done> find_surface(BlockRun<D>& run, const Execution& execution) {
     auto surface = whole_surface(run.rows, run.goal, part_of(execution, 0, 0.8));
     if (!surface) return fail(surface.error());
-    run.by.emplace(CurvingBy<D>{std::move(*surface), edges_by(run)});
+    run.by.emplace(CurvingContext<D>{std::move(*surface), edges_by(run)});
     return run.each_part(part_of(execution, 0.8, 1),
                          [&](PartState<D>& state, RingedPart<D>& part) { return take_boundary(run, state, part); });
 }
@@ -306,22 +306,22 @@ Outcome<Done> extend_blocks(BlockRun<D>& run, const Execution& execution) {
             if (s.input.kinds[e] != EdgeKind::volume && s.input.base[e] != s.mesh.mid_nodes[e]) return false;
         return true;
     };
-    const auto let_base_go = [&] {
+    const auto release_base = [&] {
         for (PartState<D>& state : run.states) state.base = {};
     };
-    if (straight()) return let_base_go(), Done{};
+    if (straight()) return release_base(), Done{};
     if (auto done = extend_on_surface(run, part_of(execution, 0, 0.2)); !done) return done;
-    if (run.options.curving.curve.back_mesh != BackMeshKind::curved) return let_base_go(), Done{};
+    if (run.options.curving.curve.back_mesh != BackMeshKind::curved) return release_base(), Done{};
     run.is_displaced = true;
     auto nodes = extended_nodes(run, &PartState<D>::kinds, part_of(execution, 0.2, 1));
     if (!nodes) return fail(nodes.error());
     std::vector<std::span<LagrangeNode<D>>> columns(nodes->begin(), nodes->end());
-    if (auto brought = bring_all<LagrangeNode<D>>(run.edges, run.ranks, columns); !brought) return brought;
+    if (auto updated = update_ghost_rows<LagrangeNode<D>>(run.edges, run.ranks, columns); !updated) return updated;
     for (std::size_t p = 0; p < run.states.size(); ++p) {
         run.states[p].extended = {run.states[p].mesh, (*nodes)[p]};
         (*nodes)[p] = {};
     }
-    return let_base_go(), Done{};
+    return release_base(), Done{};
 }
 
 #define CAMBER_INSTANTIATE(D)                                                                                       \

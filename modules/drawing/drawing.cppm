@@ -108,24 +108,25 @@ struct Cut {
 /// Returns for each element (in a surface mesh: facet) 0 if the centroid of its vertices is in the removed half space,
 /// else 1. Errors: stopped.
 template <int D>
-[[nodiscard]] Outcome<Column<std::uint8_t>> kept_by(const Cut<D>& cut, const Mesh<D>& mesh, const Execution& execution);
+[[nodiscard]] Outcome<Column<std::uint8_t>> elements_inside_cut(const Cut<D>& cut, const Mesh<D>& mesh,
+                                                                const Execution& execution);
 
-/// Returns the visible faces of the elements with 1 in `kept` (see `kept_by`; empty: all), by ascending element. In 3D
-/// these are the faces of exactly one such element, in 2D the elements, in a surface mesh the facets. Errors:
-/// unsupported (not simplices of degree 2: elevate the degree first), stopped.
+/// Returns the visible faces of the elements with 1 in `selected` (see `elements_inside_cut`; empty: all), by ascending
+/// element. In 3D these are the faces of exactly one such element, in 2D the elements, in a surface mesh the facets.
+/// Errors: unsupported (not simplices of degree 2: elevate the degree first), stopped.
 template <int D>
-[[nodiscard]] Outcome<Column<Face>> faces_to_draw(const Mesh<D>& mesh, std::span<const std::uint8_t> kept,
+[[nodiscard]] Outcome<Column<Face>> faces_to_draw(const Mesh<D>& mesh, std::span<const std::uint8_t> selected,
                                                   const Execution& execution);
 
 struct DrawnGroups {
     std::span<const std::uint8_t> bodies = {};  ///< for each element, 1: all its visible faces are drawn; empty: all 1
-    std::vector<Reference> shown = {};  ///< ascending references of facets that are drawn on other elements too
+    std::vector<Reference> shown = {};          ///< ascending references of facets that are drawn on other elements too
     std::vector<Reference> hidden = {};         ///< ascending references of facets that are not drawn
 };
 
 /// Same, restricted to groups. Elements with 0 in `bodies` show only facets of shown groups. Unlisted boundary faces
 /// have reference 0. Errors: those above.
-[[nodiscard]] Outcome<Column<Face>> faces_to_draw(const Mesh<3>& mesh, std::span<const std::uint8_t> kept,
+[[nodiscard]] Outcome<Column<Face>> faces_to_draw(const Mesh<3>& mesh, std::span<const std::uint8_t> selected,
                                                   const DrawnGroups& groups, const Execution& execution);
 
 /// Edges of the faces, each once, in the order of the edge set.

@@ -22,9 +22,10 @@ static Outcome<Mesh<3>> two_tetrahedra() {
 int main() {
     const auto mesh = two_tetrahedra();
     if (!mesh) return 1;
-    const auto kept = kept_by(Cut<3>{{{0, 0, 1}}, 0}, *mesh, Execution{});  // removes the upper tetrahedron
-    if (!kept) return 1;
-    const auto whole = faces_to_draw(*mesh, {}, Execution{}), cut = faces_to_draw(*mesh, kept->view(), Execution{});
+    const auto selected =
+        elements_inside_cut(Cut<3>{{{0, 0, 1}}, 0}, *mesh, Execution{});  // removes the upper tetrahedron
+    if (!selected) return 1;
+    const auto whole = faces_to_draw(*mesh, {}, Execution{}), cut = faces_to_draw(*mesh, selected->view(), Execution{});
     if (!whole || !cut) return 1;
     const auto edges = edges_to_draw(*mesh, cut->view());
     std::printf("whole: %zu faces; cut: %zu faces, %zu edges\n", whole->size(), cut->size(), edges.size());

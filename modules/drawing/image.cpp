@@ -89,8 +89,8 @@ struct StrokedText {
 inline StrokedText stroked(std::string_view text) {
     constexpr double between = 1.8, space = 3;
     StrokedText out;
-    for (const char given : text) {
-        const char c = given == 'J' ? given : static_cast<char>(std::tolower(static_cast<unsigned char>(given)));
+    for (const char input : text) {
+        const char c = input == 'J' ? input : static_cast<char>(std::tolower(static_cast<unsigned char>(input)));
         double width = 0;
         bool is_known = false;
         for (const auto& [letter, points] : letters) {

@@ -21,15 +21,15 @@ namespace {
 
 /// Maximum distance of a chord from its curve (pixels), and maximum number of chords for an edge.
 constexpr double chord_error = 0.05;
-constexpr std::size_t most_pieces = 64;
+constexpr std::size_t max_pieces = 64;
 
 /// A power of two, so that points of a coarser division belong to finer ones. If the mid node is d away from the
 /// chord's midpoint, n chords deviate by d/n² at most.
 inline std::size_t pieces_of_edge(const DrawnFace& patch, std::size_t edge) {
     const Vec<3> chord = midpoint(patch.nodes[edge], patch.nodes[(edge + 1) % 3]);
-    const double wanted = std::sqrt(distance(patch.nodes[3 + edge], chord) / chord_error);
+    const double ideal_count = std::sqrt(distance(patch.nodes[3 + edge], chord) / chord_error);
     std::size_t n = 1;
-    while (n < most_pieces && static_cast<double>(n) < wanted) n *= 2;
+    while (n < max_pieces && static_cast<double>(n) < ideal_count) n *= 2;
     return n;
 }
 
@@ -363,18 +363,18 @@ Outcome<Buffer<std::uint32_t>> visible_faces(const Scene& scene, const Execution
     return guarded([&]() -> Outcome<Buffer<std::uint32_t>> {
         constexpr std::uint32_t none = 0xffffffffU;
         const std::size_t count = (scene.options.height + rows_of_a_strip - 1) / rows_of_a_strip;
-        std::vector<std::vector<std::uint32_t>> seen(count);
+        std::vector<std::vector<std::uint32_t>> sampled(count);
         auto done = each_strip<std::uint32_t>(
             scene, execution, none, [](const Hit& hit) { return hit.patch.face; },
             [&](const Strip& strip, std::vector<std::uint32_t>& samples) {
                 std::sort(samples.begin(), samples.end());
                 samples.erase(std::unique(samples.begin(), samples.end()), samples.end());
                 if (!samples.empty() && samples.back() == none) samples.pop_back();
-                seen[strip.first / rows_of_a_strip] = std::move(samples);
+                sampled[strip.first / rows_of_a_strip] = std::move(samples);
             });
         if (!done) return fail(done.error());
         Buffer<std::uint32_t> all;
-        for (const auto& part : seen) all.insert(all.end(), part.begin(), part.end());
+        for (const auto& part : sampled) all.insert(all.end(), part.begin(), part.end());
         std::sort(all.begin(), all.end());
         all.erase(std::unique(all.begin(), all.end()), all.end());
         return all;

@@ -119,18 +119,18 @@ std::array<NodeNumber, 6> nodes_of(const SimplexVertices<K>& vertices,
 
 template <int K, class Edges>
 Column<Face> whole_triangles(const Simplices<K>& triangles, const Edges& edges, std::size_t vertex_count,
-                             std::span<const std::uint8_t> kept, FaceKind kind) {
+                             std::span<const std::uint8_t> selected, FaceKind kind) {
     Buffer<Face> faces;
     faces.reserve(triangles.size());
     for (std::size_t t = 0; t < triangles.size(); ++t)
-        if (kept.empty() || kept[t] != 0)
+        if (selected.empty() || selected[t] != 0)
             faces.push_back({nodes_of<K>(triangles.vertices[t], edges[t], {0, 1, 2}, vertex_count),
                              static_cast<std::uint32_t>(t), triangles.references[t], kind});
     return faces;
 }
 
-enum class Seen : std::uint8_t { no, boundary, uncovered, facet };
-using SeenFaces = std::array<Seen, 4>;  ///< i: face opposite local vertex i
+enum class FaceVisibility : std::uint8_t { no, boundary, uncovered, facet };
+using FaceVisibilities = std::array<FaceVisibility, 4>;  ///< i: face opposite local vertex i
 
 /// None if no facet with these vertices is listed.
 std::optional<Reference> reference_of_facet(const LinearMesh<3>& mesh, const Incidence<FacetId>& facets,
@@ -155,24 +155,26 @@ std::array<VertexId, 3> vertices_of_face(const LinearMesh<3>& mesh, std::size_t 
 }
 
 /// Thread-safe, because each face belongs to one call of the visitor.
-Outcome<Buffer<SeenFaces>> seen_faces(const LinearMesh<3>& mesh, const Incidence<FacetId>& facets,
-                                      std::span<const std::uint8_t> kept, const DrawnGroups& groups,
-                                      const Execution& execution) {
+Outcome<Buffer<FaceVisibilities>> face_visibilities(const LinearMesh<3>& mesh, const Incidence<FacetId>& facets,
+                                                    std::span<const std::uint8_t> selected, const DrawnGroups& groups,
+                                                    const Execution& execution) {
     const auto balls_of = balls(mesh, part_of(execution, 0, 0.4));
     if (!balls_of) return fail(balls_of.error());
-    Buffer<SeenFaces> seen(mesh.elements.size());
-    std::fill(seen.begin(), seen.end(), SeenFaces{});
-    const auto is_kept = [&](const FaceAround<3>& f) { return kept.empty() || kept[f.face.element.index()] != 0; };
+    Buffer<FaceVisibilities> visibility(mesh.elements.size());
+    std::fill(visibility.begin(), visibility.end(), FaceVisibilities{});
+    const auto is_selected = [&](const FaceAround<3>& f) {
+        return selected.empty() || selected[f.face.element.index()] != 0;
+    };
     const auto is_body = [&](const FaceAround<3>& f) {
-        return is_kept(f) && (groups.bodies.empty() || groups.bodies[f.face.element.index()] != 0);
+        return is_selected(f) && (groups.bodies.empty() || groups.bodies[f.face.element.index()] != 0);
     };
     const auto show_facet = [&](std::span<const FaceAround<3>> on) {
-        const auto f = std::find_if(on.begin(), on.end(), is_kept);
+        const auto f = std::find_if(on.begin(), on.end(), is_selected);
         if (f == on.end()) return;
         const auto reference =
             reference_of_facet(mesh, facets, vertices_of_face(mesh, f->face.element.index(), f->face.opposite));
         if ((reference || on.size() == 1) && contains(groups.shown, reference.value_or(0)))
-            seen[f->face.element.index()][f->face.opposite] = Seen::facet;
+            visibility[f->face.element.index()][f->face.opposite] = FaceVisibility::facet;
     };
     auto done = each_face<3>(mesh, *balls_of, part_of(execution, 0.4, 0.9), [&](std::span<const FaceAround<3>> on) {
         // A valid mesh has no face with more than two elements; if one occurs, it is drawn for each of them.
@@ -180,28 +182,31 @@ Outcome<Buffer<SeenFaces>> seen_faces(const LinearMesh<3>& mesh, const Incidence
         if (on.size() == 2 && is_body(on[0]) == is_body(on[1])) return;
         for (const FaceAround<3>& f : on)
             if (is_body(f))
-                seen[f.face.element.index()][f.face.opposite] = on.size() == 1 ? Seen::boundary : Seen::uncovered;
+                visibility[f.face.element.index()][f.face.opposite] =
+                    on.size() == 1 ? FaceVisibility::boundary : FaceVisibility::uncovered;
     });
     if (!done) return fail(done.error());
-    return seen;
+    return visibility;
 }
 
-Outcome<Column<Face>> faces_of_tetrahedra(const QuadraticMesh<3>& mesh, std::span<const std::uint8_t> kept,
+Outcome<Column<Face>> faces_of_tetrahedra(const QuadraticMesh<3>& mesh, std::span<const std::uint8_t> selected,
                                           const DrawnGroups& groups, const Execution& execution) {
     const LinearMesh<3>& linear = mesh.linear;
     const auto facets = facet_balls(linear, part_of(execution, 0, 0.1));
     if (!facets) return fail(facets.error());
-    const auto seen = seen_faces(linear, *facets, kept, groups, part_of(execution, 0.1, 0.9));
-    if (!seen) return fail(seen.error());
-    const auto kind_of = [](Seen how) {
-        return how == Seen::boundary ? FaceKind::boundary : how == Seen::facet ? FaceKind::facet : FaceKind::uncovered;
+    const auto visibility = face_visibilities(linear, *facets, selected, groups, part_of(execution, 0.1, 0.9));
+    if (!visibility) return fail(visibility.error());
+    const auto kind_of = [](FaceVisibility how) {
+        return how == FaceVisibility::boundary ? FaceKind::boundary
+               : how == FaceVisibility::facet  ? FaceKind::facet
+                                               : FaceKind::uncovered;
     };
     Buffer<Face> faces;
-    for (std::size_t e = 0; e < seen->size(); ++e)
+    for (std::size_t e = 0; e < visibility->size(); ++e)
         for (int i = 0; i < 4; ++i) {
-            const Seen how = (*seen)[e][i];
-            if (how == Seen::no) continue;
-            const bool is_uncovered = how == Seen::uncovered;
+            const FaceVisibility how = (*visibility)[e][i];
+            if (how == FaceVisibility::no) continue;
+            const bool is_uncovered = how == FaceVisibility::uncovered;
             std::optional<Reference> facet;
             if (!is_uncovered || !groups.hidden.empty())
                 facet = reference_of_facet(linear, *facets, vertices_of_face(linear, e, i));
@@ -217,41 +222,41 @@ Outcome<Column<Face>> faces_of_tetrahedra(const QuadraticMesh<3>& mesh, std::spa
 }  // namespace
 
 template <int D>
-Outcome<Column<std::uint8_t>> kept_by(const Cut<D>& cut, const Mesh<D>& whole, const Execution& execution) {
+Outcome<Column<std::uint8_t>> elements_inside_cut(const Cut<D>& cut, const Mesh<D>& whole, const Execution& execution) {
     const LinearMesh<D> mesh = straight_simplices(whole);
     const auto stays = [&](const Vec<D>& c) { return static_cast<std::uint8_t>(dot(cut.normal, c) <= cut.offset); };
-    auto kept = is_of_facets(mesh)
-                    ? map_each(execution, mesh.facets.size(),
-                               [&](std::size_t f) { return stays(centroid(mesh, mesh.facets.vertices[f])); })
-                    : map_each(execution, mesh.elements.size(),
-                               [&](std::size_t e) { return stays(centroid(mesh, mesh.elements.vertices[e])); });
-    if (!kept) return fail(kept.error());
-    return Column<std::uint8_t>(std::move(*kept));
+    auto selected = is_of_facets(mesh)
+                        ? map_each(execution, mesh.facets.size(),
+                                   [&](std::size_t f) { return stays(centroid(mesh, mesh.facets.vertices[f])); })
+                        : map_each(execution, mesh.elements.size(),
+                                   [&](std::size_t e) { return stays(centroid(mesh, mesh.elements.vertices[e])); });
+    if (!selected) return fail(selected.error());
+    return Column<std::uint8_t>(std::move(*selected));
 }
 
 template <int D>
-Outcome<Column<Face>> faces_to_draw(const Mesh<D>& mesh, std::span<const std::uint8_t> kept,
+Outcome<Column<Face>> faces_to_draw(const Mesh<D>& mesh, std::span<const std::uint8_t> selected,
                                     const Execution& execution) {
     const auto quadratic = as_quadratic(mesh);
     if (!quadratic) return fail(quadratic.error());
     return guarded([&]() -> Outcome<Column<Face>> {
         const LinearMesh<D>& linear = quadratic->linear;
         if constexpr (D == 2)
-            return whole_triangles<2>(linear.elements, quadratic->edges.of_elements, linear.points.size(), kept,
+            return whole_triangles<2>(linear.elements, quadratic->edges.of_elements, linear.points.size(), selected,
                                       FaceKind::plane);
         else if (is_of_facets(linear))
-            return whole_triangles<2>(linear.facets, quadratic->edges.of_facets, linear.points.size(), kept,
+            return whole_triangles<2>(linear.facets, quadratic->edges.of_facets, linear.points.size(), selected,
                                       FaceKind::boundary);
         else
-            return faces_of_tetrahedra(*quadratic, kept, {}, execution);
+            return faces_of_tetrahedra(*quadratic, selected, {}, execution);
     });
 }
 
-Outcome<Column<Face>> faces_to_draw(const Mesh<3>& mesh, std::span<const std::uint8_t> kept, const DrawnGroups& groups,
-                                    const Execution& execution) {
+Outcome<Column<Face>> faces_to_draw(const Mesh<3>& mesh, std::span<const std::uint8_t> selected,
+                                    const DrawnGroups& groups, const Execution& execution) {
     const auto quadratic = as_quadratic(mesh);
     if (!quadratic) return fail(quadratic.error());
-    return guarded([&] { return faces_of_tetrahedra(*quadratic, kept, groups, execution); });
+    return guarded([&] { return faces_of_tetrahedra(*quadratic, selected, groups, execution); });
 }
 
 template <int D>
@@ -357,7 +362,7 @@ Outcome<Scene> make_scene(const Mesh<D>& mesh, std::span<const Face> faces, cons
 }
 
 #define CAMBER_INSTANTIATE(D)                                                                                         \
-    template Outcome<Column<std::uint8_t>> kept_by<D>(const Cut<D>&, const Mesh<D>&, const Execution&);               \
+    template Outcome<Column<std::uint8_t>> elements_inside_cut<D>(const Cut<D>&, const Mesh<D>&, const Execution&);   \
     template Outcome<Column<Face>> faces_to_draw<D>(const Mesh<D>&, std::span<const std::uint8_t>, const Execution&); \
     template Column<FaceEdge> edges_to_draw<D>(const Mesh<D>&, std::span<const Face>);                                \
     template Outcome<Scene> make_scene<D>(const Mesh<D>&, std::span<const Face>, const FaceValues&,                   \

@@ -285,7 +285,7 @@ std::vector<DrawnFace> painted_in_order(const Scene& scene, const Buffer<std::ui
     return patches;
 }
 
-constexpr double most_opacity = 0.8;
+constexpr double max_opacity = 0.8;
 
 /// Rounded to tenths.
 double opacity_of_lines(const DrawnFace& patch, double width) {
@@ -296,7 +296,7 @@ double opacity_of_lines(const DrawnFace& patch, double width) {
     }
     const Vec<3> u = patch.nodes[1] - patch.nodes[0], v = patch.nodes[2] - patch.nodes[0];
     const double height = longest > 0 ? std::abs(u[0] * v[1] - u[1] * v[0]) / longest : 0;
-    return std::round(10 * line_opacity(height, width, most_opacity)) / 10;
+    return std::round(10 * line_opacity(height, width, max_opacity)) / 10;
 }
 
 class Writer {
@@ -321,7 +321,7 @@ class Writer {
         out_ += scene_.clip ? "<g clip-path=\"url(#box)\"" : "<g";
         out_ += " stroke-linejoin=\"round\" stroke-linecap=\"round\" stroke=\"" + hex(theme_.line) + "\"";
         put(out_, "stroke-width", width_);
-        put(out_, "stroke-opacity", most_opacity);
+        put(out_, "stroke-opacity", max_opacity);
         out_ += ">\n";
         for (const DrawnFace& patch : patches) face(patch);
         out_ += "</g>\n";
@@ -370,7 +370,7 @@ class Writer {
     }
     /// Omits the SVG group's opacity.
     void put_opacity(double opacity) {
-        if (opacity != most_opacity) put(out_, "stroke-opacity", opacity);
+        if (opacity != max_opacity) put(out_, "stroke-opacity", opacity);
     }
     void face(const DrawnFace& patch) {
         const bool is_lined =

@@ -35,7 +35,7 @@ using GradientPack = std::array<SymPack<D>, D>;
 
 /// Field sampled by the straight edge at an end or its midpoint.
 template <int D>
-struct EdgeSight {
+struct EdgeSample {
     SymPack<D> log_metric;     ///< log M̂, M̂ = Fᵀ M F
     GradientPack<D> gradient;  ///< in the reference
     MatPack<D> jacobian;       ///< F
@@ -44,39 +44,40 @@ struct EdgeSight {
 
 /// Transforms the field at bent ends to the straight edge.
 template <int D>
-[[gnu::always_inline]] inline void see_through_map(EdgeSight<D>& sight, Mask bent) {
-    const SeenPack<D> seen = seen_through<D>(sight.log_metric, sight.jacobian);
+[[gnu::always_inline]] inline void transform_by_map(EdgeSample<D>& sample, Mask bent) {
+    const PulledBackPack<D> sampled = pull_back_pack<D>(sample.log_metric, sample.jacobian);
     GradientPack<D> turned;
-    for (int j = 0; j < D; ++j) turned[j] = congruence_transposed(seen.axes, sight.gradient[j]);
+    for (int j = 0; j < D; ++j) turned[j] = congruence_transposed(sampled.axes, sample.gradient[j]);
     for (int i = 0; i < D; ++i)
         for (int k = 0; k < sym_size<D>; ++k) {
-            Pack along = sight.jacobian(0, i) * turned[0].c[k];
-            for (int j = 1; j < D; ++j) along += sight.jacobian(j, i) * turned[j].c[k];
-            sight.gradient[i].c[k] = select(bent, along, sight.gradient[i].c[k]);
+            Pack along = sample.jacobian(0, i) * turned[0].c[k];
+            for (int j = 1; j < D; ++j) along += sample.jacobian(j, i) * turned[j].c[k];
+            sample.gradient[i].c[k] = select(bent, along, sample.gradient[i].c[k]);
         }
     for (int k = 0; k < sym_size<D>; ++k)
-        sight.log_metric.c[k] = select(bent, seen.log_metric.c[k], sight.log_metric.c[k]);
+        sample.log_metric.c[k] = select(bent, sampled.log_metric.c[k], sample.log_metric.c[k]);
 }
 
 template <int D>
-[[nodiscard, gnu::always_inline]] inline EdgeSight<D> seen_from_end(std::span<const EdgeEnds<D>> edges,
-                                                                    std::size_t begin, EdgeEnd<D> EdgeEnds<D>::* end) {
+[[nodiscard, gnu::always_inline]] inline EdgeSample<D> sampled_at_end(std::span<const EdgeEnds<D>> edges,
+                                                                      std::size_t begin,
+                                                                      EdgeEnd<D> EdgeEnds<D>::* end) {
     using Ends = EdgeEnds<D>;
-    EdgeSight<D> seen{};
-    seen.log_metric = gathered_sym<D>(edges, begin, [&](const Ends& e) __attribute__((always_inline)) -> const Sym<D>& {
-        return (e.*end).log_metric.l;
-    });
+    EdgeSample<D> sampled{};
+    sampled.log_metric = gathered_sym<D>(
+        edges, begin,
+        [&](const Ends& e) __attribute__((always_inline)) -> const Sym<D>& { return (e.*end).log_metric.l; });
     for (int i = 0; i < D; ++i)
-        seen.gradient[i] = gathered_sym<D>(
+        sampled.gradient[i] = gathered_sym<D>(
             edges, begin,
             [&](const Ends& e) __attribute__((always_inline)) -> const Sym<D>& { return (e.*end).gradient[i]; });
-    seen.jacobian = gathered_mat<D>(
+    sampled.jacobian = gathered_mat<D>(
         edges, begin, [&](const Ends& e) __attribute__((always_inline)) -> const Mat<D>& { return (e.*end).jacobian; });
-    return seen;
+    return sampled;
 }
 /// True if all lanes share this end, so that it needs no gathering.
 template <int D>
-[[nodiscard]] inline bool is_one_end(std::span<const EndSights<D>> edges, std::size_t begin, std::size_t end) {
+[[nodiscard]] inline bool is_one_end(std::span<const EndSamples<D>> edges, std::size_t begin, std::size_t end) {
     const std::size_t last = std::min<std::size_t>(begin + pack_size, edges.size());
     for (std::size_t lane = begin + 1; lane < last; ++lane)
         if (edges[lane][end].gradient != edges[begin][end].gradient ||
@@ -92,30 +93,30 @@ template <int D>
 }
 /// Without a curved back mesh F is the identity.
 template <int D>
-[[nodiscard, gnu::always_inline]] inline EdgeSight<D> seen_from_end(std::span<const EndSights<D>> edges,
-                                                                    std::size_t begin, std::size_t end) {
-    using Ends = EndSights<D>;
-    EdgeSight<D> seen{};
+[[nodiscard, gnu::always_inline]] inline EdgeSample<D> sampled_at_end(std::span<const EndSamples<D>> edges,
+                                                                      std::size_t begin, std::size_t end) {
+    using Ends = EndSamples<D>;
+    EdgeSample<D> sampled{};
     for (int i = 0; i < D; ++i)
-        for (int j = 0; j < D; ++j) seen.jacobian(i, j) = packed(i == j ? 1 : 0);
+        for (int j = 0; j < D; ++j) sampled.jacobian(i, j) = packed(i == j ? 1 : 0);
     if (is_one_end(edges, begin, end)) {
-        const EndSight<D>& one = edges[begin][end];
-        seen.log_metric = in_all_lanes(one.log_metric->l);
-        for (int i = 0; i < D; ++i) seen.gradient[i] = in_all_lanes((*one.gradient)[i]);
-        return seen;
+        const EndSample<D>& one = edges[begin][end];
+        sampled.log_metric = in_all_lanes(one.log_metric->l);
+        for (int i = 0; i < D; ++i) sampled.gradient[i] = in_all_lanes((*one.gradient)[i]);
+        return sampled;
     }
-    seen.log_metric = gathered_sym<D>(edges, begin, [&](const Ends& e) __attribute__((always_inline)) -> const Sym<D>& {
-        return e[end].log_metric->l;
-    });
+    sampled.log_metric = gathered_sym<D>(
+        edges, begin,
+        [&](const Ends& e) __attribute__((always_inline)) -> const Sym<D>& { return e[end].log_metric->l; });
     for (int i = 0; i < D; ++i)
-        seen.gradient[i] = gathered_sym<D>(
+        sampled.gradient[i] = gathered_sym<D>(
             edges, begin,
             [&](const Ends& e) __attribute__((always_inline)) -> const Sym<D>& { return (*e[end].gradient)[i]; });
-    return seen;
+    return sampled;
 }
 
 template <int D>
-[[nodiscard, gnu::always_inline]] inline EdgeSight<D> middle_of(EdgeSight<D> a, const EdgeSight<D>& b) {
+[[nodiscard, gnu::always_inline]] inline EdgeSample<D> middle_of(EdgeSample<D> a, const EdgeSample<D>& b) {
     for (int k = 0; k < sym_size<D>; ++k) {
         a.change.c[k] = b.log_metric.c[k] - a.log_metric.c[k];
         a.log_metric.c[k] = (a.log_metric.c[k] + b.log_metric.c[k]) / 2;
@@ -126,23 +127,23 @@ template <int D>
     return a;
 }
 template <int D>
-[[nodiscard, gnu::always_inline]] inline EdgeSight<D> seen_from_middle(std::span<const EdgeEnds<D>> edges,
-                                                                       std::size_t begin) {
+[[nodiscard, gnu::always_inline]] inline EdgeSample<D> sampled_at_middle(std::span<const EdgeEnds<D>> edges,
+                                                                         std::size_t begin) {
     using Ends = EdgeEnds<D>;
     const Pack bent =
-        gathered(edges, begin, [](const Ends& e) __attribute__((always_inline)) { return e.is_bent ? 1.0 : 0.0; });
-    EdgeSight<D> a = seen_from_end(edges, begin, &Ends::a);
-    EdgeSight<D> b = seen_from_end(edges, begin, &Ends::b);
+        gathered(edges, begin, [](const Ends& e) __attribute__((always_inline)) { return e.is_curved ? 1.0 : 0.0; });
+    EdgeSample<D> a = sampled_at_end(edges, begin, &Ends::a);
+    EdgeSample<D> b = sampled_at_end(edges, begin, &Ends::b);
     if (any(bent != 0)) {
-        see_through_map(a, bent != 0);
-        see_through_map(b, bent != 0);
+        transform_by_map(a, bent != 0);
+        transform_by_map(b, bent != 0);
     }
     return middle_of(a, b);
 }
 template <int D>
-[[nodiscard, gnu::always_inline]] inline EdgeSight<D> seen_from_middle(std::span<const EndSights<D>> edges,
-                                                                       std::size_t begin) {
-    return middle_of(seen_from_end(edges, begin, 0), seen_from_end(edges, begin, 1));
+[[nodiscard, gnu::always_inline]] inline EdgeSample<D> sampled_at_middle(std::span<const EndSamples<D>> edges,
+                                                                         std::size_t begin) {
+    return middle_of(sampled_at_end(edges, begin, 0), sampled_at_end(edges, begin, 1));
 }
 
 /// ∂_v of the field.
@@ -175,23 +176,23 @@ struct EdgeFrame {
     VecPack<D> chord;                        ///< c
     SymPack<D> along_chord;                  ///< A
     std::array<std::array<Pack, D>, D> x{};  ///< x_ij = λ_i − λ_j
-    SymPack<D> likeness;                     ///< K_ij
+    SymPack<D> axis_similarity;              ///< K_ij
 };
 
 template <int D>
-[[nodiscard, gnu::always_inline]] inline EdgeFrame<D> edge_frame(const VecPack<D>& chord, const EdgeSight<D>& middle,
-                                                                 ChangeAlong change) {
+[[nodiscard, gnu::always_inline]] inline EdgeFrame<D> edge_frame(const VecPack<D>& chord, const EdgeSample<D>& middle,
+                                                                 ChangeSource change) {
     EdgeFrame<D> f{};
     f.log_metric = eigen_system<D>(middle.log_metric);
     f.chord = times_transposed(f.log_metric.vectors, chord);
     const SymPack<D> along =  // ∂_e L
-        change == ChangeAlong::of_ends ? middle.change : derivative<D>(middle.gradient, chord);
+        change == ChangeSource::of_ends ? middle.change : derivative<D>(middle.gradient, chord);
     f.along_chord = congruence_transposed(f.log_metric.vectors, along);
     for (int i = 0; i < D; ++i) {
         f.sizes[i] = exp(f.log_metric.values[i]);
         for (int j = 0; j < D; ++j) f.x[i][j] = f.log_metric.values[i] - f.log_metric.values[j];
-        for (int j = 0; j < i; ++j) f.likeness(i, j) = exp(-abs(f.x[i][j]));
-        f.likeness(i, i) = packed(1);
+        for (int j = 0; j < i; ++j) f.axis_similarity(i, j) = exp(-abs(f.x[i][j]));
+        f.axis_similarity(i, i) = packed(1);
     }
     return f;
 }
@@ -221,22 +222,22 @@ constexpr double max_shift = 0.2;
 
 /// w(x): 1/|x| converts a change of L into an angle if axis j is the finer one; 0 for equal sizes, whose axes are
 /// undefined.
-[[nodiscard, gnu::always_inline]] inline Pack turning(Pack x, Pack likeness) {
-    const Pack unlike = 1 - likeness;
-    return select(x == 0, packed(0), unlike * unlike / abs(x) * select(x > 0, likeness, packed(1)));
+[[nodiscard, gnu::always_inline]] inline Pack turning(Pack x, Pack axis_similarity) {
+    const Pack unlike = 1 - axis_similarity;
+    return select(x == 0, packed(0), unlike * unlike / abs(x) * select(x > 0, axis_similarity, packed(1)));
 }
 
 /// r_j·d = (change of r_j along e)·e/8. With `of_ends`, axes that turn by α change by x tan α, and the tangents give
 /// (e/4) tan(α/2).
 template <int D>
-[[nodiscard, gnu::always_inline]] inline VecPack<D> by_axes(const EdgeFrame<D>& f, ChangeAlong change) {
+[[nodiscard, gnu::always_inline]] inline VecPack<D> by_axes(const EdgeFrame<D>& f, ChangeSource change) {
     VecPack<D> d;
     for (int j = 0; j < D; ++j) {
         d[j] = packed(0);
         for (int i = 0; i < D; ++i) {
             if (i == j) continue;
-            Pack part = turning(f.x[i][j], f.likeness(i, j)) * f.along_chord(i, j) * f.chord[i] / 8;
-            if (change == ChangeAlong::of_ends) {
+            Pack part = turning(f.x[i][j], f.axis_similarity(i, j)) * f.along_chord(i, j) * f.chord[i] / 8;
+            if (change == ChangeSource::of_ends) {
                 const Pack tangent = select(f.x[i][j] == 0, packed(0), f.along_chord(i, j) / f.x[i][j]);
                 part *= 2 / (1 + sqrt(1 + tangent * tangent));
             }
@@ -246,9 +247,10 @@ template <int D>
     // 8 |d|/|e| is the rotation angle. From the ends alone it is ambiguous, because other axes may have taken that
     // place.
     const Pack turn = 8 * sqrt(dot(d, d)) / sqrt(dot(f.chord, f.chord));
-    const Pack kept = change == ChangeAlong::of_ends ? resolved(turn * turn, max_turn_of_ends * max_turn_of_ends)
-                                                     : resolved(turn, max_turn);
-    for (int j = 0; j < D; ++j) d[j] *= kept;
+    const Pack limited_share = change == ChangeSource::of_ends
+                                   ? resolved(turn * turn, max_turn_of_ends * max_turn_of_ends)
+                                   : resolved(turn, max_turn);
+    for (int j = 0; j < D; ++j) d[j] *= limited_share;
     return d;
 }
 
@@ -261,7 +263,7 @@ template <int D>
     VecPack<D> d;
     for (int j = 0; j < D; ++j) {
         VecPack<D> like;
-        for (int a = 0; a < D; ++a) like[a] = f.likeness(j, a) * f.chord[a];
+        for (int a = 0; a < D; ++a) like[a] = f.axis_similarity(j, a) * f.chord[a];
         const VecPack<D> u = times(r, like);
         const Pack along = bilinear<D>(derivative<D>(gradient, u), r.column[j], u);
         const Pack across = bilinear<D>(derivative<D>(gradient, r.column[j]), u, u);
@@ -282,11 +284,11 @@ template <int D>
     VecPack<D> d;
     for (int j = 0; j < D; ++j) {
         Pack alike = packed(0), square = packed(0), along = packed(0), own = packed(0);
-        for (int i = 0; i < D; ++i) alike += f.likeness(i, j);
+        for (int i = 0; i < D; ++i) alike += f.axis_similarity(i, j);
         for (int k = 0; k < D; ++k) {
             Pack mean = packed(0);
-            for (int i = 0; i < D; ++i) mean += f.likeness(i, j) * growth[k][i];
-            mean *= f.likeness(j, k) / alike;
+            for (int i = 0; i < D; ++i) mean += f.axis_similarity(i, j) * growth[k][i];
+            mean *= f.axis_similarity(j, k) / alike;
             square += mean * mean;
             along += mean * f.chord[k];
             if (k == j) own = mean;
@@ -304,15 +306,15 @@ template <int D>
     const Pack length = metric_length(f, f.chord);
     const Pack unit = min(unit_length_squared / (length * length), packed(1));
     // In one dimension d = Δλ e/16.
-    const Pack kept = unit * resolved(16 * metric_length(f, d) / length, max_resolved_change);
-    for (int j = 0; j < D; ++j) d[j] *= kept;
+    const Pack limited_share = unit * resolved(16 * metric_length(f, d) / length, max_resolved_change);
+    for (int j = 0; j < D; ++j) d[j] *= limited_share;
     return d;
 }
 
 /// Adds the minimal change, in the metric, that matches the ends along the chord.
 template <int D>
 [[nodiscard, gnu::always_inline]] inline GradientPack<D> agreeing_with_ends(const EdgeFrame<D>& f,
-                                                                            const EdgeSight<D>& middle,
+                                                                            const EdgeSample<D>& middle,
                                                                             const VecPack<D>& chord) {
     VecPack<D> scaled;
     Pack square = packed(0);
@@ -333,10 +335,10 @@ template <int D>
 /// F R (by_axes + σ by_sizes); 0 if not finite.
 template <int D>
 [[nodiscard, gnu::always_inline]] inline VecPack<D> accurate_offset(const EdgeFrame<D>& f, const VecPack<D>& chord,
-                                                                    const EdgeSight<D>& middle,
+                                                                    const EdgeSample<D>& middle,
                                                                     const EdgeAccuracyOptions& options) {
     const VecPack<D> axes = by_axes(f, options.change);
-    const bool by_ends = options.change == ChangeAlong::of_ends;
+    const bool by_ends = options.change == ChangeSource::of_ends;
     const VecPack<D> sizes =
         by_sizes<D>(f, by_ends ? agreeing_with_ends(f, middle, chord) : middle.gradient, options.metric_kind);
     const double share = share_of_sizes(options, D);
@@ -344,10 +346,10 @@ template <int D>
     for (int j = 0; j < D; ++j) in_frame[j] = axes[j] + share * sizes[j];
     VecPack<D> d = times(f.log_metric.vectors, in_frame);
     const Pack shift = abs(dot(d, chord)) / dot(chord, chord);
-    const Pack kept = select(shift > max_shift, max_shift / shift, packed(1));
+    const Pack limited_share = select(shift > max_shift, max_shift / shift, packed(1));
     Pack largest = packed(0);
     for (int j = 0; j < D; ++j) {
-        d[j] *= kept;
+        d[j] *= limited_share;
         largest += abs(d[j]);
     }
     VecPack<D> offset = times(middle.jacobian, d);
@@ -357,7 +359,7 @@ template <int D>
 
 /// sqrt(n Σ(x − mean)²/n) of the log sizes, see frame_mean.
 template <int D>
-[[nodiscard, gnu::always_inline]] inline Pack unlikeness(const VecPack<D>& sizes) {
+[[nodiscard, gnu::always_inline]] inline Pack anisotropy_spread(const VecPack<D>& sizes) {
     Pack sum = sizes[0], squares = sizes[0] * sizes[0];
     for (int i = 1; i < D; ++i) {
         sum += sizes[i];
@@ -371,8 +373,8 @@ template <int D>
 [[nodiscard, gnu::always_inline]] inline Pack middle_speed(const EdgeFrame<D>& f, const VecPack<D>& a,
                                                            const VecPack<D>& b) {
     const VecPack<D>& values = f.log_metric.values;
-    const Pack most = (unlikeness<D>(a) + unlikeness<D>(b)) / 2;
-    const Pack ratio = select(most > 0, unlikeness<D>(values) / most, packed(0));
+    const Pack most = (anisotropy_spread<D>(a) + anisotropy_spread<D>(b)) / 2;
+    const Pack ratio = select(most > 0, anisotropy_spread<D>(values) / most, packed(0));
     const Pack share = min(max((ratio - 0.5) / 0.3, packed(0)), packed(1));
     Pack sum = packed(0);
     for (int i = 0; i < D; ++i) {
@@ -394,12 +396,12 @@ template <int D>
 }
 
 template <int D>
-[[nodiscard, gnu::always_inline]] inline Pack speed_at(std::span<const EndSights<D>> ends, std::size_t begin,
+[[nodiscard, gnu::always_inline]] inline Pack speed_at(std::span<const EndSamples<D>> ends, std::size_t begin,
                                                        std::size_t end, const VecPack<D>& v) {
     Pack sum = packed(0);
     for (int k = 0; k < D; ++k) {
         const VecPack<D> row =
-            gathered_vec<D>(ends, begin, [&](const EndSights<D>& e) __attribute__((always_inline)) -> const Vec<D>& {
+            gathered_vec<D>(ends, begin, [&](const EndSamples<D>& e) __attribute__((always_inline)) -> const Vec<D>& {
                 return e[end].measure->rows[static_cast<std::size_t>(k)];
             });
         const Pack w = dot(row, v);
@@ -411,13 +413,13 @@ template <int D>
 /// True if the metric is constant within rounding: the node would leave the chord midpoint by less than 1e-13 of the
 /// length.
 template <int D>
-[[nodiscard]] bool sees_one_metric(const EndSights<D>& ends, const Vec<D>& chord) {
+[[nodiscard]] bool is_metric_constant(const EndSamples<D>& ends, const Vec<D>& chord) {
     constexpr double rounding = 1e-12;  // of log M within the edge
     const auto changes = [](double change) { return !(std::abs(change) <= rounding); };
     for (int k = 0; k < sym_size<D>; ++k)
         if (changes(ends[0].log_metric->l.c[k] - ends[1].log_metric->l.c[k])) return false;
     const double length = norm(chord);
-    for (const EndSight<D>& end : ends)
+    for (const EndSample<D>& end : ends)
         for (const Sym<D>& along : *end.gradient)
             if (std::ranges::any_of(along.c, [&](double slope) { return changes(slope * length); })) return false;
     return true;
@@ -432,7 +434,7 @@ void accurate_offsets(std::span<const Vec<D>> chords, std::span<const EdgeEnds<D
         for (std::size_t begin = 0; begin < offsets.size(); begin += pack_size) {
             const VecPack<D> chord = gathered_vec<D>(
                 chords, begin, [](const Vec<D>& v) __attribute__((always_inline)) -> const Vec<D>& { return v; });
-            const EdgeSight<D> middle = seen_from_middle<D>(ends, begin);
+            const EdgeSample<D> middle = sampled_at_middle<D>(ends, begin);
             scatter<D>(accurate_offset<D>(edge_frame(chord, middle, options.change), chord, middle, options), begin,
                        offsets);
         }
@@ -440,14 +442,14 @@ void accurate_offsets(std::span<const Vec<D>> chords, std::span<const EdgeEnds<D
 }
 
 template <int D>
-void bent_edges(std::span<const Vec<D>> chords, std::span<const EndSights<D>> ends, const EdgeAccuracyOptions& options,
+void bent_edges(std::span<const Vec<D>> chords, std::span<const EndSamples<D>> ends, const EdgeAccuracyOptions& options,
                 std::span<Vec<D>> offsets, std::span<double> lengths, Instructions set) {
     with_instructions(set, [&]() __attribute__((always_inline)) {
         for (std::size_t begin = 0; begin < offsets.size(); begin += pack_size) {
             const std::size_t n = std::min<std::size_t>(pack_size, offsets.size() - begin);
             std::array<bool, pack_size> is_straight{};
             for (std::size_t lane = 0; lane < n; ++lane)
-                is_straight[lane] = sees_one_metric<D>(ends[begin + lane], chords[begin + lane]);
+                is_straight[lane] = is_metric_constant<D>(ends[begin + lane], chords[begin + lane]);
             const auto straighten = [&] {
                 for (std::size_t lane = 0; lane < n; ++lane) {
                     if (!is_straight[lane]) continue;
@@ -462,7 +464,7 @@ void bent_edges(std::span<const Vec<D>> chords, std::span<const EndSights<D>> en
             }
             const VecPack<D> chord = gathered_vec<D>(
                 chords, begin, [](const Vec<D>& v) __attribute__((always_inline)) -> const Vec<D>& { return v; });
-            const EdgeSight<D> middle = seen_from_middle<D>(ends, begin);
+            const EdgeSample<D> middle = sampled_at_middle<D>(ends, begin);
             const EdgeFrame<D> f = edge_frame(chord, middle, options.change);
             const VecPack<D> offset = accurate_offset<D>(f, chord, middle, options);
             scatter<D>(offset, begin, offsets);
@@ -473,7 +475,7 @@ void bent_edges(std::span<const Vec<D>> chords, std::span<const EndSights<D>> en
             }
             const auto sizes_at = [&](std::size_t end) __attribute__((always_inline)) {
                 return gathered_vec<D>(ends, begin,
-                                       [&](const EndSights<D>& e) __attribute__((always_inline)) -> const Vec<D>& {
+                                       [&](const EndSamples<D>& e) __attribute__((always_inline)) -> const Vec<D>& {
                                            return e[end].measure->log_sizes;
                                        });
             };
@@ -486,10 +488,10 @@ void bent_edges(std::span<const Vec<D>> chords, std::span<const EndSights<D>> en
     });
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                                       \
-    template void accurate_offsets<D>(std::span<const Vec<D>>, std::span<const EdgeEnds<D>>,                        \
-                                      const EdgeAccuracyOptions&, std::span<Vec<D>>, Instructions);                 \
-    template void bent_edges<D>(std::span<const Vec<D>>, std::span<const EndSights<D>>, const EdgeAccuracyOptions&, \
+#define CAMBER_INSTANTIATE(D)                                                                                        \
+    template void accurate_offsets<D>(std::span<const Vec<D>>, std::span<const EdgeEnds<D>>,                         \
+                                      const EdgeAccuracyOptions&, std::span<Vec<D>>, Instructions);                  \
+    template void bent_edges<D>(std::span<const Vec<D>>, std::span<const EndSamples<D>>, const EdgeAccuracyOptions&, \
                                 std::span<Vec<D>>, std::span<double>, Instructions);
 
 CAMBER_INSTANTIATE(2)

@@ -11,7 +11,7 @@ import camber.metric;
 export namespace camber {
 
 /// Source of the change of log M along an edge.
-enum class ChangeAlong : std::uint8_t {
+enum class ChangeSource : std::uint8_t {
     recovered,  ///< recovered gradients at the ends, which smooth noisy metrics
     of_ends,    ///< difference of the ends: exact for uniformly turning axes, up to about a radian
 };
@@ -34,7 +34,7 @@ struct EdgeAccuracyOptions {
     MetricKind metric_kind = MetricKind::automatic;
     double metric_norm = 2;  ///< p of L^p; 0: the maximum norm
     double size_share = 0;   ///< σ; 0: see share_of_sizes
-    ChangeAlong change = ChangeAlong::recovered;
+    ChangeSource change = ChangeSource::recovered;
 
     [[nodiscard]] static constexpr auto options() {
         using S = EdgeAccuracyOptions;
@@ -64,7 +64,7 @@ struct EdgeAccuracyOptions {
 
 /// Computes offsets of mid nodes from the back mesh positions; chords[i] = P_02 − P_20. L = R diag(λ) Rᵀ is the mean of
 /// log(Fᵀ M F) at the ends. With c = Rᵀ e, D_k = Rᵀ(∂_k L)R (∂_k along axis k), A = Σ c_k D_k (or Rᵀ(L_b − L_a)R, see
-/// ChangeAlong) and x_ij = λ_i − λ_j
+/// ChangeSource) and x_ij = λ_i − λ_j
 ///
 ///   8 d_j = Σ_{i≠j} w(x_ij) A_ij c_i + σ [ Σ_ik K_ij K_jk (D_k)_ij c_k c_i − ½ Σ_ab K_ja K_jb (D_j)_ab c_a c_b ],
 ///   w(x) = (1 − e^{−|x|})²/|x| · min(1, e^{−x}), K_ij = e^{−|x_ij|}, σ = share_of_sizes.
@@ -79,17 +79,17 @@ void accurate_offsets(std::span<const Vec<D>> chords, std::span<const EdgeEnds<D
 
 /// Field and prepared measure at an end, without a curved back mesh.
 template <int D>
-struct EndSight {
+struct EndSample {
     const LogMetric<D>* log_metric = nullptr;
     const LogGradient<D>* gradient = nullptr;
     const MeasuringMetric<D>* measure = nullptr;
 };
 template <int D>
-using EndSights = std::array<EndSight<D>, 2>;
+using EndSamples = std::array<EndSample<D>, 2>;
 
-/// Edges by `accurate_offsets`, and their lengths (bent_length). All spans have one size.
+/// Edges by `accurate_offsets`, and their lengths (quadratic_edge_length). All spans have one size.
 template <int D>
-void bent_edges(std::span<const Vec<D>> chords, std::span<const EndSights<D>> ends, const EdgeAccuracyOptions& options,
+void bent_edges(std::span<const Vec<D>> chords, std::span<const EndSamples<D>> ends, const EdgeAccuracyOptions& options,
                 std::span<Vec<D>> offsets, std::span<double> lengths, Instructions set = widest_instructions());
 
 }  // namespace camber

@@ -34,11 +34,11 @@ inline constexpr double last_step_of_length = 2e-4;
 /// inaccurate along the edge.
 inline constexpr double max_blind_step = 0.02;
 /// The same in an extrapolated field; the step is then evaluated.
-inline constexpr double rough_last_step = 1e-1;
+inline constexpr double extrapolated_last_step = 1e-1;
 
 /// Parabolas beyond their element near an end by less than this (in chords) are first searched in its extrapolated
 /// field.
-inline constexpr double max_beyond = 8;
+inline constexpr double max_extrapolation = 8;
 
 /// Maximum change of log M along the chord, to the shell's vertices and to the node, for a search from the chord. Other
 /// edges do not resolve the field and probe other positions first.
@@ -61,10 +61,10 @@ struct SearchPack {
     VecPack<D> direction;
     SymPack<D> inverse_hessian;
     Pack slope{}, step{}, attempts{}, steps{}, crossings{};
-    Pack by_length{}, busy{};  ///< 1 or 0
-    Pack change{};             ///< maximum change of log M within the shell
-    Pack along{};              ///< change of log M along the chord
-    Pack probed{};             ///< 1: has probed
+    Pack by_length{}, running{};  ///< 1 or 0
+    Pack change{};                ///< maximum change of log M within the shell
+    Pack along{};                 ///< change of log M along the chord
+    Pack probed{};                ///< 1: has probed
     // While the field is that of one element:
     WedgePack<D> wedge;
     EdgeSums<D> sums;        ///< sums of `at`
@@ -77,7 +77,7 @@ struct SearchLanes {
     std::array<ElementId, pack_size> element{};
 
     /// Lanes without an edge need a valid element.
-    [[gnu::always_inline]] inline void look_anywhere() { element.fill(ElementId(std::size_t{0})); }
+    [[gnu::always_inline]] inline void set_default_elements() { element.fill(ElementId(std::size_t{0})); }
 };
 
 template <int D>
@@ -164,8 +164,8 @@ template <int D>
     for (int i = 0; i < D; ++i) y[i] = s.y[i] + s.step * s.direction[i];
     const double most = options.max_offset * unit_offset;
     const Pack length = norm(y);
-    const Pack kept = select(length > most, most / length, packed(1));
-    for (int i = 0; i < D; ++i) y[i] *= kept;
+    const Pack step_scale = select(length > most, most / length, packed(1));
+    for (int i = 0; i < D; ++i) y[i] *= step_scale;
     return y;
 }
 
@@ -182,7 +182,7 @@ template <int D>
 /// True if the trial leaves its element too far for extrapolation.
 template <int D>
 [[nodiscard, gnu::always_inline]] inline Mask leaves(const SearchPack<D>& s, const EdgeMinimiserOptions& options) {
-    return beyond_ends(s, trial_of(s, options)) > max_beyond;
+    return beyond_ends(s, trial_of(s, options)) > max_extrapolation;
 }
 
 template <int D>
@@ -467,7 +467,7 @@ template <int D>
         if (!regular) all.alone[lanes[lane]] = 1;
         if (!regular || lane >= count) s.change[lane] = 0;
         const bool resolved = s.change[lane] < max_change;
-        s.busy[lane] = promising[lane] != 0 && regular && resolved && lane < count ? 1 : 0;
+        s.running[lane] = promising[lane] != 0 && regular && resolved && lane < count ? 1 : 0;
     }
     all.work.decompositions += static_cast<std::size_t>(count) * (1 + all.rules.objective.size());
 }
@@ -493,14 +493,14 @@ template <int D>
 }
 
 template <int D>
-[[nodiscard]] bool is_bent(const PackedEdges<D>& all, const PointElements<D>& points, int lane) {
+[[nodiscard]] bool is_curved(const PackedEdges<D>& all, const PointElements<D>& points, int lane) {
     return all.curved != nullptr &&
-           std::ranges::any_of(points, [&](const auto& at) { return all.curved->is_bent(at.element[lane]); });
+           std::ranges::any_of(points, [&](const auto& at) { return all.curved->is_curved(at.element[lane]); });
 }
 
 /// Edges that do not resolve their field are not busy. The change of log M is known at the chord's points only.
 template <int D>
-[[nodiscard, gnu::always_inline]] inline SearchLanes<D> begun_at_chords(
+[[nodiscard, gnu::always_inline]] inline SearchLanes<D> started_at_chords(
     const PackedEdges<D>& all, const std::array<std::uint32_t, pack_size>& lanes, int count) {
     SearchLanes<D> out{};
     SearchPack<D>& s = out.pack;
@@ -531,10 +531,10 @@ template <int D>
     const Mask found =
         ~(marks.lost | marks.outside) & (s.chord_length > 0) & (s.chord_length < 1e300) & (s.change < 1e300);
     for (int lane = 0; lane < pack_size; ++lane) {
-        const bool regular = found[lane] != 0 && !is_bent(all, points, lane);
+        const bool regular = found[lane] != 0 && !is_curved(all, points, lane);
         if (!regular) all.alone[lanes[lane]] = 1;
         if (!regular || lane >= count) s.change[lane] = 0;
-        s.busy[lane] = promising[lane] != 0 && regular && s.change[lane] < max_change && lane < count ? 1 : 0;
+        s.running[lane] = promising[lane] != 0 && regular && s.change[lane] < max_change && lane < count ? 1 : 0;
     }
     all.work.decompositions += static_cast<std::size_t>(count) * (1 + n_points);
     return out;

@@ -392,10 +392,10 @@ template <int D>
     locate<D>(back, std::span(elements).first(rule.size()), std::span(x).first(rule.size()), places, marks);
     for (std::size_t first = 0; first < rule.size(); first += 2) {
         const std::size_t last = std::min(first + 1, rule.size() - 1);
-        const auto seen = [&](std::size_t q) __attribute__((always_inline)) {
+        const auto sampled = [&](std::size_t q) __attribute__((always_inline)) {
             return congruence_transposed(f.axes, log_metric_at<D>(elements[q], places[q].u));
         };
-        const auto systems = log_eigen_systems<D, 2>({seen(first), seen(last)});
+        const auto systems = log_eigen_systems<D, 2>({sampled(first), sampled(last)});
         for (std::size_t q = first; q <= last; ++q) {
             const Pack squared = measured_point(f, systems[q - first], offset, rule.t[q]).squared;
             out.energy += rule.w[q] * squared;

@@ -127,7 +127,7 @@ template <int D>
 template <int D>
 struct WallStep {
     VecPack<D> step;
-    std::array<Mask, D - 1> held{};
+    std::array<Mask, D - 1> active{};
     Pack slope{};  ///< of the objective along it
 };
 
@@ -148,8 +148,8 @@ template <int D>
     const Pack none = packed(0);
     std::array<Pack, D - 1> pressure{};
     if constexpr (D == 2) {
-        out.held[0] = height[0] < 0;
-        pressure[0] = select(out.held[0], -height[0] / dot(rise[0], pushed[0]), none);
+        out.active[0] = height[0] < 0;
+        pressure[0] = select(out.active[0], -height[0] / dot(rise[0], pushed[0]), none);
     } else {
         const Pack h00 = dot(rise[0], pushed[0]);
         const Pack h11 = dot(rise[1], pushed[1]);
@@ -165,8 +165,8 @@ template <int D>
         const Pack both1 = (h01 * height[0] - h00 * height[1]) / determinant;
         pressure[0] = select(on0, onto0, select(line, both0, none));
         pressure[1] = select(on1, onto1, select(line, both1, none));
-        out.held[0] = on0 | line;
-        out.held[1] = on1 | line;
+        out.active[0] = on0 | line;
+        out.active[1] = on1 | line;
     }
     for (int n = 0; n < D - 1; ++n)
         for (int i = 0; i < D; ++i) out.step[i] += pressure[n] * pushed[n][i];

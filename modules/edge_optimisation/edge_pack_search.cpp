@@ -45,16 +45,16 @@ template <int D, class Length>
     Mask open{};
     for (int lane = 0; lane < count; ++lane) open[lane] = -1;
     Mask shortened{};
-    Mask elsewhere = open & (beside.outside | beside.lost);
-    open &= ~elsewhere;
+    Mask located_outside = open & (beside.outside | beside.lost);
+    open &= ~located_outside;
     for (int halving = 0; halving < 7 && any(open); ++halving) {
         if (halving == 6)
             for (int i = 0; i < D; ++i) s.y[i] = select(open, packed(0), s.y[i]);
         WalkMarks marks{.lost = ~open};
         const Pack length = length_of(lanes, marks);
         for (int lane = 0; lane < count; ++lane) all.work.decompositions += open[lane] != 0 ? rule.size() : 0;
-        elsewhere |= open & (marks.outside | marks.lost);
-        open &= ~elsewhere & ~(length < (1 - length_rounding) * chord);
+        located_outside |= open & (marks.outside | marks.lost);
+        open &= ~located_outside & ~(length < (1 - length_rounding) * chord);
         shortened |= open;
         for (int i = 0; i < D; ++i) s.y[i] = select(open, 0.5 * s.y[i], s.y[i]);
     }
@@ -62,7 +62,7 @@ template <int D, class Length>
     for (int lane = 0; lane < count; ++lane) {
         put_node(all, lanes.edge[lane], offset, lane);
         all.minima[lanes.edge[lane]].shortened = shortened[lane] != 0;
-        if (elsewhere[lane] != 0) all.alone[lanes.edge[lane]] = 2;
+        if (located_outside[lane] != 0) all.alone[lanes.edge[lane]] = 2;
     }
     all.work.decompositions += rule.size() * static_cast<std::size_t>(count);
     all.work.judged += static_cast<std::size_t>(count);
@@ -148,7 +148,7 @@ template <int D, class Where>
             else if (gain[lane] > min_gain * lanes.pack.chord_length[lane])
                 to_judge.push(lanes, lane);
         }
-        lanes.pack.busy[lane] = 0;
+        lanes.pack.running[lane] = 0;
     }
 }
 
@@ -167,22 +167,22 @@ template <int D>
     for (std::size_t q = 0; q < all.rules.objective.size(); ++q) points[q] = at;
     const Mask near = open & (s.change < max_change_for_slopes);
     const Probing<D> best = probed(all, s, open, near, points);
-    const Mask go_on = best.found & near;
+    const Mask continues = best.found & near;
     choose(best.found, s.y, best.y);
-    const Mask judged = ~go_on & (best.found | (s.at.length < (1 - min_gain) * s.chord_length));
-    if (any(go_on)) start_there(all, s, go_on, points);
-    s.busy = packed(1);
+    const Mask judged = ~continues & (best.found | (s.at.length < (1 - min_gain) * s.chord_length));
+    if (any(continues)) start_search(all, s, continues, points);
+    s.running = packed(1);
     for (int lane = 0; lane < count; ++lane) {
-        if (go_on[lane] != 0) leaving.push_leaving(lanes, lane);
+        if (continues[lane] != 0) leaving.push_leaving(lanes, lane);
         if (judged[lane] != 0) to_judge.push_leaving(lanes, lane);
         all.minima[lanes.edge[lane]].search = EdgeSearch::polished;
     }
 }
 
 template <int D>
-[[nodiscard, gnu::always_inline]] inline int busy_lanes(const SearchLanes<D>& lanes) {
+[[nodiscard, gnu::always_inline]] inline int running_lanes(const SearchLanes<D>& lanes) {
     int n = 0;
-    for (int lane = 0; lane < pack_size; ++lane) n += lanes.pack.busy[lane] != 0;
+    for (int lane = 0; lane < pack_size; ++lane) n += lanes.pack.running[lane] != 0;
     return n;
 }
 
@@ -200,7 +200,7 @@ template <int D>
 /// Prefetches the next edges, whose shells are scattered in unordered meshes. Half of an element's vertices suffice:
 /// each one off the edge is in two elements of the shell.
 template <int D>
-void look_ahead(const PackedEdges<D>& all, std::size_t next) {
+void prefetch_edges(const PackedEdges<D>& all, std::size_t next) {
     const auto& elements = all.back.mesh.elements.vertices;
     const std::size_t soon = std::min(next + pack_size, all.order.size());
     const std::size_t later = std::min(soon + pack_size, all.order.size());
@@ -225,11 +225,11 @@ template <int D, class Where>
 template <int D>
 void search(Instructions set, const PackedEdges<D>& all) {
     const bool are_free = !all.free.empty();
-    SearchLanes<D> fresh{};
+    SearchLanes<D> next_lanes{};
     SearchLanes<D> within{};
     SearchLanes<D> through{};  ///< no wedge, so no walls
-    within.look_anywhere();
-    through.look_anywhere();
+    within.set_default_elements();
+    through.set_default_elements();
     PointElements<D> points{};  ///< of `through`
     SearchQueue<D> leaving;
     SearchQueue<D> to_probe;
@@ -245,76 +245,76 @@ void search(Instructions set, const PackedEdges<D>& all) {
             for (std::size_t q = 0; q < all.rules.objective.size(); ++q) choose(come, points[q], entering);
         });
     };
-    const auto step_within = [&](SearchLanes<D>& lanes, int busy) {
-        all.work.decompositions += static_cast<std::size_t>(busy) * all.rules.objective.size();
+    const auto step_within = [&](SearchLanes<D>& lanes, int running) {
+        all.work.decompositions += static_cast<std::size_t>(running) * all.rules.objective.size();
         with_instructions(set,
                           [&]() __attribute__((always_inline)) { step(all, lanes, WithinWedge<D>{}, from_within); });
     };
     enter(Mask(-1));
-    int fresh_lane = pack_size;
+    int next_lane = pack_size;
     std::size_t next = 0;
     for (;;) {
         bool more = true;
         // Finished lanes take new edges.
         for (int lane = 0; lane < pack_size && more; ++lane) {
-            while (within.pack.busy[lane] == 0 && leaving.count < pack_size && to_probe.count < pack_size &&
+            while (within.pack.running[lane] == 0 && leaving.count < pack_size && to_probe.count < pack_size &&
                    to_judge.count < pack_size) {
-                if (fresh_lane == pack_size) {
+                if (next_lane == pack_size) {
                     std::array<std::uint32_t, pack_size> taken{};
                     const int count = take_edges(all, next, taken);
                     more = count > 0;
                     if (!more) break;
-                    if (!are_free) look_ahead(all, next);
+                    if (!are_free) prefetch_edges(all, next);
                     Mask away{};
                     if (are_free) {
                         with_instructions(set, [&]() __attribute__((always_inline)) {
-                            fresh = begun_at_chords(all, taken, count);
-                            away = fresh.pack.busy != 0;
+                            next_lanes = started_at_chords(all, taken, count);
+                            away = next_lanes.pack.running != 0;
                         });
                     } else {
                         with_instructions(set, [&]() __attribute__((always_inline)) {
-                            begin(all, taken, count, fresh);
-                            away = (fresh.pack.busy != 0) & leaves(fresh.pack, all.options);
+                            begin(all, taken, count, next_lanes);
+                            away = (next_lanes.pack.running != 0) & leaves(next_lanes.pack, all.options);
                         });
                     }
-                    fresh_lane = 0;
+                    next_lane = 0;
                     for (int k = 0; k < pack_size; ++k) {
-                        if (!(fresh.pack.change[k] < max_change)) to_probe.push_leaving(fresh, k);
+                        if (!(next_lanes.pack.change[k] < max_change)) to_probe.push_leaving(next_lanes, k);
                         if (away[k] == 0) continue;
-                        leaving.push_leaving(fresh, k);
-                        fresh.pack.busy[k] = 0;
+                        leaving.push_leaving(next_lanes, k);
+                        next_lanes.pack.running[k] = 0;
                     }
                     // Many finish with their first step.
-                    if (const int busy = busy_lanes(fresh); busy > 0) step_within(fresh, busy);
+                    if (const int running = running_lanes(next_lanes); running > 0) step_within(next_lanes, running);
                 }
-                if (fresh.pack.busy[fresh_lane] != 0) copy_lane(within, lane, fresh, fresh_lane);
-                ++fresh_lane;
+                if (next_lanes.pack.running[next_lane] != 0) copy_lane(within, lane, next_lanes, next_lane);
+                ++next_lane;
             }
         }
-        const int busy = busy_lanes(within);
+        const int running = running_lanes(within);
         Mask come{};
-        bool any_come = false;
+        bool any_taken = false;
         for (int lane = 0; lane < pack_size && leaving.count > 0; ++lane) {
-            if (through.pack.busy[lane] != 0) continue;
+            if (through.pack.running[lane] != 0) continue;
             leaving.pop_leaving(through, lane);
             come[lane] = -1;
-            any_come = true;
+            any_taken = true;
         }
-        if (any_come) enter(come);
-        const int busy_through = busy_lanes(through);
-        if (busy_through == pack_size || (busy == 0 && busy_through > 0)) {
-            all.work.decompositions += static_cast<std::size_t>(busy_through) * all.rules.objective.size();
+        if (any_taken) enter(come);
+        const int running_through = running_lanes(through);
+        if (running_through == pack_size || (running == 0 && running_through > 0)) {
+            all.work.decompositions += static_cast<std::size_t>(running_through) * all.rules.objective.size();
             with_instructions(set, [&]() __attribute__((always_inline)) {
                 step(all, through, ThroughElements<D>{points}, from_through);
             });
-        } else if (busy > 0) {
-            step_within(within, busy);
+        } else if (running > 0) {
+            step_within(within, running);
         }
-        const bool drained = !more && busy == 0 && busy_through == 0;
+        const bool drained = !more && running == 0 && running_through == 0;
         const bool last = drained && to_probe.count == 0;
         if (leaving.count <= pack_size && (to_probe.count >= pack_size || (drained && !last))) {
             SearchLanes<D> open{};
-            open.look_anywhere();
+            open.set_default_elements();
             int count = 0;
             while (count < pack_size && to_probe.count > 0) to_probe.pop_leaving(open, count++);
             with_instructions(set, [&]() __attribute__((always_inline)) {
@@ -323,14 +323,14 @@ void search(Instructions set, const PackedEdges<D>& all) {
         }
         while (to_judge.count >= pack_size || (last && to_judge.count > 0)) {
             SearchLanes<D> open{};
-            open.look_anywhere();
+            open.set_default_elements();
             int count = 0;
             while (count < pack_size && to_judge.count > 0) to_judge.pop(open, count++);
             with_instructions(set, [&]() __attribute__((always_inline)) { judge_within(all, open, count); });
         }
         while (to_judge_through.count >= pack_size || (last && to_judge_through.count > 0)) {
             SearchLanes<D> open{};
-            open.look_anywhere();
+            open.set_default_elements();
             int count = 0;
             while (count < pack_size && to_judge_through.count > 0) to_judge_through.pop(open, count++);
             with_instructions(set, [&]() __attribute__((always_inline)) { judge_through(all, open, count); });
@@ -353,10 +353,10 @@ std::vector<std::uint32_t> by_shell_size(std::span<const BackEdge> edges) {
 }  // namespace
 
 template <int D>
-EdgeSearchWork minimise_back_edges(const BackMesh<D>& back, const BackEdges<D>& given, const EdgeRules& rules,
+EdgeSearchWork minimise_back_edges(const BackMesh<D>& back, const BackEdges<D>& input, const EdgeRules& rules,
                                    const EdgeMinimiserOptions& options, std::span<EdgeMinimum<D>> minima,
                                    Instructions set) {
-    const auto& [edges, present] = given;
+    const auto& [edges, present] = input;
     EdgeSearchWork work;
     const auto [straight, curved] = back->packed();
     std::vector<std::uint8_t> alone(edges.size(), straight && options.field == EdgeFieldKind::back ? 0 : 1);
@@ -365,7 +365,7 @@ EdgeSearchWork minimise_back_edges(const BackMesh<D>& back, const BackEdges<D>& 
             const auto& [a, b, shell] = edges[i];
             const Vec<D> middle = midpoint(straight->mesh.points[a], straight->mesh.points[b]);
             if (present[i].point != middle) alone[i] = 1;
-            if (curved && std::ranges::any_of(shell, [&](ElementId e) { return curved->is_bent(e); })) alone[i] = 1;
+            if (curved && std::ranges::any_of(shell, [&](ElementId e) { return curved->is_curved(e); })) alone[i] = 1;
             minima[i] = {};
             minima[i].node.point = middle;
         }

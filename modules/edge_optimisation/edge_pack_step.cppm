@@ -104,16 +104,16 @@ namespace camber {
 template <int D>
 [[nodiscard]] ElementId across(const PackedEdges<D>& all, std::uint32_t edge, ElementId element, int wall) {
     const auto& [a, b, shell] = all.edges[edge];
-    VertexId kept;
+    VertexId other_vertex;
     int n = 0;
     for (const VertexId v : all.back.mesh.elements.vertices[element]) {
         if (v == a || v == b) continue;
-        if (n++ != wall) kept = v;
+        if (n++ != wall) other_vertex = v;
     }
     for (const ElementId e : shell) {
         if (e == element) continue;
         const auto& v = all.back.mesh.elements.vertices[e];
-        if (D == 2 || std::ranges::find(v, kept) != v.end()) return e;
+        if (D == 2 || std::ranges::find(v, other_vertex) != v.end()) return e;
     }
     return {};
 }
@@ -121,26 +121,26 @@ template <int D>
 /// Crosses a single active wall if that predicts a decrease; returns these lanes.
 template <int D>
 [[nodiscard, gnu::always_inline]] inline Mask crossed(const PackedEdges<D>& all, SearchLanes<D>& lanes,
-                                                      const WallStep<D>& held, Mask ended) {
+                                                      const WallStep<D>& walls, Mask ended) {
     SearchPack<D>& s = lanes.pack;
-    Mask wanted = ended & (s.crossings < max_crossings);
+    Mask crossing_lanes = ended & (s.crossings < max_crossings);
     if constexpr (D == 2)
-        wanted &= held.held[0];
+        crossing_lanes &= walls.active[0];
     else
-        wanted &= held.held[0] ^ held.held[1];
-    if (!any(wanted)) return wanted;
+        crossing_lanes &= walls.active[0] ^ walls.active[1];
+    if (!any(crossing_lanes)) return crossing_lanes;
     std::array<ElementId, pack_size> elements = lanes.element;
     std::array<VertexId, pack_size> a;
     std::array<VertexId, pack_size> b;
     for (int lane = 0; lane < pack_size; ++lane) {
         a[lane] = all.edges[lanes.edge[lane]].a;
         b[lane] = all.edges[lanes.edge[lane]].b;
-        if (wanted[lane] == 0) continue;
-        const ElementId next = across(all, lanes.edge[lane], elements[lane], held.held[0][lane] != 0 ? 0 : 1);
+        if (crossing_lanes[lane] == 0) continue;
+        const ElementId next = across(all, lanes.edge[lane], elements[lane], walls.active[0][lane] != 0 ? 0 : 1);
         if (next.valid())
             elements[lane] = next;
         else
-            wanted[lane] = 0;
+            crossing_lanes[lane] = 0;
     }
     const ChordPack<D> chords = chords_of(all.back, a, b);
     const WedgePack<D> wedge = wedge_of(s.frame, shell_elements(all.back, chords, elements));
@@ -151,16 +151,16 @@ template <int D>
     choose(~by_length, inverse_hessian, inverse_hessian_at_chord(s.frame, wedge));
     const WallStep<D> step =
         step_within(wedge.rise, free_part(s, inverse_hessian, gradient, all.options), gradient, s.y);
-    wanted &= -step.slope > all.options.tolerance * value_of(s.at, by_length);
-    choose(wanted, s.wedge, wedge);
-    choose(wanted, s.at, at);
-    choose(wanted, s.inverse_hessian, inverse_hessian);
-    choose(wanted, s.direction, step.step);
-    s.slope = select(wanted, step.slope, s.slope);
-    s.crossings += select(wanted, packed(1), packed(0));
+    crossing_lanes &= -step.slope > all.options.tolerance * value_of(s.at, by_length);
+    choose(crossing_lanes, s.wedge, wedge);
+    choose(crossing_lanes, s.at, at);
+    choose(crossing_lanes, s.inverse_hessian, inverse_hessian);
+    choose(crossing_lanes, s.direction, step.step);
+    s.slope = select(crossing_lanes, step.slope, s.slope);
+    s.crossings += select(crossing_lanes, packed(1), packed(0));
     for (int lane = 0; lane < pack_size; ++lane)
-        if (wanted[lane] != 0) lanes.element[lane] = elements[lane];
-    return wanted;
+        if (crossing_lanes[lane] != 0) lanes.element[lane] = elements[lane];
+    return crossing_lanes;
 }
 
 /// Parabola in one shell element, without location.
@@ -204,9 +204,9 @@ struct WithinWedge {
         if (all.rules.objective.size() < min_points) return packed(1e300);
         return min_gain * s.chord_length + s.chord_unsure + unsure_share(s.sums) * s.at.length;
     }
-    [[nodiscard, gnu::always_inline]] static inline Mask goes_on(const PackedEdges<D>& all, SearchLanes<D>& lanes,
-                                                                 const WallStep<D>& held, Mask ended) {
-        return crossed(all, lanes, held, ended);
+    [[nodiscard, gnu::always_inline]] static inline Mask continues(const PackedEdges<D>& all, SearchLanes<D>& lanes,
+                                                                   const WallStep<D>& walls, Mask ended) {
+        return crossed(all, lanes, walls, ended);
     }
     /// Lanes with extrapolated values.
     [[nodiscard, gnu::always_inline]] static inline Mask extrapolates(const SearchPack<D>& s) {
@@ -241,8 +241,8 @@ struct ThroughElements {
         const Pack change = lanes.pack.along;
         return sure_share_with_kinks * max(packed(1), change * change) * lanes.pack.chord_length;
     }
-    [[nodiscard, gnu::always_inline]] static inline Mask goes_on(const PackedEdges<D>&, SearchLanes<D>&,
-                                                                 const WallStep<D>&, Mask) {
+    [[nodiscard, gnu::always_inline]] static inline Mask continues(const PackedEdges<D>&, SearchLanes<D>&,
+                                                                   const WallStep<D>&, Mask) {
         return {};
     }
     [[nodiscard, gnu::always_inline]] static inline Mask extrapolates(const SearchPack<D>&) { return {}; }
@@ -260,7 +260,7 @@ template <int D>
 
 /// Replaces the next step by that from the chord to y.
 template <int D>
-[[gnu::always_inline]] inline void begin_again_towards(SearchPack<D>& s, Mask lanes) {
+[[gnu::always_inline]] inline void restart_towards(SearchPack<D>& s, Mask lanes) {
     choose(lanes, s.direction, s.y);
     choose(lanes, s.y, VecPack<D>{});
     choose(lanes, s.at, s.on_chord);
@@ -283,9 +283,9 @@ template <int D, class Where>
     const Mask by_length = s.by_length != 0;
     const VecPack<D> trial = trial_of(s, o);
     Ended out;
-    WalkMarks marks{.lost = s.busy == 0};
+    WalkMarks marks{.lost = s.running == 0};
     const EdgeValues<D> at = where.values(all, lanes, trial, marks);
-    const Mask busy = (s.busy != 0) & ~marks.lost;
+    const Mask running = (s.running != 0) & ~marks.lost;
     const Pack from = value_of(s.at, by_length);
     const Pack value = value_of(at, by_length);
     VecPack<D> moved;
@@ -296,11 +296,11 @@ template <int D, class Where>
                            at.energy_gradient[i] - s.at.energy_gradient[i]);
     }
     const Mask bounded = norm(moved) < 0.9 * s.step * norm(s.direction);
-    const Mask accepted = busy & ((value < from + 1e-4 * s.step * s.slope) | (bounded & (value < from)));
-    const Mask rejected = (s.busy != 0) & ~accepted;
+    const Mask accepted = running & ((value < from + 1e-4 * s.step * s.slope) | (bounded & (value < from)));
+    const Mask rejected = (s.running != 0) & ~accepted;
     // Rejected trials also give curvature information.
-    const Mask told = rejected & busy & (dot(moved, change) > 0);
-    update_inverse_hessian(s.inverse_hessian, accepted | told, moved, change);
+    const Mask has_curvature = rejected & running & (dot(moved, change) > 0);
+    update_inverse_hessian(s.inverse_hessian, accepted | has_curvature, moved, change);
     choose(accepted, s.y, trial);
     choose(accepted, s.at, at);
     where.keep(lanes, accepted);
@@ -310,17 +310,17 @@ template <int D, class Where>
     // A certain gain must stay certain, and a distant length has no useful Hessian.
     const Pack gain = s.chord_length - s.at.length;
     const Pack sure = where.sure_gain(all, lanes);
-    const Mask doubtful = (gain > sure) & (gain < sure + 2 * last_step * s.chord_length);
+    const Mask ambiguous = (gain > sure) & (gain < sure + 2 * last_step * s.chord_length);
     const auto is_near = [&](const VecPack<D>& step) __attribute__((always_inline)) {
         const Pack share = dot(step, step) / s.at.energy;
         return (share < max_blind_step) & ((gain <= sure) | (share * s.chord_length < 2 * (gain - sure)));
     };
     const Mask by_near_length = (is_length ? s.probed == 0 : Mask(0)) & is_near(next.step);
-    const Mask loose = ~doubtful & (~by_length | by_near_length);
+    const Mask accepts_length = ~ambiguous & (~by_length | by_near_length);
     const Pack last = packed(is_length ? last_step_of_length : last_step);
     const Mask rough = where.extrapolates(s);
-    const Pack least = select(rough, packed(std::max(o.tolerance, rough_last_step)),
-                              select(loose, max(packed(o.tolerance), last), packed(o.tolerance)));
+    const Pack least = select(rough, packed(std::max(o.tolerance, extrapolated_last_step)),
+                              select(accepts_length, max(packed(o.tolerance), last), packed(o.tolerance)));
     const Pack tolerance = select(last_phase, packed(o.length_tolerance), least) * value_of(s.at, by_length);
     const Mask minimal = ~(-next.slope > tolerance);
     const Mask converged = accepted & (minimal | (from - value < 0.1 * tolerance));
@@ -328,17 +328,17 @@ template <int D, class Where>
     const Pack most = select(last_phase, packed(max_length_steps), packed(o.max_iterations));
     out.exhausted = accepted & ~converged & (s.steps >= most);
     s.attempts = select(accepted, packed(0), s.attempts + 1);
-    const Mask stuck = rejected & ((s.attempts >= max_attempts) | (told & minimal));
-    const Mask back = rejected & ~told;
+    const Mask stuck = rejected & ((s.attempts >= max_attempts) | (has_curvature & minimal));
+    const Mask back = rejected & ~has_curvature;
     s.step = select(back, 0.3 * s.step, s.step);
-    const Mask turned = accepted | told;
+    const Mask turned = accepted | has_curvature;
     choose(turned, s.direction, next.step);
     s.slope = select(turned, next.slope, s.slope);
 
     out.ended = converged | out.exhausted | stuck;
-    Mask held = next.held[0];
-    if constexpr (D == 3) held |= next.held[1];
-    const Mask on = where.goes_on(all, lanes, next, (converged | stuck) & ~last_phase);
+    Mask at_wall = next.active[0];
+    if constexpr (D == 3) at_wall |= next.active[1];
+    const Mask on = where.continues(all, lanes, next, (converged | stuck) & ~last_phase);
     out.ended &= ~on;
     Mask renewed = (turned & ~out.ended) | on;
     const Mask afresh = accepted | on;
@@ -349,30 +349,30 @@ template <int D, class Where>
         const WallStep<D> step = step_within(s.wedge.rise, free_part(s, inverse_hessian, s.at.length_gradient, o),
                                              s.at.length_gradient, s.y);
         const Mask turns = out.ended & ~by_length & ~where.extrapolates(s);
-        const Mask blind = loose & is_near(step.step);
+        const Mask blind = accepts_length & is_near(step.step);
         const Pack enough = is_length ? select(blind, least, packed(o.tolerance)) : packed(o.length_tolerance);
-        const Mask go = turns & (-step.slope > enough * s.at.length);
-        choose(go, s.direction, step.step);
-        choose(go, s.inverse_hessian, inverse_hessian);
-        s.slope = select(go, step.slope, s.slope);
-        s.steps = select(go, packed(0), s.steps);
-        s.by_length = select(go, packed(1), s.by_length);
-        if (is_length) choose(turns & blind & ~go, last_way, step.step);
-        out.ended &= ~go;
-        renewed |= go;
-        s.attempts = select(go, packed(0), s.attempts);
+        const Mask advances = turns & (-step.slope > enough * s.at.length);
+        choose(advances, s.direction, step.step);
+        choose(advances, s.inverse_hessian, inverse_hessian);
+        s.slope = select(advances, step.slope, s.slope);
+        s.steps = select(advances, packed(0), s.steps);
+        s.by_length = select(advances, packed(1), s.by_length);
+        if (is_length) choose(turns & blind & ~advances, last_way, step.step);
+        out.ended &= ~advances;
+        renewed |= advances;
+        s.attempts = select(advances, packed(0), s.attempts);
     }
     s.attempts = select(afresh, packed(0), s.attempts);
     const Pack share = reach(s, o);
     s.step = select(renewed, share, s.step);
     const Mask blocked = renewed & (share < blocked_step);
-    out.kinked = (out.ended & (stuck | held)) | blocked;
+    out.kinked = (out.ended & (stuck | at_wall)) | blocked;
     out.ended |= blocked;
     out.leaves = renewed & ~out.ended & leaves(s, o);
-    take_last_step(s, converged & out.ended & (loose | rough), last_way, o);
+    take_last_step(s, converged & out.ended & (accepts_length | rough), last_way, o);
     const Mask away = (out.ended | out.leaves) & where.extrapolates(s);
     if (any(away)) {
-        begin_again_towards(s, away);
+        restart_towards(s, away);
         out.leaves |= away;
         out.ended &= ~away;
     }
@@ -387,14 +387,14 @@ namespace camber {
 
 /// Node offsets across the finest axis (the bounds exclude others), in chord lengths. `along`: direction nearest to the
 /// chord, within the shift bound; `across`: both.
-struct ProbePlace {
+struct ProbePosition {
     double along, across;
 };
-inline constexpr std::array probe_places{ProbePlace{1, -0.5}, ProbePlace{1, 1}, ProbePlace{-1, 0.5},
-                                         ProbePlace{-1, -1}};
+inline constexpr std::array probe_positions{ProbePosition{1, -0.5}, ProbePosition{1, 1}, ProbePosition{-1, 0.5},
+                                            ProbePosition{-1, -1}};
 /// Initial radius of the pattern search, as a share of the chord; halved once.
 inline constexpr double first_radius = 0.5;
-inline constexpr int compass_rounds = 2;
+inline constexpr int pattern_search_iterations = 2;
 
 /// Steps of y of one chord length, orthogonal in space; the last is the finest axis, limited by its bound.
 template <int D>
@@ -441,8 +441,8 @@ template <int D>
                                                             const EdgeMinimiserOptions& options) {
     const double most = options.max_offset * unit_offset;
     const Pack length = norm(y);
-    const Pack kept = select(length > most, most / length, packed(1));
-    for (int i = 0; i < D; ++i) y[i] *= kept;
+    const Pack step_scale = select(length > most, most / length, packed(1));
+    for (int i = 0; i < D; ++i) y[i] *= step_scale;
     const Pack shift = dot(f.shift, y);
     const Pack beyond = shift - copysign(packed(options.max_tangential_shift), shift);
     const Pack back = select(abs(shift) > options.max_tangential_shift, beyond / dot(f.shift, f.shift), packed(0));
@@ -451,7 +451,7 @@ template <int D>
 }
 
 template <int D>
-[[nodiscard, gnu::always_inline]] inline VecPack<D> y_of(const ProbeAxes<D>& axes, const ProbePlace& place) {
+[[nodiscard, gnu::always_inline]] inline VecPack<D> y_of(const ProbeAxes<D>& axes, const ProbePosition& place) {
     VecPack<D> y;
     const Pack along = copysign(min(packed(std::abs(place.along)), axes.max_along), packed(place.along));
     for (int i = 0; i < D; ++i) {
@@ -471,17 +471,17 @@ struct Probing {
 };
 
 template <int D>
-[[gnu::always_inline]] inline void look(const PackedEdges<D>& all, const SearchPack<D>& s, Mask asked,
+[[gnu::always_inline]] inline void look(const PackedEdges<D>& all, const SearchPack<D>& s, Mask requested,
                                         const VecPack<D>& y, PointElements<D>& points, Probing<D>& best) {
-    WalkMarks marks{.lost = ~asked};
+    WalkMarks marks{.lost = ~requested};
     const Quadrature& rule = all.rules.objective;
     const EdgeValues<D> at = located_lengths_beside(all.back, {s.frame, y}, rule, points, marks);
     const Pack value = value_of(at, s.by_length != 0);
-    const Mask lower = asked & ~marks.lost & ~marks.outside & (value < best.value);
+    const Mask lower = requested & ~marks.lost & ~marks.outside & (value < best.value);
     choose(lower, best.y, y);
     best.value = select(lower, value, best.value);
     best.found |= lower;
-    all.work.decompositions += count_of(asked) * rule.size();
+    all.work.decompositions += count_of(requested) * rule.size();
 }
 
 /// Best of the probes and the next step; refined by pattern search in lanes `near`.
@@ -491,34 +491,34 @@ template <int D>
     const ProbeAxes<D> axes = probe_axes(s.frame, all.options);
     Probing<D> best{s.y, value_of(s.at, s.by_length != 0), {}};
     // One loop, because the inlined evaluation is large.
-    const int places = 1 + static_cast<int>(probe_places.size());
-    const int looks = any(near) ? places + compass_rounds * D * 2 : places;
-    for (int n = 0; n < looks; ++n) {
-        Mask asked = open;
+    const int places = 1 + static_cast<int>(probe_positions.size());
+    const int probe_count = any(near) ? places + pattern_search_iterations * D * 2 : places;
+    for (int n = 0; n < probe_count; ++n) {
+        Mask requested = open;
         VecPack<D> y;
         if (n == 0) {
-            asked &= s.slope < 0;
+            requested &= s.slope < 0;
             y = trial_of(s, all.options);
         } else if (n < places) {
-            y = y_of(axes, probe_places[static_cast<std::size_t>(n - 1)]);
+            y = y_of(axes, probe_positions[static_cast<std::size_t>(n - 1)]);
         } else {
             const int round = (n - places) / (2 * D);
             const double radius = first_radius / (1 << round);
             const double side = (n - places) % 2 == 0 ? -radius : radius;
             const VecPack<D>& axis = axes.axis[static_cast<std::size_t>((n - places) / 2 % D)];
-            asked = near;
+            requested = near;
             y = best.y;
             for (int i = 0; i < D; ++i) y[i] += side * axis[i];
         }
-        look(all, s, asked, bounded(s.frame, y, all.options), points, best);
+        look(all, s, requested, bounded(s.frame, y, all.options), points, best);
     }
     return best;
 }
 
 /// Quasi-Newton search from s.y with the frozen-metric Hessian.
 template <int D>
-[[gnu::always_inline]] inline void start_there(const PackedEdges<D>& all, SearchPack<D>& s, Mask open,
-                                               PointElements<D>& points) {
+[[gnu::always_inline]] inline void start_search(const PackedEdges<D>& all, SearchPack<D>& s, Mask open,
+                                                PointElements<D>& points) {
     const Mask by_length = s.by_length != 0;
     const Quadrature& rule = all.rules.objective;
     SymPack<D> hessian = multiple_of_identity<D>(packed(0));

@@ -71,7 +71,7 @@ class ExtensionPart {
     [[nodiscard]] Outcome<std::vector<ExtensionSums>> step(double length, double tolerance, const Execution& execution);
     /// Sets the direction to correction + `turn` × last direction. Unknowns that joined in the last step move from now
     /// on.
-    [[nodiscard]] Outcome<Done> turn_by(double turn, const Execution& execution);
+    [[nodiscard]] Outcome<Done> update_direction(double turn, const Execution& execution);
     /// Starts rows around the unknowns that joined in the last step, in this part or in others (`of_others`).
     [[nodiscard]] Outcome<Done> join(std::span<const EdgeId> of_others, const Execution& execution);
     /// Multiplies the matrix A by the direction d. Returns dᵀA d and dᵀr, with the residual r, for each run.
@@ -107,7 +107,7 @@ struct Extension {
     std::size_t solved = 0;  ///< number of unknowns that moved; other `volume` edges are straight
 };
 
-/// Extends a displacement u of edge nodes over simplices. `given_nodes` (one per edge) prescribes the nodes of all
+/// Extends a displacement u of edge nodes over simplices. `prescribed_nodes` (one per edge) prescribes the nodes of all
 /// edges that are not of kind `volume`; u is measured from the chord middles. The other nodes get the u that minimises
 /// Σ w_K ∫_K |∇u|² dx over the straight simplices K, with the weights w_K of `stiffening`. The space is that of the
 /// edge functions 4 ξ_i ξ_j (vertices are fixed).
@@ -119,7 +119,7 @@ struct Extension {
 template <int S, int D>
 [[nodiscard]] Outcome<Extension<D>> extend_displacement(const ExtensionDomain<S, D>& domain,
                                                         const Column<EdgeKind>& kinds,
-                                                        const Column<LagrangeNode<D>>& given_nodes,
+                                                        const Column<LagrangeNode<D>>& prescribed_nodes,
                                                         const Incidence<ElementId>& shells,
                                                         const ExtensionOptions& options, const Execution& execution);
 
@@ -141,11 +141,11 @@ struct FaceShifts {
     std::vector<Vec<3>> shifts;
 };
 
-/// Extends displacements of curves over each face separately, with weight 1/area. `given(facet, edge)` returns the
+/// Extends displacements of curves over each face separately, with weight 1/area. `input(facet, edge)` returns the
 /// displacement of an edge on a curve, for the face of the facet. Errors: stopped, memory.
 [[nodiscard]] Outcome<FaceShifts> extend_over_triangles(const LinearMesh<3>& mesh, const EdgeSet<3>& edges,
                                                         const Faces& faces,
-                                                        const std::function<Vec<3>(FacetId, EdgeId)>& given,
+                                                        const std::function<Vec<3>(FacetId, EdgeId)>& input,
                                                         const Execution& execution);
 
 struct ExtensionSolve {
@@ -157,7 +157,8 @@ struct ExtensionSolve {
 /// lengths. Unknowns join when the residual reaches them, so directions are made conjugate by the product A d (Polak
 /// and Ribière). Sums are added in the order of parts, on any number of processes.
 template <int S, int D>
-[[nodiscard]] Outcome<ExtensionSolve> solve_extension(std::span<ExtensionPart<S, D>> parts, BetweenParts<D>& between,
-                                                      const ExtensionOptions& options, const Execution& execution);
+[[nodiscard]] Outcome<ExtensionSolve> solve_extension(std::span<ExtensionPart<S, D>> parts,
+                                                      PartCommunication<D>& between, const ExtensionOptions& options,
+                                                      const Execution& execution);
 
 }  // namespace camber

@@ -25,9 +25,9 @@ constexpr double rounding = 1e-14;
 
 /// Progress of a solve, from the reduction of the residual so far and the reduction that is missing. The progress never
 /// falls.
-class Headway {
+class SolveProgress {
   public:
-    Headway(double first, double tolerance, const Execution& execution)
+    SolveProgress(double first, double tolerance, const Execution& execution)
         : first_(first), tolerance_(tolerance), execution_(execution) {}
     void after_step(const ExtensionSums& sums) {
         const double gained = 0.5 * log(first_ / sums.by_residual);  // logarithm of the norm's reduction in all steps
@@ -47,11 +47,11 @@ class Headway {
 template <int S, int D>
 class Parts {
   public:
-    Parts(std::span<ExtensionPart<S, D>> parts, BetweenParts<D>& between, const Execution& execution)
-        : parts_(parts), between_(between), execution_(execution), moving_(parts.size()), given_(parts.size()) {}
+    Parts(std::span<ExtensionPart<S, D>> parts, PartCommunication<D>& between, const Execution& execution)
+        : parts_(parts), between_(between), execution_(execution), moving_(parts.size()), received_(parts.size()) {}
 
     Outcome<Done> begin(double stiffening) {
-        const auto all = gathered([&](ExtensionPart<S, D>& part) -> Outcome<std::vector<double>> {
+        const auto all = gather_from_parts([&](ExtensionPart<S, D>& part) -> Outcome<std::vector<double>> {
             return part.volume_and_count(execution_);
         });
         if (!all) return fail(all.error());
@@ -63,7 +63,7 @@ class Parts {
     }
 
     Outcome<ExtensionSums> step(double length, double tolerance) {
-        const auto all = gathered([&](ExtensionPart<S, D>& part) {
+        const auto all = gather_from_parts([&](ExtensionPart<S, D>& part) {
             return part.step(length, tolerance, execution_).map([](const std::vector<ExtensionSums>& runs) {
                 std::vector<double> numbers;
                 for (const ExtensionSums& s : runs)
@@ -78,8 +78,9 @@ class Parts {
         return sums;
     }
 
-    Outcome<Done> turn_by(double turn) {
-        if (auto turned = each_part([&](ExtensionPart<S, D>& part) { return part.turn_by(turn, execution_); }); !turned)
+    Outcome<Done> update_direction(double turn) {
+        if (auto turned = each_part([&](ExtensionPart<S, D>& part) { return part.update_direction(turn, execution_); });
+            !turned)
             return turned;
         std::vector<std::span<Vec<D>>> directions;
         for (std::size_t p = 0; p < parts_.size(); ++p) {
@@ -87,19 +88,19 @@ class Parts {
             moving_[p].insert(moving_[p].end(), joined.begin(), joined.end());
             directions.push_back(parts_[p].directions());
         }
-        const auto brought = between_.bring(directions, moving_);
-        if (!brought) return fail(brought.error());
+        const auto exchanged = between_.exchange_rows(directions, moving_);
+        if (!exchanged) return fail(exchanged.error());
         for (std::size_t p = 0; p < parts_.size(); ++p) {
             std::vector<EdgeId> met;
-            std::ranges::set_difference((*brought)[p], given_[p], std::back_inserter(met));
-            given_[p] = std::move((*brought)[p]);
+            std::ranges::set_difference((*exchanged)[p], received_[p], std::back_inserter(met));
+            received_[p] = std::move((*exchanged)[p]);
             if (auto joined = parts_[p].join(met, execution_); !joined) return joined;
         }
         return Done{};
     }
 
     Outcome<AlongDirection> multiply() {
-        const auto all = gathered([&](ExtensionPart<S, D>& part) {
+        const auto all = gather_from_parts([&](ExtensionPart<S, D>& part) {
             return part.multiply(execution_).map([](const std::vector<AlongDirection>& runs) {
                 std::vector<double> numbers;
                 for (const AlongDirection& a : runs) numbers.insert(numbers.end(), {a.curvature, a.slope});
@@ -113,7 +114,7 @@ class Parts {
     }
 
   private:
-    Outcome<std::vector<double>> gathered(const auto& numbers_of) {
+    Outcome<std::vector<double>> gather_from_parts(const auto& numbers_of) {
         const auto here = [&]() -> Outcome<std::vector<double>> {
             std::vector<double> all;
             for (ExtensionPart<S, D>& part : parts_) {
@@ -132,31 +133,31 @@ class Parts {
     }
 
     std::span<ExtensionPart<S, D>> parts_;
-    BetweenParts<D>& between_;
+    PartCommunication<D>& between_;
     const Execution& execution_;
-    EdgesOfParts moving_;  ///< by part: own moving edges that other parts contain
-    EdgesOfParts given_;   ///< by part: received edges of other parts, ascending
+    EdgesOfParts moving_;    ///< by part: own moving edges that other parts contain
+    EdgesOfParts received_;  ///< by part: received edges of other parts, ascending
 };
 
 }  // namespace
 
 template <int S, int D>
-Outcome<ExtensionSolve> solve_extension(std::span<ExtensionPart<S, D>> given, BetweenParts<D>& between,
+Outcome<ExtensionSolve> solve_extension(std::span<ExtensionPart<S, D>> input, PartCommunication<D>& between,
                                         const ExtensionOptions& options, const Execution& execution) {
     return guarded([&]() -> Outcome<ExtensionSolve> {
         ExtensionSolve solved;
         const Execution quiet = without_progress(execution);
-        Parts<S, D> parts(given, between, quiet);
-        if (auto begun = parts.begin(options.stiffening); !begun) return fail(begun.error());
+        Parts<S, D> parts(input, between, quiet);
+        if (auto started = parts.begin(options.stiffening); !started) return fail(started.error());
         auto sums = parts.step(0, options.tolerance);
         if (!sums) return fail(sums.error());
         const double first = sums->by_residual;
-        Headway headway(first, options.tolerance, execution);
+        SolveProgress headway(first, options.tolerance, execution);
         double turn = 0;
         for (; solved.iterations < options.max_iterations && sums->largest > options.tolerance &&
                sums->by_residual > rounding * rounding * first;
              ++solved.iterations) {
-            if (auto turned = parts.turn_by(turn); !turned) return fail(turned.error());
+            if (auto turned = parts.update_direction(turn); !turned) return fail(turned.error());
             const auto along = parts.multiply();
             if (!along) return fail(along.error());
             if (!(along->curvature > 0)) break;
@@ -172,11 +173,11 @@ Outcome<ExtensionSolve> solve_extension(std::span<ExtensionPart<S, D>> given, Be
 
 template <int S, int D>
 Outcome<Extension<D>> extend_displacement(const ExtensionDomain<S, D>& domain, const Column<EdgeKind>& kinds,
-                                          const Column<LagrangeNode<D>>& given_nodes,
+                                          const Column<LagrangeNode<D>>& prescribed_nodes,
                                           const Incidence<ElementId>& shells, const ExtensionOptions& options,
                                           const Execution& execution) {
     // The shares of progress are time shares measured on shell-like parts with layers, with 1 and 5 million elements.
-    auto part = ExtensionPart<S, D>::make(domain, kinds, given_nodes.view(), shells,
+    auto part = ExtensionPart<S, D>::make(domain, kinds, prescribed_nodes.view(), shells,
                                           {VertexId(0), VertexId(domain.points.size())}, part_of(execution, 0, 0.12));
     if (!part) return fail(part.error());
     ExtensionSolve solved;
@@ -214,13 +215,13 @@ Outcome<ExtensionPart<S, D>> ExtensionPart<S, D>::make(const ExtensionDomain<S, 
     const std::size_t n = domain.edges.size();
     if (kinds.size() != n || boundary_nodes.size() != n || shells.size() != n)
         return fail(ErrorKind::internal, "an extension needs a kind, a node and a shell for each edge");
-    auto given = map_each(execution, n, [&](std::size_t e) {
+    auto input = map_each(execution, n, [&](std::size_t e) {
         return kinds[e] == EdgeKind::volume ? Vec<D>{} : boundary_nodes[e].point - chord_middle(domain, e);
     });
-    if (!given) return fail(given.error());
+    if (!input) return fail(input.error());
     return guarded([&]() -> Outcome<ExtensionPart<S, D>> {
         return ExtensionPart(std::make_unique<Impl>(Impl{ExtensionSystem<S, D>{
-            domain, kinds, shells, own, boundary_nodes, std::move(*given), Weighting{}, Buffer<std::uint32_t>(n, 0U),
+            domain, kinds, shells, own, boundary_nodes, std::move(*input), Weighting{}, Buffer<std::uint32_t>(n, 0U),
             Buffer<ElementEnergy<simplex<S>, 2>>(domain.simplices.size()), Rows<S, D>(n, domain.simplices.size())}}));
     });
 }
@@ -257,7 +258,7 @@ Outcome<Done> ExtensionPart<S, D>::begin(double mean, double stiffening, const E
     std::vector<EdgeId> moved;
     for (std::size_t e = 0; e < x.direction.size(); ++e)
         if (x.kinds[e] != EdgeKind::volume && x.direction[e] != Vec<D>{}) moved.emplace_back(e);
-    if (auto begun = x.begin_rows_around(moved, execution); !begun) return begun;
+    if (auto started = x.begin_rows_around(moved, execution); !started) return started;
     auto done = each(
         execution, x.blocks.size(),
         [&](std::size_t b) {
@@ -295,7 +296,7 @@ Outcome<std::vector<ExtensionSums>> ExtensionPart<S, D>::step(double length, dou
 }
 
 template <int S, int D>
-Outcome<Done> ExtensionPart<S, D>::turn_by(double turn, const Execution& execution) {
+Outcome<Done> ExtensionPart<S, D>::update_direction(double turn, const Execution& execution) {
     ExtensionSystem<S, D>& x = *impl_;
     x.joined.clear();
     for (const RowBlock& block : x.blocks) x.joined.insert(x.joined.end(), block.joined.begin(), block.joined.end());
@@ -364,12 +365,12 @@ Outcome<Buffer<LagrangeNode<D>>> ExtensionPart<S, D>::nodes(const Execution& exe
     return nodes;
 }
 
-#define CAMBER_INSTANTIATE(S, D)                                                                             \
-    template class ExtensionPart<S, D>;                                                                      \
-    template Outcome<ExtensionSolve> solve_extension<S, D>(std::span<ExtensionPart<S, D>>, BetweenParts<D>&, \
-                                                           const ExtensionOptions&, const Execution&);       \
-    template Outcome<Extension<D>> extend_displacement<S, D>(                                                \
-        const ExtensionDomain<S, D>&, const Column<EdgeKind>&, const Column<LagrangeNode<D>>&,               \
+#define CAMBER_INSTANTIATE(S, D)                                                                                  \
+    template class ExtensionPart<S, D>;                                                                           \
+    template Outcome<ExtensionSolve> solve_extension<S, D>(std::span<ExtensionPart<S, D>>, PartCommunication<D>&, \
+                                                           const ExtensionOptions&, const Execution&);            \
+    template Outcome<Extension<D>> extend_displacement<S, D>(                                                     \
+        const ExtensionDomain<S, D>&, const Column<EdgeKind>&, const Column<LagrangeNode<D>>&,                    \
         const Incidence<ElementId>&, const ExtensionOptions&, const Execution&);
 
 CAMBER_INSTANTIATE(2, 2)

@@ -98,7 +98,7 @@ FaceTriangles triangles_of(const LinearMesh<3>& mesh, const EdgeSet<3>& edges, c
 }
 
 Outcome<Done> extend_over_face(const LinearMesh<3>& mesh, FaceTriangles face,
-                               const std::function<Vec<3>(FacetId, EdgeId)>& given, FaceShifts& shifts,
+                               const std::function<Vec<3>(FacetId, EdgeId)>& input, FaceShifts& shifts,
                                const Execution& execution) {
     const std::size_t unknowns = face.inside.size();
     if (unknowns == 0 || face.on_curves.empty()) return Done{};
@@ -109,7 +109,7 @@ Outcome<Done> extend_over_face(const LinearMesh<3>& mesh, FaceTriangles face,
     auto nodes = map_each(quiet, face.ends.size(), [&](std::size_t i) {
         if (i < unknowns) return LagrangeNode<3>{middle(i)};
         const auto& [edge, facet] = face.on_curves[i - unknowns];
-        return LagrangeNode<3>{middle(i) + given(facet, edge)};
+        return LagrangeNode<3>{middle(i) + input(facet, edge)};
     });
     if (!nodes) return fail(nodes.error());
     const EdgeSet<2> own{face.ends, std::move(face.of_triangles), {}, {}};
@@ -133,13 +133,13 @@ Outcome<Done> extend_over_face(const LinearMesh<3>& mesh, FaceTriangles face,
 }  // namespace
 
 Outcome<FaceShifts> extend_over_triangles(const LinearMesh<3>& mesh, const EdgeSet<3>& edges, const Faces& faces,
-                                          const std::function<Vec<3>(FacetId, EdgeId)>& given,
+                                          const std::function<Vec<3>(FacetId, EdgeId)>& input,
                                           const Execution& execution) {
     return guarded([&]() -> Outcome<FaceShifts> {
         FaceShifts shifts;
         std::vector<EdgeId> own(edges.size());
         for (const std::vector<FacetId>& facets : connected_faces(edges, faces)) {
-            auto done = extend_over_face(mesh, triangles_of(mesh, edges, faces, facets, own), given, shifts, execution);
+            auto done = extend_over_face(mesh, triangles_of(mesh, edges, faces, facets, own), input, shifts, execution);
             if (!done) return fail(done.error());
         }
         return shifts;

@@ -82,9 +82,9 @@ template <class T, std::size_t N>
 using EdgesOfParts = std::vector<std::vector<EdgeId>>;
 
 template <int D>
-class BetweenParts {
+class PartCommunication {
   public:
-    virtual ~BetweenParts() = default;
+    virtual ~PartCommunication() = default;
     /// Gathers the numbers of all runs of the mesh in order. `of_parts`: the numbers of this process. Errors: those of
     /// any process.
     [[nodiscard]] virtual Outcome<std::vector<double>> gather(Outcome<std::vector<double>> of_parts) = 0;
@@ -92,25 +92,26 @@ class BetweenParts {
     /// Sends rows to all other parts that contain the same edges. `rows`: one array per part of this process, with one
     /// row per edge. `edges`: the edges to send, by part. Returns the ascending edges that each part received. Errors:
     /// those of any process.
-    [[nodiscard]] virtual Outcome<EdgesOfParts> bring(std::span<const std::span<Vec<D>>> rows,
-                                                      const EdgesOfParts& edges) = 0;
+    [[nodiscard]] virtual Outcome<EdgesOfParts> exchange_rows(std::span<const std::span<Vec<D>>> rows,
+                                                              const EdgesOfParts& edges) = 0;
 
   protected:
-    BetweenParts() = default;
-    BetweenParts(const BetweenParts&) = default;
-    BetweenParts(BetweenParts&&) = default;
-    BetweenParts& operator=(const BetweenParts&) = default;
-    BetweenParts& operator=(BetweenParts&&) = default;
+    PartCommunication() = default;
+    PartCommunication(const PartCommunication&) = default;
+    PartCommunication(PartCommunication&&) = default;
+    PartCommunication& operator=(const PartCommunication&) = default;
+    PartCommunication& operator=(PartCommunication&&) = default;
 };
 
 template <int D>
-class OnePart final : public BetweenParts<D> {
+class OnePart final : public PartCommunication<D> {
   public:
     [[nodiscard]] Outcome<std::vector<double>> gather(Outcome<std::vector<double>> of_parts) override {
         return of_parts;
     }
     [[nodiscard]] std::vector<EdgeId> shared(std::size_t, std::vector<EdgeId>) const override { return {}; }
-    [[nodiscard]] Outcome<EdgesOfParts> bring(std::span<const std::span<Vec<D>>> rows, const EdgesOfParts&) override {
+    [[nodiscard]] Outcome<EdgesOfParts> exchange_rows(std::span<const std::span<Vec<D>>> rows,
+                                                      const EdgesOfParts&) override {
         return EdgesOfParts(rows.size());
     }
 };

@@ -112,7 +112,7 @@ struct ExtensionSystem {
     std::span<const LagrangeNode<D>> boundary_nodes;
     Buffer<Vec<D>> direction;  ///< one per edge; initially the prescribed displacements
     Weighting weighting = {};
-    Buffer<std::uint32_t> began;                    ///< one per edge: batch in which its row started, from 1; 0: no row
+    Buffer<std::uint32_t> batch_of_row;             ///< one per edge: batch in which its row started, from 1; 0: no row
     Buffer<ElementEnergy<simplex<S>, 2>> energies;  ///< unwritten for simplices without a row
     Rows<S, D> rows;
     std::vector<RowBlock> blocks = {};
@@ -123,25 +123,25 @@ struct ExtensionSystem {
     [[nodiscard]] bool owns(EdgeId edge) const { return owned.owns(domain.edges.vertices[edge]); }
 
     /// Returns the unknowns without a row in the simplices around these edges, in ascending order.
-    Outcome<std::vector<EdgeId>> reach_out(std::span<const EdgeId> from, const Execution& execution) {
+    Outcome<std::vector<EdgeId>> unknowns_without_row(std::span<const EdgeId> from, const Execution& execution) {
         constexpr std::size_t grain = 1024;
-        std::vector<std::vector<EdgeId>> seen((from.size() + grain - 1) / grain);
+        std::vector<std::vector<EdgeId>> visited((from.size() + grain - 1) / grain);
         auto looked = each_chunk(
             execution, from.size(),
             [&](std::size_t begin, std::size_t end) {
                 for (const EdgeId edge : from.subspan(begin, end - begin))
                     for (const ElementId e : shells[edge])
                         for (const EdgeId other : domain.edges.of_elements[e])
-                            if (began[other.index()] == 0 && kinds[other] == EdgeKind::volume && owns(other))
-                                seen[begin / grain].push_back(other);
+                            if (batch_of_row[other.index()] == 0 && kinds[other] == EdgeKind::volume && owns(other))
+                                visited[begin / grain].push_back(other);
             },
             grain);
         if (!looked) return fail(looked.error());
         ++round;
         std::vector<EdgeId> reached;
-        for (const auto& some : seen)
+        for (const auto& some : visited)
             for (const EdgeId edge : some)
-                if (began[edge.index()] == 0) began[edge.index()] = round, reached.push_back(edge);
+                if (batch_of_row[edge.index()] == 0) batch_of_row[edge.index()] = round, reached.push_back(edge);
         std::sort(reached.begin(), reached.end());
         return reached;
     }
@@ -150,7 +150,7 @@ struct ExtensionSystem {
     [[nodiscard]] bool is_first_of(EdgeId edge, ElementId e) const {
         const auto& edges = domain.edges.of_elements[e];
         return std::all_of(edges.begin(), edges.end(), [&](EdgeId other) {
-            const std::uint32_t in = began[other.index()];
+            const std::uint32_t in = batch_of_row[other.index()];
             return in == 0 || (in == round && edge <= other);
         });
     }
@@ -204,7 +204,7 @@ struct ExtensionSystem {
     }
 
     Outcome<Done> begin_rows_around(std::span<const EdgeId> from, const Execution& execution) {
-        const auto reached = reach_out(from, execution);
+        const auto reached = unknowns_without_row(from, execution);
         if (!reached) return fail(reached.error());
         const std::span<const EdgeId> edges(*reached);
         auto computed = each(execution, edges.size(), [&](std::size_t i) {

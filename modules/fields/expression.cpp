@@ -32,21 +32,21 @@ constexpr const char* remedy =
     "sin, tanh, atan2, abs, min, max";
 
 /// An illegal character that muParser accepts: an assignment, or a byte that ends the text.
-struct Intruder {
+struct IllegalCharacter {
     std::size_t position;  ///< character index from 0
     const char* what;
     const char* remedy;
 };
-std::optional<Intruder> intruder_of(std::string_view text) {
+std::optional<IllegalCharacter> intruder_of(std::string_view text) {
     constexpr std::string_view compared = "=<>!";  // first characters of comparisons such as <=
     for (std::size_t i = 0; i < text.size(); ++i) {
-        if (text[i] == '\0') return Intruder{i, "has a NUL character", "end it there"};
+        if (text[i] == '\0') return IllegalCharacter{i, "has a NUL character", "end it there"};
         const bool is_comparison =
             i + 1 < text.size() && text[i + 1] == '=' && compared.find(text[i]) != std::string_view::npos;
         if (is_comparison)
             ++i;
         else if (text[i] == '=')
-            return Intruder{i, "assigns with \"=\"", "write == to compare; a formula cannot assign variables"};
+            return IllegalCharacter{i, "assigns with \"=\"", "write == to compare; a formula cannot assign variables"};
     }
     return std::nullopt;
 }
@@ -201,22 +201,22 @@ std::string coordinates(const Vec<D>& x) {
 
 template <int D>
 Outcome<Done> check_values(const std::vector<std::string>& expressions, const Buffer<double>& values,
-                           std::span<const Vec<D>> points, bool (*allowed)(double), const char* wanted) {
+                           std::span<const Vec<D>> points, bool (*allowed)(double), const char* expected) {
     for (std::size_t k = 0; k < values.size(); ++k) {
         if (allowed(values[k])) continue;
         const std::size_t v = k / expressions.size();
         std::ostringstream what;
         what << quoted_expression(expressions[k % expressions.size()]) << " is " << values[k] << " at "
              << coordinates(points[v]);
-        return fail(ErrorKind::usage, what.str(), {}, Entity{"vertex", v + 1}, wanted);
+        return fail(ErrorKind::usage, what.str(), {}, Entity{"vertex", v + 1}, expected);
     }
     return Done{};
 }
 
-Outcome<Done> check_count(std::size_t given, std::size_t wanted, const char* what) {
-    if (given == wanted) return Done{};
+Outcome<Done> check_count(std::size_t input, std::size_t expected, const char* what) {
+    if (input == expected) return Done{};
     return fail(ErrorKind::usage,
-                "expected " + std::to_string(wanted) + " expressions of " + what + ", got " + std::to_string(given));
+                "expected " + std::to_string(expected) + " expressions of " + what + ", got " + std::to_string(input));
 }
 
 /// Metric from sizes along the axes; a single expression is used for all axes.
@@ -240,19 +240,19 @@ Outcome<Column<LogMetric<D>>> by_sizes(const std::vector<std::string>& expressio
 }
 
 template <int D>
-Outcome<Column<LogMetric<D>>> made(const SizeExpression& e, std::span<const Vec<D>> points,
-                                   const Execution& execution) {
+Outcome<Column<LogMetric<D>>> evaluate_metric(const SizeExpression& e, std::span<const Vec<D>> points,
+                                              const Execution& execution) {
     return by_sizes<D>({e.size}, points, execution);
 }
 template <int D>
-Outcome<Column<LogMetric<D>>> made(const SizesExpression& e, std::span<const Vec<D>> points,
-                                   const Execution& execution) {
+Outcome<Column<LogMetric<D>>> evaluate_metric(const SizesExpression& e, std::span<const Vec<D>> points,
+                                              const Execution& execution) {
     if (auto count = check_count(e.sizes.size(), D, "sizes"); !count) return fail(count.error());
     return by_sizes<D>(e.sizes, points, execution);
 }
 template <int D>
-Outcome<Column<LogMetric<D>>> made(const TensorExpression& e, std::span<const Vec<D>> points,
-                                   const Execution& execution) {
+Outcome<Column<LogMetric<D>>> evaluate_metric(const TensorExpression& e, std::span<const Vec<D>> points,
+                                              const Execution& execution) {
     if (auto count = check_count(e.tensor.size(), sym_size<D>, "the tensor's entries"); !count)
         return fail(count.error());
     auto values = values_of<D>(e.tensor, points, execution);
@@ -280,7 +280,7 @@ Outcome<Column<LogMetric<D>>> made(const TensorExpression& e, std::span<const Ve
 template <int D>
 Outcome<Column<LogMetric<D>>> log_metrics_of(const MetricExpression& expression, std::span<const Vec<D>> points,
                                              const Execution& execution) {
-    return std::visit([&](const auto& e) { return made<D>(e, points, execution); }, expression);
+    return std::visit([&](const auto& e) { return evaluate_metric<D>(e, points, execution); }, expression);
 }
 
 #define CAMBER_INSTANTIATE(D)                                                                                  \

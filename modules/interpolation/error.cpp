@@ -44,9 +44,9 @@ std::size_t turned(const States& states) {
         std::count_if(states.begin(), states.end(), [](const State* s) { return s->integrals.turned; }));
 }
 
-/// True if det J ≤ 0 at a node. Thin layers fold there first, where quadratures may have no point.
+/// True if det J ≤ 0 at a node. Thin layers fold first at nodes, where quadrature rules may have no point.
 template <int D>
-bool is_turned_at_node(const QuadraticMesh<D>& mesh, std::size_t e) {
+bool is_inverted_at_node(const QuadraticMesh<D>& mesh, std::size_t e) {
     const auto element = element_of(mesh, ElementId(e));
     for (int i = 0; i <= D; ++i)
         for (int j = i; j <= D; ++j) {
@@ -79,12 +79,12 @@ bool same_nodes(const QuadraticMesh<D>& a, const QuadraticMesh<D>& b, std::size_
 InterpolantError error_of(const States& states) { return {norm_of(states, 0), norm_of(states, 1)}; }
 InterpolantError linear_error_of(const States& states) { return {norm_of(states, 2), norm_of(states, 3)}; }
 
-/// Errors of one field on several meshes; common elements are integrated once.
+/// Errors of one field on several meshes; elements that the meshes share are integrated once.
 template <int D>
 class Errors {
   public:
     Errors(const QuadraticMesh<D>& mesh, const ScalarField<D>& field, double tolerance, const Execution& execution)
-        : mesh_(mesh), field_(field), tolerance_(tolerance), execution_(execution), bent_(bent_elements(mesh)) {}
+        : mesh_(mesh), field_(field), tolerance_(tolerance), execution_(execution), bent_(curved_elements(mesh)) {}
 
     Outcome<InterpolantError> of_function(std::span<const double> nodal) {
         nodal_ = nodal;
@@ -112,8 +112,8 @@ class Errors {
         error_.linear = linear_error_of(*straight);
         error_.straight = error_.same_boundary = error_of(*straight);
         error_.curved = error_of(*curved);
-        error_.straight_turned = error_.same_boundary_turned = turned(*straight);
-        error_.curved_turned = turned(*curved);
+        error_.straight_inverted = error_.same_boundary_inverted = turned(*straight);
+        error_.curved_inverted = turned(*curved);
         const auto inside = straight_inside(mesh_, bent_);
         error_.volume = volumes_of(inside ? *inside : mesh_, inside ? bent_ : std::vector<std::uint32_t>{});
         if (inside)
@@ -122,14 +122,14 @@ class Errors {
     }
 
   private:
-    /// Returns the states with those of `elements` replaced by a quadrature on this mesh, as exact as the total
-    /// requires.
+    /// Integrates `elements` of this mesh, as accurately as the total requires, and returns the states with those of
+    /// `elements` replaced.
     Outcome<States> integrated(const QuadraticMesh<D>& mesh, std::vector<std::uint32_t> elements, Sides sides,
                                States states) {
         Quadrature<D>& quadrature =
             quadratures_.emplace_back(IntegrationDomain<D>{mesh, std::move(elements), sides},
                                       Integrand<D>{field_, nodal_}, rules_, tolerance_, execution_);
-        quadrature.put_into(states);  // still empty: the squares of the others
+        quadrature.put_into(states);  // these states are still empty, so the squares are those of the other elements
         if (auto done = quadrature.integrate(squares_of(states)); !done) return fail(done.error());
         error_.evaluations += quadrature.evaluations();
         error_.unresolved += quadrature.unresolved();
@@ -149,9 +149,9 @@ class Errors {
         if (!compared) return fail(compared.error());
         error_.compared_with = Comparison::same_boundary;
         error_.same_boundary = error_of(*compared);
-        error_.same_boundary_turned = turned(*compared);
+        error_.same_boundary_inverted = turned(*compared);
         for (const std::uint32_t e : own)
-            if (!(*compared)[e]->integrals.turned && is_turned_at_node(inside, e)) ++error_.same_boundary_turned;
+            if (!(*compared)[e]->integrals.turned && is_inverted_at_node(inside, e)) ++error_.same_boundary_inverted;
         return Done{};
     }
 
@@ -236,13 +236,13 @@ template Volumes volumes_of<3>(const QuadraticMesh<3>&, const std::vector<std::u
 
 namespace {
 
-/// Maximum relative distance of a flat facet's nodes from the plane of its corners. Below a layer of anisotropy 10^6,
-/// above rounding and the precision of text files.
+/// Maximum distance of a flat facet's nodes from the plane of its corners, relative to the facet. It is below a layer
+/// of anisotropy 10^6, and above rounding and the precision of text files.
 constexpr double flat = 1e-9;
 
-/// Face of a curved element, with ascending vertices.
+/// Face of a curved element; `vertices` are ascending.
 template <int D>
-struct BentFace {
+struct CurvedFace {
     std::array<VertexId, D> vertices;
     ElementFace face;
 };
@@ -266,7 +266,7 @@ Vec<2> normal(const std::array<Vec<2>, 2>& p) { return {{p[1][1] - p[0][1], p[0]
 Vec<3> normal(const std::array<Vec<3>, 3>& p) { return cross(p[1] - p[0], p[2] - p[0]); }
 
 template <int D>
-bool is_flat(const QuadraticMesh<D>& mesh, const BentFace<D>& bent) {
+bool is_flat(const QuadraticMesh<D>& mesh, const CurvedFace<D>& bent) {
     std::array<Vec<D>, D> corners;
     double longest = 0, largest = 0, highest = 0;
     for (std::size_t i = 0; i < D; ++i) {
@@ -279,16 +279,16 @@ bool is_flat(const QuadraticMesh<D>& mesh, const BentFace<D>& bent) {
         longest = std::max(longest, norm(edge.chord()));
         highest = std::max(highest, std::abs(dot(edge.offset(), n)));
     }
-    // Collinear corners have no plane.
+    // Collinear corners define no plane.
     return norm(n) > 0 && highest <= (flat * longest + 8 * std::numeric_limits<double>::epsilon() * largest) * norm(n);
 }
 
 template <int D>
-std::vector<BentFace<D>> faces_of(const QuadraticMesh<D>& mesh, const std::vector<std::uint32_t>& bent) {
-    std::vector<BentFace<D>> faces;
+std::vector<CurvedFace<D>> faces_of(const QuadraticMesh<D>& mesh, const std::vector<std::uint32_t>& bent) {
+    std::vector<CurvedFace<D>> faces;
     for (const std::uint32_t e : bent)
         for (std::uint32_t opposite = 0; opposite <= D; ++opposite) {
-            BentFace<D> face{{}, {ElementId(std::size_t{e}), opposite}};
+            CurvedFace<D> face{{}, {ElementId(std::size_t{e}), opposite}};
             const auto local = face_opposite<D>(static_cast<int>(opposite));
             for (std::size_t i = 0; i < D; ++i)
                 face.vertices[i] = mesh.linear.elements.vertices[e][static_cast<std::size_t>(local[i])];
@@ -299,10 +299,10 @@ std::vector<BentFace<D>> faces_of(const QuadraticMesh<D>& mesh, const std::vecto
     return faces;
 }
 
-/// True for a face of a single element, or between two references.
+/// True for a face of a single element, or between elements with different references.
 template <int D>
-bool bounds(const LinearMesh<D>& mesh, std::span<const BentFace<D>> same) {
-    const auto reference = [&](const BentFace<D>& f) { return mesh.elements.references[f.face.element]; };
+bool bounds(const LinearMesh<D>& mesh, std::span<const CurvedFace<D>> same) {
+    const auto reference = [&](const CurvedFace<D>& f) { return mesh.elements.references[f.face.element]; };
     return same.size() == 1 || (same.size() == 2 && reference(same[0]) != reference(same[1]));
 }
 
@@ -318,7 +318,7 @@ bool is_straight(const QuadraticMesh<D>& mesh, std::size_t e) {
 }
 
 template <int D>
-std::vector<std::uint32_t> bent_elements(const QuadraticMesh<D>& mesh) {
+std::vector<std::uint32_t> curved_elements(const QuadraticMesh<D>& mesh) {
     std::vector<std::uint32_t> bent;
     for (std::size_t e = 0; e < mesh.linear.elements.size(); ++e)
         if (!is_straight(mesh, e)) bent.push_back(static_cast<std::uint32_t>(e));
@@ -327,22 +327,23 @@ std::vector<std::uint32_t> bent_elements(const QuadraticMesh<D>& mesh) {
 
 template <int D>
 std::optional<QuadraticMesh<D>> straight_inside(const QuadraticMesh<D>& mesh, const std::vector<std::uint32_t>& bent) {
-    // The neighbour across a curved face is curved too, so curved elements suffice to find the boundary.
-    const std::vector<BentFace<D>> faces = faces_of(mesh, bent);
-    std::vector<EdgeId> kept;
+    // The neighbour across a curved face is curved too, so the faces of curved elements are sufficient to find the
+    // boundary.
+    const std::vector<CurvedFace<D>> faces = faces_of(mesh, bent);
+    std::vector<EdgeId> selected;
     for (std::size_t first = 0, last = 0; first < faces.size(); first = last) {
         while (last < faces.size() && faces[last].vertices == faces[first].vertices) ++last;
         if (!bounds<D>(mesh.linear, std::span(faces).subspan(first, last - first))) continue;
         const auto edges = edges_of(mesh, faces[first].face);
-        kept.insert(kept.end(), edges.begin(), edges.end());
+        selected.insert(selected.end(), edges.begin(), edges.end());
     }
-    if (kept.empty()) return {};
+    if (selected.empty()) return {};
     Buffer<LagrangeNode<D>> nodes(mesh.mid_nodes.size());
     for (std::size_t e = 0; e < nodes.size(); ++e) {
         const auto& [a, b] = mesh.edges.vertices[e];
         nodes[e].point = midpoint(mesh.linear.points[a], mesh.linear.points[b]);
     }
-    for (const EdgeId e : kept) nodes[e.index()] = mesh.mid_nodes[e];
+    for (const EdgeId e : selected) nodes[e.index()] = mesh.mid_nodes[e];
     QuadraticMesh<D> inside = mesh;
     inside.mid_nodes = std::move(nodes);
     return inside;
@@ -355,7 +356,7 @@ std::optional<QuadraticMesh<D>> straight_inside(const QuadraticMesh<D>& mesh, co
     template Outcome<InterpolationError> interpolation_error<D>(const Mesh<D>&, const ScalarField<D>&,          \
                                                                 const InterpolationOptions&, const Execution&); \
     template bool is_straight<D>(const QuadraticMesh<D>&, std::size_t);                                         \
-    template std::vector<std::uint32_t> bent_elements<D>(const QuadraticMesh<D>&);                              \
+    template std::vector<std::uint32_t> curved_elements<D>(const QuadraticMesh<D>&);                            \
     template std::optional<QuadraticMesh<D>> straight_inside<D>(const QuadraticMesh<D>&,                        \
                                                                 const std::vector<std::uint32_t>&);
 

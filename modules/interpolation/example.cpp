@@ -13,7 +13,7 @@ import camber.interpolation;
 
 using namespace camber;
 
-/// Ring between radii 1 and 2: 24 sectors, 4 layers.
+/// Ring between radii 1 and 2 with 24 sectors and 4 layers.
 static LinearMesh<2> ring() {
     constexpr std::size_t sectors = 24, layers = 4;
     LinearMesh<2> mesh;
@@ -36,7 +36,7 @@ static LinearMesh<2> ring() {
     return mesh;
 }
 
-/// Steep along the radius, constant along circles.
+/// Function that is steep along the radius and constant along circles.
 static PointFunction<2> layer() {
     return [](std::span<const Vec<2>> points, std::span<double> values) {
         for (std::size_t i = 0; i < points.size(); ++i) values[i] = camber::exp(-(norm(points[i]) - 1) / 0.3);
@@ -50,7 +50,7 @@ static Outcome<bool> example(const Execution& execution) {
     for (std::size_t e = 0; e < nodes.size(); ++e) {
         const auto& [a, b] = mesh->edges.vertices[e];
         const double radius = (norm(mesh->linear.points[a]) + norm(mesh->linear.points[b])) / 2;
-        nodes[e].point = normalised(nodes[e].point) * radius;  // middle of the radii
+        nodes[e].point = normalised(nodes[e].point) * radius;  // the mean radius of both ends
     }
     mesh->mid_nodes = std::move(nodes);
     const auto error = interpolation_error<2>(as_mesh(*mesh), layer, {}, execution);

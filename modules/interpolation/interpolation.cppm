@@ -8,19 +8,20 @@ module;
 #include <tuple>
 #include <utility>
 #include <vector>
-/// Interpolation error on a mesh, of degrees 1 and 2: straight, curved, and straight inside curved boundaries.
+/// Interpolation errors of degrees 1 and 2 on a mesh: with straight edges, as curved, and with only the boundary
+/// curved.
 export module camber.interpolation;
 import camber.core;
 import camber.bezier;
 
 export namespace camber {
 
-/// Evaluates a scalar function at points, into a span of the same size.
+/// Evaluates a scalar function at points; the spans have the same size.
 template <int D>
 using PointFunction = std::function<void(std::span<const Vec<D>>, std::span<double>)>;
 
-/// Scalar field as a factory of evaluators, one per thread. Evaluators may have state, but results must not depend on
-/// earlier points.
+/// Scalar field: a function that makes an evaluator for each thread. Evaluators may have a state, but results must not
+/// depend on earlier points.
 template <int D>
 using ScalarField = std::function<PointFunction<D>()>;
 
@@ -36,65 +37,66 @@ struct InterpolationOptions {
 
 struct ErrorNorm {
     double value = 0;
-    /// Relative uncertainty of the integral: half the summed last changes of the elements' quadratures, over the sum of
-    /// squares.
+    /// Relative uncertainty of the integral: half the sum of the last changes of all elements' quadratures, over the
+    /// sum of squares.
     double uncertainty = 0;
-    double rounding = 0;     ///< error from rounding of u alone; smaller errors cannot be distinguished from 0
-    Column<double> squares;  ///< per element; their sum is value²
+    double rounding = 0;     ///< error caused by rounding of u alone; smaller errors cannot be distinguished from 0
+    Column<double> squares;  ///< squared error of each element; their sum is value²
 };
 
-/// Error e = u − u_h: (∫ e²)^½ and (∫ |∇e|²)^½.
+/// Norms of the error e = u − u_h: (∫ e²)^½ and (∫ |∇e|²)^½.
 struct InterpolantError {
     ErrorNorm l2, h1;
 };
 
-/// Reference mesh to assess curved inner edges.
+/// Reference mesh for assessing the curved inner edges of a mesh.
 enum class Comparison : std::uint8_t {
-    straight,       ///< all edges straight, for a straight boundary
-    same_boundary,  ///< curved boundary and interfaces preserved
+    straight,       ///< all edges straight; used if the boundary is straight
+    same_boundary,  ///< only the boundary and interfaces curved
 };
 constexpr auto words(Comparison) {
     return words_of(Word{Comparison::straight, "straight"}, Word{Comparison::same_boundary, "same_boundary"});
 }
 
-/// Volumes (2D: areas); negative where det J is negative.
+/// Volumes (2D: areas) of the straight and the curved mesh; parts with negative det J count as negative.
 struct Volumes {
     double straight = 0, curved = 0;
 };
 
-/// Errors of a field's interpolants, all with the mesh's vertices. `linear` and `straight`: degrees 1 and 2 on straight
-/// edges; `curved`: degree 2 on the unchanged mesh.
+/// Errors of a field's interpolants on meshes with the same vertices. `linear` and `straight` have degrees 1 and 2 on
+/// straight edges, `curved` degree 2 on the unchanged mesh.
 struct InterpolationError {
     InterpolantError linear;
     InterpolantError straight;
-    /// Degree 2, only facets of boundary and interfaces curved; `straight` if these are flat.
+    /// Degree 2 with only the facets of boundary and interfaces curved; equal to `straight` if these are flat.
     InterpolantError same_boundary;
     InterpolantError curved;
     Comparison compared_with = Comparison::straight;
     Volumes volume;
-    /// Elements with det J ≤ 0 at a quadrature point. Their integrals use |det J|. H1 errors exclude singular points
-    /// and do not drive refinement there. `same_boundary` also checks the nodes, since a coarse quadrature may miss
-    /// some.
-    std::size_t straight_turned = 0, same_boundary_turned = 0, curved_turned = 0;
-    std::size_t unresolved = 0;   ///< elements not converged at the finest quadrature
-    std::size_t evaluations = 0;  ///< total number of u
+    /// Number of elements with det J ≤ 0 at a quadrature point. Their integrals use |det J|. H1 errors exclude singular
+    /// points, and their changes cause no refinement in such elements. For `same_boundary` det J is also checked at the
+    /// nodes, since a coarse quadrature may miss elements.
+    std::size_t straight_inverted = 0, same_boundary_inverted = 0, curved_inverted = 0;
+    std::size_t unresolved = 0;   ///< elements whose finest quadrature has not converged
+    std::size_t evaluations = 0;  ///< total number of evaluations of u
 
-    /// Error of the comparison mesh: above `curved`, curved inner edges pay off.
+    /// Returns the error of the comparison mesh. If it exceeds `curved`, curved inner edges reduce the error.
     [[nodiscard]] const InterpolantError& compared() const {
         return compared_with == Comparison::straight ? straight : same_boundary;
     }
 };
 
-/// Computes errors of Lagrange interpolants by adaptive quadrature, to the accuracy of the options. Docs:
-/// docs/algorithms/interpolation-error.md. Errors (usage): u is not finite at a point (reported); limits of options;
+/// Computes errors of Lagrange interpolants by adaptive quadrature, to the relative tolerance of the options. See
+/// docs/algorithms/interpolation-error.md. Errors (usage): u is not finite at a point (reported); options out of range;
 /// unsupported (no quadratic simplices); memory; stopped.
 template <int D>
 [[nodiscard]] Outcome<InterpolationError> interpolation_error(const Mesh<D>& mesh, const ScalarField<D>& field,
                                                               const InterpolationOptions& options,
                                                               const Execution& execution);
 
-/// Error u − u_h of a quadratic function (a solution) by its nodal values: vertices, then edges. For degree 1 set edges
-/// to the means. Errors: as above; internal, values that do not match the nodes.
+/// Computes the error u − u_h of a quadratic function u_h, for example a solution, from its nodal values: vertices,
+/// then edges. For degree 1 set the values at edges to the means of both ends. Errors: those of `interpolation_error`;
+/// values that do not match the nodes (internal).
 template <int D>
 [[nodiscard]] Outcome<InterpolantError> function_error(const Mesh<D>& mesh, std::span<const double> values,
                                                        const ScalarField<D>& field, const InterpolationOptions& options,
@@ -104,32 +106,36 @@ template <int D>
 
 namespace camber {
 
-/// Tables of the conical rule. Its points are also interpolation nodes, so values there can be differentiated.
+/// Tables of the conical quadrature rule. Its points are also interpolation nodes, so values at these points can be
+/// differentiated.
 template <int D>
 struct CollapsedRule {
-    explicit CollapsedRule(int points_a_direction);
+    explicit CollapsedRule(int points_per_direction);
 
     int n;
     std::size_t count = 0;
-    std::vector<double> weights;  ///< sum: 1/D!
+    std::vector<double> weights;  ///< their sum is 1/D!
     std::array<std::vector<double>, D + 1> barycentric;
-    /// 4 λ_i λ_j of each local edge, and its derivatives by ξ_1 … ξ_D.
+    /// Values of 4 λ_i λ_j of each local edge, and its derivatives by ξ_1 … ξ_D.
     std::array<std::vector<double>, edges_per_simplex<D>> bubbles;
     std::array<std::array<std::vector<double>, D>, edges_per_simplex<D>> bubble_slopes;
-    /// Sum of squared coefficients of the values in the ξ-derivatives: growth of independent errors.
+    /// Sum of the squared coefficients of the values in each ξ-derivative: the factor by which independent squared
+    /// errors grow.
     std::array<std::vector<double>, D> amplification;
 
-    /// ∂/∂ξ_1 … ∂/∂ξ_D of the interpolating polynomial.
+    /// Computes ∂/∂ξ_1 … ∂/∂ξ_D of the polynomial that interpolates `values`.
     void differentiate(const std::vector<double>& values, std::array<std::vector<double>, D>& slopes) const;
 
   private:
     void to_reference(std::array<std::vector<double>, D>& slopes) const;
 
-    std::array<std::vector<double>, D> nodes_;     ///< by direction
-    std::array<std::vector<double>, D> matrices_;  ///< n × n: derivative at node r by the value at node c
+    std::array<std::vector<double>, D> nodes_;     ///< nodes of each direction
+    std::array<std::vector<double>, D> matrices_;  ///< n × n: derivative at node r (row) by the value at node c
+                                                   ///< (column)
 };
 
-/// Quadratic on a simplex: linear part, and offsets at the edge middles. Straight parts stay straight to rounding.
+/// Quadratic function on a simplex: linear part, and offsets at the edge middles. Without offsets it is exactly linear
+/// up to rounding.
 template <int D, class T>
 struct Quadratic {
     std::array<T, D + 1> corners{};
@@ -143,28 +149,28 @@ struct Quadratic {
     }
 };
 
-/// Element, or a straight-sided part of the reference simplex, with the interpolants.
+/// An element, or a part of it with straight sides in reference coordinates, with the interpolants.
 template <int D>
 struct Piece {
-    Vec<D> origin;                ///< origin of `places`, so that small elements far from 0 keep their digits
-    Quadratic<D, Vec<D>> places;  ///< F
+    Vec<D> origin;  ///< origin of `places`, so that coordinates of small elements far from 0 keep their digits
+    Quadratic<D, Vec<D>> places;  ///< the map F, relative to `origin`
     bool straight = false;        ///< F is affine
     int interpolants = 1;
-    std::array<Quadratic<D, double>, 2> values{};  ///< u_h ∘ F
-    double rounding = 0;                           ///< of a value of u: from its evaluation and position
+    std::array<Quadratic<D, double>, 2> values{};  ///< interpolants u_h ∘ F
+    double rounding = 0;                           ///< rounding error of a value of u, from its evaluation and position
 };
 
-/// Per interpolant ∫ e², ∫ |∇e|², each with its rounding.
+/// ∫ e² and ∫ |∇e|² of each interpolant, with their rounding errors.
 struct Integrals {
     static constexpr int quantities = 4;  ///< L2 and H1 of two interpolants
     std::array<double, quantities> squares{};
     double l2_rounding = 0, h1_rounding = 0;
-    bool turned = false;  ///< det J <= 0 at a point
+    bool turned = false;  ///< det J ≤ 0 at a point
 
     Integrals& operator+=(const Integrals& other);
 };
 
-/// Work arrays of one value per point, reused for all pieces.
+/// Integrates pieces. The work arrays have one value per point and are reused for all pieces.
 template <int D>
 class Integrator {
   public:
@@ -172,7 +178,7 @@ class Integrator {
 
     [[nodiscard]] Integrals integrate(const Piece<D>& piece, const CollapsedRule<D>& rule);
     void evaluate(std::span<const Vec<D>> points, std::span<double> values) { field_(points, values); }
-    /// Points of the last piece, with u there.
+    /// Points of the last piece, with the values of u there.
     [[nodiscard]] std::span<const Vec<D>> points() const { return points_; }
     [[nodiscard]] std::span<const double> values() const { return values_; }
 
@@ -183,19 +189,19 @@ class Integrator {
 
     PointFunction<D> field_;
     std::vector<Vec<D>> points_;
-    std::array<std::array<std::vector<double>, D>, D> columns_;  ///< of J
+    std::array<std::array<std::vector<double>, D>, D> columns_;  ///< columns of J
     std::vector<double> values_, error_, other_error_;
-    std::array<std::vector<double>, D> slopes_;  ///< of the first interpolant's error, by ξ
+    std::array<std::vector<double>, D> slopes_;  ///< ∂/∂ξ_1 … of the first interpolant's error
 };
 
-/// Edge nodes: chord middles or mesh nodes.
+/// Selects the edge nodes: chord middles or the nodes of the mesh.
 enum class Sides : std::uint8_t { straight, curved };
 
 template <int D>
 [[nodiscard]] std::array<Vec<D>, quadratic_nodes<D>> nodes_of(const QuadraticMesh<D>& mesh, std::size_t e, Sides sides);
 
-/// Piece of an element. Straight: interpolants of degrees 2 and 1; curved: degree 2. With `nodal` values: the quadratic
-/// function with these.
+/// Returns the piece of an element. Straight sides have interpolants of degrees 2 and 1, curved ones of degree 2. If
+/// `nodal` is not empty, u_h is the quadratic function with these nodal values.
 template <int D>
 [[nodiscard]] Piece<D> piece_of(const QuadraticMesh<D>& mesh, std::size_t e, Sides sides, std::span<const double> nodal,
                                 Integrator<D>& integrator);
@@ -212,7 +218,7 @@ template <int D>
 
 struct State {
     Integrals integrals;
-    Squares change{};  ///< by the last refinement
+    Squares change{};  ///< change of the squares by the last refinement
     std::uint32_t evaluations = 0;
     std::int8_t level = -1;
 };
@@ -224,15 +230,15 @@ struct IntegrationDomain {
     Sides sides{};
 };
 
-/// `nodal`: values of a quadratic function at the nodes; empty: interpolants.
+/// Field to integrate. `nodal` holds the nodal values of a quadratic function; if it is empty, u_h is the interpolant.
 template <int D>
 struct Integrand {
     const ScalarField<D>& field;
     std::span<const double> nodal;
 };
 
-/// Adaptive integration over elements, level by level: more points first, then subdivision, until the last changes are
-/// small in total.
+/// Adaptive integration over elements, level by level: first more points, then subdivision, until the sum of the last
+/// changes is small.
 template <int D>
 class Quadrature {
   public:
@@ -248,18 +254,19 @@ class Quadrature {
           elements_(std::move(domain.elements)),
           states_(elements_.size(), State{}) {}
 
-    /// Integrates to the required accuracy together with `beside`, the squares of the mesh's other elements.
+    /// Integrates to the required accuracy of the total, which includes `beside`, the squares of the mesh's other
+    /// elements.
     [[nodiscard]] Outcome<Done> integrate(const Squares& beside);
 
     void put_into(std::vector<const State*>& states) const {
         for (std::size_t i = 0; i < elements_.size(); ++i) states[elements_[i]] = &states_[i];
     }
     [[nodiscard]] std::size_t evaluations() const;
-    /// Elements not settled at the highest affordable level.
+    /// Number of elements that have not converged at the highest affordable level.
     [[nodiscard]] std::size_t unresolved() const { return unresolved_; }
 
   private:
-    // Elements are rows of `elements_`.
+    // Elements are passed as rows of `elements_`.
     [[nodiscard]] Outcome<Done> refine(const std::vector<std::uint32_t>& active);
     void refine(std::uint32_t row, const Squares& enough, Integrator<D>& integrator);
     [[nodiscard]] bool affordable(const std::vector<std::uint32_t>& active) const;
@@ -288,10 +295,11 @@ struct Integrated {
     std::size_t evaluations = 0;
 };
 
-/// Change of the squares without rounding; H1 is ignored where det J ≤ 0.
+/// Change of the squares beyond rounding; H1 is ignored if det J ≤ 0 at a point.
 [[nodiscard]] Squares effective_change(const Integrals& now, const Integrals& before);
 
-/// Subdivides up to `depth` (≥ 1) times where the parts differ from the whole by more than `enough`.
+/// Integrates a piece by subdivision, up to `depth` (≥ 1) times, where the parts differ from the whole by more than
+/// `enough`.
 template <int D>
 [[nodiscard]] Integrated integrate_parts(const Piece<D>& whole, const Integrals& of_whole, const Squares& enough,
                                          int depth, const CollapsedRule<D>& rule, Integrator<D>& integrator);
@@ -300,20 +308,21 @@ template <int D>
 [[nodiscard]] Error find_not_finite(const QuadraticMesh<D>& mesh, std::size_t e, Sides sides, const Rules<D>& rules,
                                     Integrator<D>& integrator);
 
-/// Elements with an edge node not exactly at the middle, ascending.
+/// Returns the elements with an edge node that is not exactly the chord's middle, ascending.
 template <int D>
-[[nodiscard]] std::vector<std::uint32_t> bent_elements(const QuadraticMesh<D>& mesh);
+[[nodiscard]] std::vector<std::uint32_t> curved_elements(const QuadraticMesh<D>& mesh);
 
 template <int D>
 [[nodiscard]] bool is_straight(const QuadraticMesh<D>& mesh, std::size_t e);
 
-/// Mesh with straight edges except those of non-flat facets of the boundary and interfaces. Curved edges in flat facets
-/// do not move the boundary. None if all those facets are flat. Requires the mesh's curved elements.
+/// Returns the mesh with all edges straight except those of curved facets of the boundary and interfaces. A facet
+/// counts as flat if its curved edges lie in its plane, since these do not move the boundary. Returns no mesh if all
+/// those facets are flat. `bent` must list the curved elements.
 template <int D>
 [[nodiscard]] std::optional<QuadraticMesh<D>> straight_inside(const QuadraticMesh<D>& mesh,
                                                               const std::vector<std::uint32_t>& bent);
 
-/// Volumes of the straight and the curved mesh; requires the curved elements.
+/// Returns the volumes of the straight and the curved mesh; `bent` must list the curved elements.
 template <int D>
 [[nodiscard]] Volumes volumes_of(const QuadraticMesh<D>& mesh, const std::vector<std::uint32_t>& bent);
 

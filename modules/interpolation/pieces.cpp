@@ -31,7 +31,7 @@ std::array<T, D> linear_slopes(const Quadratic<D, T>& q) {
     return slopes;
 }
 
-/// det J and its adjugate: row a is det J ∇ξ_a.
+/// det J and the adjugate of J; row a is det J ∇ξ_a.
 template <int D>
 struct Cofactors {
     std::array<Vec<D>, D> rows;
@@ -114,7 +114,8 @@ Integrals Integrator<D>::integrate(const Piece<D>& piece, const CollapsedRule<D>
     subtract(piece.values[0], rule, error_);
     rule.differentiate(error_, slopes_);
     const bool both = piece.interpolants == 2;
-    // The second error's derivatives are the first's plus those of the interpolants' difference, a polynomial.
+    // The derivatives of the second error are those of the first plus those of the difference of the interpolants,
+    // which is a polynomial.
     Quadratic<D, double> difference;
     if (both) {
         subtract(piece.values[1], rule, other_error_);
@@ -178,7 +179,7 @@ std::array<Vec<D>, quadratic_nodes<D>> nodes_of(const QuadraticMesh<D>& mesh, st
 
 namespace {
 
-/// Element values from values at all nodes, vertices first.
+/// Selects an element's values from the values at all nodes (vertices, then edges).
 template <int D>
 std::array<double, quadratic_nodes<D>> values_of(const QuadraticMesh<D>& mesh, std::size_t e,
                                                  std::span<const double> nodal) {
@@ -221,8 +222,8 @@ Piece<D> piece_of(const QuadraticMesh<D>& mesh, std::size_t e, Sides sides, std:
     piece.interpolants = piece.straight && nodal.empty() ? 2 : 1;
     if (piece.interpolants == 2) piece.values[1].corners = piece.values[0].corners;
 
-    // Values have rounding errors of their own and of their positions: |x_k| times the slope along each axis, estimated
-    // from below by differences.
+    // Rounding errors of the values of u, and of their positions: |x_k| times the slope along each axis, estimated from
+    // below by differences.
     double slope = 0, distant = 0;
     for (std::size_t i = 1; i < nodes; ++i) slope = std::max(slope, std::abs(u[i] - u[0]) / distance(at[i], at[0]));
     for (int c = 0; c < D; ++c) distant = std::max(distant, std::abs(at[0][c]));
@@ -262,7 +263,7 @@ Integrated integrate_parts(const Piece<D>& whole, const Integrals& of_whole, con
     Squares less{};
     for (std::size_t q = 0; q < less.size(); ++q) {
         small = small && sum.change[q] <= enough[q];
-        less[q] = enough[q] / 4;  // some parts are as rough as the whole, but few
+        less[q] = enough[q] / 4;  // a few parts are as rough as the whole, but most are smoother
     }
     if (small || depth <= 1) return sum;
     Integrated finer;
@@ -291,7 +292,7 @@ Barycentric<D> halfway(const Barycentric<D>& a, const Barycentric<D>& b) {
 double orientation(const std::array<Vec<2>, 2>& edges) { return det(edges[0], edges[1]); }
 double orientation(const std::array<Vec<3>, 3>& edges) { return det(edges[0], edges[1], edges[2]); }
 
-/// Corners of 2^D parts of equal size and orientation: one at each vertex, the rest in the middle.
+/// Corners of the 2^D parts of equal volume and orientation: one part at each vertex, the others in the middle.
 template <int D>
 const std::array<Corners<D>, (1U << D)>& parts() {
     static const auto all = [] {
@@ -304,7 +305,8 @@ const std::array<Corners<D>, (1U << D)>& parts() {
         if constexpr (D == 2) {
             list[3] = {middle(0, 1), middle(1, 2), middle(2, 0)};
         } else {
-            // Around the octahedron's diagonal between edges 02 and 13.
+            // The parts in the middle lie around the octahedron's diagonal, from the middle of edge 02 to that of edge
+            // 13.
             const std::array<Barycentric<3>, 4> ring{middle(0, 1), middle(1, 2), middle(2, 3), middle(0, 3)};
             for (std::size_t k = 0; k < 4; ++k) list[4 + k] = {middle(0, 2), middle(1, 3), ring[k], ring[(k + 1) % 4]};
         }
@@ -325,7 +327,7 @@ Quadratic<D, T> restricted(const Quadratic<D, T>& whole, const Corners<D>& part)
     for (int i = 0; i <= D; ++i) q.corners[i] = whole.at(part[i]);
     for (int e = 0; e < edges_per_simplex<D>; ++e) {
         const auto [i, j] = local_edges<D>[e];
-        // Bubbles only: keeps the rounding of the linear part out.
+        // Only the offsets are evaluated, so that rounding of the linear part does not enter.
         const Quadratic<D, T> bubbles{{}, whole.bubbles};
         q.bubbles[e] = bubbles.at(halfway<D>(part[i], part[j])) - (bubbles.at(part[i]) + bubbles.at(part[j])) * 0.5;
     }

@@ -19,14 +19,15 @@ namespace camber {
 
 namespace {
 
-/// Points per direction by level; then the last but one on parts, divided up to `deepest` times.
+/// Points per direction at each level. Higher levels use the last but one rule on parts of the element, divided up to
+/// `deepest` times.
 constexpr std::array<int, 4> points_of_levels{4, 6, 8, 12};
 constexpr int divided_rule = 2;
 constexpr int deepest = 4;
 constexpr int highest_level = static_cast<int>(points_of_levels.size()) - 1 + deepest;
-/// Elements per evaluator of the field.
+/// Number of elements that one evaluator of the field handles.
 constexpr std::size_t elements_at_once = 64;
-/// Limit of field evaluations, since jumps never converge.
+/// Limits of field evaluations: jumps of the field never converge.
 constexpr double values_an_element = 2000, values_at_least = 1e8;
 
 constexpr int depth_of(int level) { return level + 1 - static_cast<int>(points_of_levels.size()); }
@@ -93,7 +94,7 @@ void Quadrature<D>::refine(std::uint32_t row, const Squares& enough, Integrator<
     state.evaluations += static_cast<std::uint32_t>(parts.evaluations + rule.count + quadratic_nodes<D>);
 }
 
-/// True if subdividing all these elements stays within the limit.
+/// True if the evaluations remain within the limit when all these elements are subdivided.
 template <int D>
 bool Quadrature<D>::affordable(const std::vector<std::uint32_t>& active) const {
     auto values = static_cast<double>(evaluations());
@@ -118,7 +119,7 @@ Squares Quadrature<D>::total() const {
     return sum;
 }
 
-/// Tolerance of parts: a fraction of the average share of an element.
+/// Tolerance for the subdivision of an element: a fraction of the average square per element.
 template <int D>
 Squares Quadrature<D>::enough_of_parts() const {
     Squares share = total();
@@ -127,7 +128,8 @@ Squares Quadrature<D>::enough_of_parts() const {
     return share;
 }
 
-/// Elements to refine: for each quantity, the largest changes until the others are small in total.
+/// Returns the elements to refine: for each quantity those with the largest changes, so that the remaining changes have
+/// a small sum.
 template <int D>
 std::vector<std::uint32_t> Quadrature<D>::unsettled() {
     const Squares all = total();
@@ -136,9 +138,10 @@ std::vector<std::uint32_t> Quadrature<D>::unsettled() {
     std::vector<std::uint32_t> chosen;
     unresolved_ = 0;
     for (std::size_t row = 0; row < states_.size(); ++row) {
-        bool wanted = false;
-        for (std::size_t q = 0; q < threshold.size(); ++q) wanted = wanted || states_[row].change[q] > threshold[q];
-        if (!wanted) continue;
+        bool needs_refinement = false;
+        for (std::size_t q = 0; q < threshold.size(); ++q)
+            needs_refinement = needs_refinement || states_[row].change[q] > threshold[q];
+        if (!needs_refinement) continue;
         if (states_[row].level < highest_level)
             chosen.push_back(static_cast<std::uint32_t>(row));
         else
@@ -147,7 +150,8 @@ std::vector<std::uint32_t> Quadrature<D>::unsettled() {
     return chosen;
 }
 
-/// Threshold of refinement: smaller changes sum to half of `allowed`. None is refined if all fit.
+/// Returns the threshold of refinement: the sum of all smaller changes is at most half of `allowed`. It is infinite if
+/// the sum of all changes is at most `allowed`.
 template <int D>
 double Quadrature<D>::threshold_of(std::size_t q, double allowed) const {
     std::vector<double> changes;

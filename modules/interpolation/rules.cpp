@@ -14,7 +14,7 @@ namespace camber {
 
 namespace {
 
-/// Differentiation matrix at the nodes, row by row (barycentric formula).
+/// Differentiation matrix at the nodes x, row by row (barycentric formula).
 std::vector<double> differentiation(const std::vector<double>& x) {
     const std::size_t n = x.size();
     std::vector<double> weight(n, 1), matrix(n * n, 0);
@@ -33,7 +33,7 @@ std::vector<double> differentiation(const std::vector<double>& x) {
 }  // namespace
 
 template <int D>
-CollapsedRule<D>::CollapsedRule(int points_a_direction) : n(points_a_direction) {
+CollapsedRule<D>::CollapsedRule(int points_per_direction) : n(points_per_direction) {
     const auto m = static_cast<std::size_t>(n);
     const std::vector<RulePoint<D>> points = conical_rule<D>(n);
     count = points.size();
@@ -69,7 +69,8 @@ CollapsedRule<D>::CollapsedRule(int points_a_direction) : n(points_a_direction) 
             for (int a = 0; a < D; ++a)
                 bubble_slopes[e][a][p] = 4 * (slope(i, a) * barycentric[j][p] + barycentric[i][p] * slope(j, a));
         }
-        // ∂/∂ξ_d = (∂/∂t_d)/(rest of the directions above) + multiples below 1 of lower directions.
+        // ∂/∂ξ_d is ∂/∂t_d over the product of 1 − t_k of the directions k > d, plus multiples (below 1) of the
+        // derivatives of lower directions.
         double below = 0;
         for (int d = 0; d < D; ++d) {
             double above = 1;
@@ -92,7 +93,7 @@ void CollapsedRule<D>::differentiate(const std::vector<double>& values,
     for (int d = 0; d < D; ++d) {
         std::vector<double>& out = slopes[d];
         const std::vector<double>& matrix = matrices_[d];
-        // Blocks of m · stride values; the direction runs over m rows of `stride` values.
+        // Values are stored in blocks of m rows of `stride` values; the direction d runs over the rows.
         for (std::size_t begin = 0; begin < count; begin += m * stride)
             for (std::size_t r = 0; r < m; ++r) {
                 double* row = out.data() + begin + r * stride;

@@ -1,4 +1,4 @@
-// Assembles file listings into meshes of degree 1 or 2.
+// Assembles listed file contents into meshes of degree 1 or 2.
 module;
 #include <array>
 #include <atomic>
@@ -75,7 +75,7 @@ Renumbering renumber(const Buffer<std::uint8_t>& role) {
     return numbers;
 }
 
-/// Returns the straight simplices, those of degree 2 first.
+/// Returns the simplices without mid nodes, the quadratic ones first.
 template <int K>
 Outcome<camber::Simplices<K>> corners_of(const Simplices<K>& kind, const Renumbering& numbers,
                                          const Execution& execution) {
@@ -103,20 +103,20 @@ Outcome<camber::Simplices<K>> corners_of(const Simplices<K>& kind, const Renumbe
     return camber::Simplices<K>{std::move(*vertices), std::move(references), kind.required, std::move(entities)};
 }
 
-/// Renumbers vertices; drops and counts mid nodes.
+/// Renumbers the items' vertices. Items at mid nodes are dropped and counted.
 template <class Item, class VertexOf>
 Column<Item> renumbered(const Buffer<Item>& items, const Renumbering& numbers, std::size_t& dropped,
                         VertexOf&& vertex_of) {
-    Buffer<Item> kept;
+    Buffer<Item> selected;
     for (Item item : items) {
         VertexId& vertex = vertex_of(item);
         vertex = VertexId(std::size_t{numbers.to_mesh[vertex.index()]});
         if (vertex.valid())
-            kept.push_back(item);
+            selected.push_back(item);
         else
             ++dropped;
     }
-    return kept;
+    return selected;
 }
 
 }  // namespace
@@ -206,7 +206,7 @@ Outcome<Buffer<LagrangeNode<D>>> nodes_on_edges(const Mesh<D>& raw, const Linear
         row_grain);
 }
 
-/// Notes dropped and added mid node data.
+/// Adds notices about mid nodes that were added, and about dropped data of mid nodes.
 template <int D>
 void note_mid_nodes(const Buffer<Reference>& point_references, const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
                     const MidNodes& mid, std::vector<Notice>& notices) {
@@ -238,8 +238,8 @@ Column<std::uint32_t> node_numbers(const Mesh<D>& raw, const Renumbering& number
     return plain ? Column<std::uint32_t>() : Column<std::uint32_t>(std::move(of));
 }
 
-/// Reorders a point field by the mesh's nodes. An edge without a node in the file gets the mean of its ends; for
-/// integers it gets the value of its lower vertex.
+/// Reorders a point field to the mesh's nodes. An edge whose node is missing in the file gets the mean of its ends, in
+/// integer fields the value of its lower vertex.
 template <class T>
 Column<T> at_nodes(const Column<T>& rows, std::size_t width, const Renumbering& numbers, const MidNodes& mid,
                    const Column<std::array<VertexId, 2>>& edges) {

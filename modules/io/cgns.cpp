@@ -26,7 +26,7 @@ std::string_view beginning_of(std::span<const std::byte> bytes, std::size_t size
 }  // namespace
 
 bool is_med(std::span<const std::byte> bytes) {
-    constexpr std::size_t soon = 65536;  // must contain the names of the first nodes
+    constexpr std::size_t soon = 65536;  // large enough for the names of the first nodes
     const std::string_view text = beginning_of(bytes, soon);
     return text.starts_with(hdf5) && text.find("INFOS_GENERALES") != std::string_view::npos;
 }
@@ -42,13 +42,12 @@ bool is_in_cgns(const MeshField& field) {
 
 namespace {
 
-/// Counts repeated runs of a reference.
-std::size_t out_of_run(const Column<Reference>& references) {
+std::size_t repeated_runs(const Column<Reference>& references) {
     std::size_t count = 0;
-    std::set<Reference> seen;
+    std::set<Reference> visited;
     for (std::size_t i = 0; i < references.size(); ++i) {
         if (i > 0 && references[i] == references[i - 1]) continue;
-        if (!seen.insert(references[i]).second) ++count;
+        if (!visited.insert(references[i]).second) ++count;
     }
     return count;
 }
@@ -59,7 +58,7 @@ namespace cgns {
 
 namespace {
 
-/// Legal name: at most 32 characters, no `/`, no blanks at either end.
+/// CGNS names have no `/` and no blanks at either end.
 std::string node_name(std::string_view name) {
     std::string text = readable_name(name);
     std::replace(text.begin(), text.end(), '/', '_');
@@ -76,7 +75,6 @@ std::string main_name(const Column<Group>& groups, int dimension, Reference refe
     return {};
 }
 
-/// Pairs of dimension and reference.
 template <int D>
 std::vector<std::pair<int, Reference>> references_of(const LinearMesh<D>& mesh) {
     std::vector<std::pair<int, Reference>> all;
@@ -90,16 +88,16 @@ std::vector<std::pair<int, Reference>> references_of(const LinearMesh<D>& mesh) 
     return all;
 }
 
-/// Group names, else plain names, which no group may take.
+/// Names of references: those of their groups, else plain names, which no group may use.
 ReferenceNames names_of(const std::vector<std::pair<int, Reference>>& references, const Column<Group>& groups,
                         std::vector<std::string> reserved) {
-    std::vector<ListedName> wanted;
+    std::vector<ListedName> requested;
     for (const auto& [dimension, reference] : references) {
         reserved.push_back(plain_name(dimension, reference));
         if (std::string name = main_name(groups, dimension, reference); !name.empty())
-            wanted.push_back({std::move(name)});
+            requested.push_back({std::move(name)});
     }
-    const auto legal = legal_names(wanted, {node_name, longest_name, std::move(reserved)});
+    const auto legal = legal_names(requested, {node_name, longest_name, std::move(reserved)});
     ReferenceNames names;
     std::size_t named = 0;
     for (const auto& [dimension, reference] : references) {
@@ -113,11 +111,11 @@ template <int D>
 std::vector<Notice> changed_names(const LinearMesh<D>& mesh) {
     const GroupNames names = group_names(mesh);
     std::vector<Renaming> renamed;
-    std::set<std::pair<int, Reference>> seen;
+    std::set<std::pair<int, Reference>> visited;
     std::size_t lost = 0;
     for (const Group& group : mesh.groups) {
         const std::pair key(group.dimension, group.reference);
-        if (!seen.insert(key).second) continue;  // the reference already has a main group
+        if (!visited.insert(key).second) continue;  // only the first group of a reference is its main group
         const auto condition = names.conditions.find(key), section = names.sections.find(key);
         const bool is_condition = condition != names.conditions.end();
         if ((!is_condition && section == names.sections.end()) || group.name.empty())
@@ -135,10 +133,10 @@ std::vector<Notice> changed_names(const LinearMesh<D>& mesh) {
 }  // namespace
 
 MeshFields fields_in_file(const MeshFields& fields) {
-    MeshFields held;
+    MeshFields supported;
     for (const MeshField& field : fields)
-        if (is_in_cgns(field)) held = std::move(held).with(field);
-    return held;
+        if (is_in_cgns(field)) supported = std::move(supported).with(field);
+    return supported;
 }
 
 FieldNames field_names() {
@@ -153,7 +151,7 @@ template <int D>
 GroupNames group_names(const LinearMesh<D>& mesh) {
     const auto references = references_of(mesh);
     GroupNames names{names_of(references, mesh.groups, {"GridCoordinates", "ZoneBC", "ZoneType", "FlowSolution"}), {}};
-    if (is_surface_alone(mesh)) return names;
+    if (is_standalone_surface(mesh)) return names;
     std::vector<std::pair<int, Reference>> of_facets;
     for (const auto& reference : references)
         if (reference.first == D - 1) of_facets.push_back(reference);
@@ -169,8 +167,9 @@ template GroupNames group_names<3>(const LinearMesh<3>&);
 template <int D>
 std::vector<Notice> not_in_cgns(const Mesh<D>& all) {
     const LinearMesh<D> mesh = straight_simplices(all);
-    std::vector<Notice> losses = not_held(mesh, {.groups = true, .point_references = false}, "CGNS");
-    if (out_of_run(mesh.elements.references) + out_of_run(mesh.facets.references) + out_of_run(mesh.edges.references) >
+    std::vector<Notice> losses = unsupported_data(mesh, {.groups = true, .point_references = false}, "CGNS");
+    if (repeated_runs(mesh.elements.references) + repeated_runs(mesh.facets.references) +
+            repeated_runs(mesh.edges.references) >
         0)
         losses.push_back({"CGNS has one section for each reference: simplices were reordered"});
     for (Notice& notice : cgns::changed_names(mesh)) losses.push_back(std::move(notice));
@@ -202,15 +201,15 @@ Error no_folder(std::string_view root) {
 Error error_of(const char* said, ErrorKind kind, std::string_view doing, std::string_view name) {
     const int failure = errno;
     const std::string_view words = said != nullptr ? said : "";
-    const bool says_something = !words.empty() && !words.starts_with("no CGNS error");
-    const std::string reason = says_something ? ": " + std::string(words) : std::string();
+    const bool has_message = !words.empty() && !words.starts_with("no CGNS error");
+    const std::string reason = has_message ? ": " + std::string(words) : std::string();
     if (kind == ErrorKind::input)
         return {kind,
                 std::string(doing) + reason,
                 std::string(name),
                 {},
                 "the file is damaged, or is not a CGNS file; check it with cgnscheck"};
-    // The library reports only the failed call; errno has the system's reason.
+    // The library's error names only the failed call; errno has the reason from the system.
     const bool has_no_place = failure == EFBIG || failure == ENOSPC || failure == EDQUOT;
     const std::string of_system = has_no_place ? ": " + std::generic_category().message(failure) : std::string();
     const char* const remedy = failure == EFBIG ? "raise the limit (ulimit -f)"
@@ -219,9 +218,9 @@ Error error_of(const char* said, ErrorKind kind, std::string_view doing, std::st
     return {kind, std::string(doing) + of_system + reason, std::string(name), {}, remedy};
 }
 
-Error no_library(std::string_view why) {
+Error no_library(std::string_view cause) {
     return {ErrorKind::unsupported,
-            "the CGNS library cannot be loaded: " + std::string(why),
+            "the CGNS library cannot be loaded: " + std::string(cause),
             {},
             {},
             "install it (Debian: libcgns3.4), or use another format"};
@@ -230,7 +229,7 @@ Error no_library(std::string_view why) {
 }  // namespace cgns
 
 #ifdef CAMBER_NO_CGNS
-// Stubs for builds without the CGNS library.
+// Replacements in builds without the CGNS library.
 
 namespace {
 
@@ -241,7 +240,7 @@ auto absent() {
 
 }  // namespace
 
-bool knows_cgns() { return false; }
+bool has_cgns_support() { return false; }
 
 Outcome<DecodedMesh> decode_cgns(std::span<const std::byte>, std::string_view, const DecodeOptions&, const Execution&) {
     return absent();

@@ -44,9 +44,10 @@ struct ConditionReader {
             n < 0 || !has_one_index_a_point(bc, n))
             return of.broken("boundary condition " + std::to_string(bc) + " cannot be read");
         static_cast<void>(of.lib.boco_gridlocation_read_(of.file, 1, of.zone, bc, &location));
-        if (auto bearable = of.announced(static_cast<std::size_t>(n), "boundary condition " + std::to_string(bc));
-            !bearable)
-            return fail(bearable.error());
+        if (auto within_budget =
+                of.take_budget(static_cast<std::size_t>(n), "boundary condition " + std::to_string(bc));
+            !within_budget)
+            return fail(within_budget.error());
         Condition condition{name.data(), {}, std::vector<cgsize_t>(static_cast<std::size_t>(n))};
         if (n > 0 && of.lib.boco_read_(of.file, 1, of.zone, bc, condition.items.data(), nullptr) != CG_OK)
             return of.broken("the points of boundary condition " + in_quotes(condition.name) + " cannot be read");
@@ -58,7 +59,7 @@ struct ConditionReader {
         if (condition.is_range && (n != 2 || condition.items[1] < condition.items[0])) condition.items.clear();
         return condition;
     }
-    /// The library writes as many numbers as the node has, whatever count it reports.
+    /// boco_read writes as many numbers as the file's node has, even if the library reported another count.
     [[nodiscard]] bool has_one_index_a_point(int bc, cgsize_t n) const {
         double node = 0, points = 0;
         int cgio = 0;
@@ -76,7 +77,7 @@ struct ConditionReader {
         return true;
     }
 
-    /// Returns false if the condition lists no simplex of the boundary's dimension.
+    /// Sets the reference of the faces in a boundary condition. Returns false if there are none.
     bool mark(const Condition& condition, Reference reference) {
         std::size_t listed = 0;
         const auto enter = [&](Place& place) {
@@ -107,7 +108,7 @@ struct ConditionReader {
                 if (e >= section.first && e <= last) enter(at(e));
         }
     }
-    /// Selects boundary simplices with all vertices in the list.
+    /// Finds faces whose vertices are all in the condition's list.
     void each_between_vertices(const Condition& condition, const auto& enter) {
         std::vector<std::uint8_t> listed(of.mesh.points.size(), 0);
         const auto list = [&](cgsize_t v) {
@@ -163,19 +164,20 @@ struct ConditionReader {
         return Done{};
     }
 
-    /// Sets references of simplices that no condition lists: their section's number, else the next free one.
+    /// Simplices in no boundary condition get the reference of their section, or the next free one if the section has
+    /// none.
     void number_sections(int dimension, std::set<Reference> taken) {
         for (const Section& section : of.sections)
             if (section.reference) taken.insert(*section.reference);
         take_known(dimension, taken);
         for (Section& section : of.sections) {
-            const auto mine = [&](const Place& p) { return p.dimension == dimension && !p.listed; };
-            if (std::none_of(section.places.begin(), section.places.end(), mine)) continue;
+            const auto own = [&](const Place& p) { return p.dimension == dimension && !p.listed; };
+            if (std::none_of(section.places.begin(), section.places.end(), own)) continue;
             const std::string name = (dimension == of.cell_dimension ? of.prefix : "") + section.name;
             const auto known = of.known_reference(dimension, name);
             const Reference reference = section.reference ? *section.reference : known ? *known : next_free(taken);
             for (const Place& place : section.places)
-                if (mine(place)) reference_at(place) = reference;
+                if (own(place)) reference_at(place) = reference;
             name_group(dimension, reference, name);
         }
     }
@@ -197,7 +199,7 @@ struct ConditionReader {
     Reference& reference_at(const Place& place) {
         return *at_place(place, [&](auto& rows) { return &rows.references[place.row]; });
     }
-    /// Ignores a second name of a reference and plain names from `encode_cgns`.
+    /// Adds a group, except for further names of a reference and for plain names, which `encode_cgns` writes.
     void name_group(int dimension, Reference reference, const std::string& name) {
         if (name == plain_name(dimension, reference)) return;
         for (const Group& group : of.mesh.groups)

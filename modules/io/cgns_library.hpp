@@ -1,6 +1,6 @@
-// The CGNS Mid-Level Library. It is loaded at first use, because it brings about forty libraries that would slow down
-// every program start. This is a private header of the io module that uses no names of modules: cgnslib.h must not
-// reach importers.
+// The CGNS Mid-Level Library. It is loaded at first use, because it needs about forty libraries that would slow down
+// every program start. This header is private to the io module and independent of all modules, since importers must not
+// see cgnslib.h.
 #pragma once
 
 #include <cgns_io.h>
@@ -21,7 +21,7 @@
 
 namespace camber::cgns {
 
-/// Functions without their prefix `cg_`.
+/// Library functions, named without the prefix `cg_`.
 // clang-format off
 #define CAMBER_CGNS_FUNCTIONS(X) \
     X(open) X(close) X(get_error) X(free) X(nbases) X(base_read) X(base_write) X(nzones) X(zone_type) X(zone_read) \
@@ -45,7 +45,7 @@ struct Library {
     decltype(&::cgio_children_ids) children_ids = nullptr;
     decltype(&::cgio_get_data_size) data_size = nullptr;
     decltype(&::cgio_release_id) release_id = nullptr;
-    std::string missing;  ///< reason if the library is unusable
+    std::string missing;  ///< empty if the library can be used, else the reason
 };
 
 }  // namespace camber::cgns

@@ -23,7 +23,7 @@ import camber.core;
 import camber.bezier;
 import :cgns_reader;
 
-/// Size check before the library opens the file: opening reads many nodes completely.
+/// Checks sizes before the library opens the file, because opening reads many nodes completely.
 namespace camber::cgns {
 
 namespace {
@@ -39,7 +39,7 @@ class Tree {
         if (is_open_) lib_.close_tree(file_);
     }
 
-    /// Accepts a file that is no tree: the library reports it when it opens the file.
+    /// Accepts a file without a node tree; the library reports an error when it opens this file.
     [[nodiscard]] Outcome<Done> walk(const std::string& path, const std::string& name) {
         double root = 0;
         if (lib_.open_tree(path.c_str(), CGIO_MODE_READ, CGIO_FILE_NONE, &file_) != 0) return Done{};
@@ -51,7 +51,7 @@ class Tree {
   private:
     /// Standard trees have at most twelve levels.
     static constexpr int max_depth = 32;
-    static constexpr std::size_t bytes_of_a_node = 1024;  ///< in the library's memory
+    static constexpr std::size_t bytes_of_a_node = 1024;  ///< memory that the library needs for a node
 
     [[nodiscard]] Outcome<Done> below(double node, int depth, const std::string& name) {
         int children = 0;
@@ -120,7 +120,7 @@ Outcome<Done> read_points(Reader<D>& of, std::size_t n) {
         return fail(ErrorKind::input,
                     "the zone has " + std::to_string(coordinates) + " coordinates, not " + std::to_string(D),
                     of.mesh.name);
-    if (auto bearable = of.announced(n * (D + 1), "the zone's vertices"); !bearable) return bearable;
+    if (auto within_budget = of.take_budget(n * (D + 1), "the zone's vertices"); !within_budget) return within_budget;
     of.first_point = of.mesh.points.size();
     of.mesh.points.resize(of.first_point + n);
     of.mesh.point_references.resize(of.first_point + n, 0);
@@ -151,10 +151,9 @@ struct Zone {
     int number = 1;
     std::string name;
     std::size_t vertices = 0;
-    bool is_joined = false;  ///< to others, by a connectivity
+    bool is_joined = false;  ///< a zone connectivity joins it to other zones
 };
 
-/// Zones of one base.
 struct Zones {
     int cell_dimension = 0, physical_dimension = 0;
     std::vector<Zone> chosen = {};
@@ -185,12 +184,14 @@ void join(listing::Mesh<D>& mesh, const Zones& zones, std::vector<Notice>& notic
 }
 
 template <int D>
-Outcome<DecodedMesh> read_mesh(Reader<D> of, const Zones& zones, Unheld unheld, const Execution& execution) {
+Outcome<DecodedMesh> read_mesh(Reader<D> of, const Zones& zones, UnsupportedCells unsupported_cells,
+                               const Execution& execution) {
     for (const Zone& zone : zones.chosen) {
         if (zones.chosen.size() > 1) of.prefix = zone.name + " ";
         if (auto done = read_zone(of, zone); !done) return fail(std::move(done.error()));
     }
-    if (auto held = of.refused.verdict(of.mesh.name, unheld); !held) return fail(std::move(held.error()));
+    if (auto supported = of.refused.verdict(of.mesh.name, unsupported_cells); !supported)
+        return fail(std::move(supported.error()));
     if (of.points_listed > 0)
         of.notices.push_back({std::to_string(of.points_listed) + " elements of kind NODE were skipped"});
     name_origins(of.mesh);
@@ -203,11 +204,11 @@ Outcome<DecodedMesh> read_mesh(Reader<D> of, const Zones& zones, Unheld unheld, 
     }
     auto decoded =
         listing::assembled(std::move(of.mesh), listing::MidNodeKind::on_curve, std::move(of.notices), execution);
-    if (decoded) decoded->unheld = of.refused.counts();
+    if (decoded) decoded->unsupported_cells = of.refused.counts();
     return decoded;
 }
 
-/// Returns `name` if that file has the same size, else a new temporary file with these bytes.
+/// Returns `name` if this file has as many bytes as given, else a new temporary file with the bytes.
 Outcome<std::string> path_of(std::span<const std::byte> bytes, const std::string& name,
                              std::optional<TemporaryFolder>& folder) {
     std::error_code error;
@@ -227,7 +228,7 @@ int open_to_read(const Library& lib, const std::string& path, int& file) {
     return lib.open_(path.c_str(), CG_MODE_READ, &file);
 }
 
-/// Errors: input, unsupported (structured).
+/// Errors: input, unsupported (a structured zone).
 Outcome<Zone> zone_of(const Library& lib, int file, int number, const std::string& file_name) {
     Zone zone{number, {}, 0};
     Name text{};
@@ -250,8 +251,8 @@ Outcome<Zone> zone_of(const Library& lib, int file, int number, const std::strin
     return zone;
 }
 
-/// Selects zones by name or number; an empty name means all.
-Outcome<Zones> zones_of(const Library& lib, int file, const std::string& wanted, const std::string& name) {
+/// Zones with the name or number `wanted`; an empty string selects all.
+Outcome<Zones> zones_of(const Library& lib, int file, const std::string& requested, const std::string& name) {
     int bases = 0, count = 0;
     Zones zones;
     Name text{};
@@ -274,15 +275,15 @@ Outcome<Zones> zones_of(const Library& lib, int file, const std::string& wanted,
         cgsize_t size[9]{};
         if (lib.zone_read_(file, 1, z, text.data(), size) != CG_OK) return broken("the zone cannot be read");
         names += (names.empty() ? "" : ", ") + std::string(text.data());
-        if (!wanted.empty() && wanted != text.data() && wanted != std::to_string(z)) continue;
+        if (!requested.empty() && requested != text.data() && requested != std::to_string(z)) continue;
         auto zone = zone_of(lib, file, z, name);
         if (!zone) return fail(std::move(zone.error()));
         vertices += zone->vertices;
         zones.chosen.push_back(std::move(*zone));
     }
     if (zones.chosen.empty())
-        return fail(ErrorKind::input, wanted.empty() ? "has no zone" : "has no zone " + in_quotes(wanted), name, {},
-                    names.empty() ? "the file is damaged" : "its zones are " + names);
+        return fail(ErrorKind::input, requested.empty() ? "has no zone" : "has no zone " + in_quotes(requested), name,
+                    {}, names.empty() ? "the file is damaged" : "its zones are " + names);
     if (vertices > max_entities) return fail(ErrorKind::unsupported, "has more vertices than 32 bits can number", name);
     return zones;
 }
@@ -293,7 +294,7 @@ Outcome<Zones> zones_of(const Library& lib, int file, const std::string& wanted,
 
 namespace camber {
 
-bool knows_cgns() { return true; }
+bool has_cgns_support() { return true; }
 
 Outcome<DecodedMesh> decode_cgns(std::span<const std::byte> bytes, std::string_view name, const DecodeOptions& options,
                                  const Execution& execution) {
@@ -305,8 +306,8 @@ Outcome<DecodedMesh> decode_cgns(std::span<const std::byte> bytes, std::string_v
         const std::string title(name);
         const auto path = cgns::path_of(bytes, title, folder);
         if (!path) return fail(path.error());
-        if (auto bearable = cgns::check_nodes(lib, *path, bytes.size(), title); !bearable)
-            return fail(std::move(bearable.error()));
+        if (auto within_budget = cgns::check_nodes(lib, *path, bytes.size(), title); !within_budget)
+            return fail(std::move(within_budget.error()));
         int file = 0;
         if (cgns::open_to_read(lib, *path, file) != CG_OK)
             return fail(cgns::error_of(lib.get_error_(), ErrorKind::input, "the file cannot be opened as CGNS", title));
@@ -316,7 +317,7 @@ Outcome<DecodedMesh> decode_cgns(std::span<const std::byte> bytes, std::string_v
         const auto read = [&]<int D>() {
             cgns::Reader<D> reader{lib, file, zones->cell_dimension, UnpackedBudget(bytes.size())};
             reader.mesh.name = title;
-            return cgns::read_mesh(std::move(reader), *zones, options.unheld, execution);
+            return cgns::read_mesh(std::move(reader), *zones, options.unsupported_cells, execution);
         };
         return zones->physical_dimension == 2 ? read.template operator()<2>() : read.template operator()<3>();
     });

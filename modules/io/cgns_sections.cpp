@@ -111,9 +111,10 @@ struct SectionReader {
         if (!fixed && n > static_cast<std::size_t>(size) / 2)
             return of.broken("section " + std::to_string(s) + " has " + std::to_string(size) + " numbers for " +
                              std::to_string(n) + " elements");
-        if (auto bearable = of.announced(static_cast<std::size_t>(size) + n, "section " + std::to_string(s)); !bearable)
-            return bearable;
-        // No library call for offsets: their number is arbitrary in a damaged file.
+        if (auto within_budget = of.take_budget(static_cast<std::size_t>(size) + n, "section " + std::to_string(s));
+            !within_budget)
+            return within_budget;
+        // The offsets are not read with the library, which does not limit their number in a damaged file.
         std::vector<cgsize_t> numbers(static_cast<std::size_t>(size));
         const int read = fixed ? of.lib.elements_read_(of.file, 1, of.zone, s, numbers.data(), nullptr)
                                : of.lib.poly_elements_read_(of.file, 1, of.zone, s, numbers.data(), nullptr, nullptr);
@@ -176,7 +177,7 @@ CAMBER_INSTANTIATE(3)
 
 namespace {
 
-/// The first component of a vector adds the whole vector.
+/// Adds a scalar or, at its first component, the whole vector.
 template <int D>
 void add_field(const Reader<D>& of, const std::string& name, const std::map<std::string, Column<double>>& scalars,
                std::vector<MeshField>& fields) {
@@ -205,7 +206,7 @@ void add_field(const Reader<D>& of, const std::string& name, const std::map<std:
 
 template <int D>
 Outcome<Done> read_fields(Reader<D>& of) {
-    // A field of joined zones must have values for all of them.
+    // If zones are joined, fields need values in all of them, which is not supported.
     if (of.zone_points() != of.mesh.points.size()) return Done{};
     int solutions = 0;
     if (of.lib.nsols_(of.file, 1, of.zone, &solutions) != CG_OK) return of.broken("the solutions cannot be read");
@@ -231,8 +232,9 @@ Outcome<Done> read_fields(Reader<D>& of) {
         for (int f = 1; f <= fields; ++f) {
             CGNS_ENUMT(DataType_t) type{};
             Name field{};
-            if (auto bearable = of.announced(of.mesh.points.size(), "field " + std::to_string(f)); !bearable)
-                return bearable;
+            if (auto within_budget = of.take_budget(of.mesh.points.size(), "field " + std::to_string(f));
+                !within_budget)
+                return within_budget;
             Buffer<double> values(of.mesh.points.size());
             const cgsize_t first = 1, last = static_cast<cgsize_t>(of.mesh.points.size());
             if (of.lib.field_info_(of.file, 1, of.zone, s, f, &type, field.data()) != CG_OK ||
@@ -254,9 +256,9 @@ Outcome<Done> read_fields(Reader<D>& of) {
             scalars.insert_or_assign(field.data(), Column<double>(std::move(values)));
         }
     }
-    std::vector<MeshField> made;
-    for (const std::string& name : order) add_field(of, name, scalars, made);
-    of.mesh.fields = MeshFields(std::move(made));
+    std::vector<MeshField> result;
+    for (const std::string& name : order) add_field(of, name, scalars, result);
+    of.mesh.fields = MeshFields(std::move(result));
     return Done{};
 }
 

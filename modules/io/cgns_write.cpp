@@ -31,9 +31,9 @@ namespace camber::cgns {
 
 namespace {
 
-/// Throws std::bad_alloc if 48 MiB of address space are not available: the CGNS and HDF5 libraries crash if an
+/// Throws std::bad_alloc if 48 MiB of address space are not available, since the CGNS and HDF5 libraries crash if an
 /// allocation fails.
-void require_room() {
+void require_memory() {
     constexpr std::size_t room = std::size_t{48} << 20U;
     void* const probe = mmap(nullptr, room, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
     if (probe == MAP_FAILED) throw std::bad_alloc();
@@ -41,7 +41,7 @@ void require_room() {
 }
 
 void* open_library() {
-    // First the path known at build time, then any library of the same version that the loader finds.
+    // Tries the path known at build time, then any library of the same version that the loader finds.
     for (const char* const name : {CAMBER_CGNS_LIBRARY, CAMBER_CGNS_SONAME})
         if (void* const handle = dlopen(name, RTLD_NOW | RTLD_LOCAL)) return handle;
     return nullptr;
@@ -51,8 +51,8 @@ Library loaded() {
     Library lib;
     void* const handle = open_library();
     if (handle == nullptr) {
-        const char* const why = dlerror();
-        lib.missing = why != nullptr ? why : "no such library";
+        const char* const reason = dlerror();
+        lib.missing = reason != nullptr ? reason : "no such library";
         return lib;
     }
 #define CAMBER_CGNS_LOAD(name)                                                         \
@@ -81,7 +81,7 @@ Library loaded() {
 }  // namespace
 
 const Library& library() {
-    require_room();
+    require_memory();
     static const Library lib = loaded();
     return lib;
 }
@@ -257,7 +257,7 @@ class Writer {
     int file_;
     Grid<Mesh> grid_;
     const LinearMesh<D>& linear_;
-    MeshFields fields_;  ///< fields that CGNS can hold, with legal names
+    MeshFields fields_;  ///< fields that CGNS can hold, with names legal in CGNS
     const Execution& execution_;
     cgsize_t next_ = 1;
     GroupNames names_;

@@ -29,7 +29,7 @@ bool read_unusual_real(std::string_view word, double& value) {
     std::string text(word.starts_with('+') ? word.substr(1) : word);
     for (char& c : text)
         if (c == 'd' || c == 'D') c = 'e';
-    // The larger exponent range of long double separates overflow (infinity) from underflow (0).
+    // long double has a larger exponent range, so that infinity means overflow of double and 0 underflow.
     long double wide = 0;
     const auto [stop, error] = std::from_chars(text.data(), text.data() + text.size(), wide);
     value = static_cast<double>(wide);
@@ -38,7 +38,7 @@ bool read_unusual_real(std::string_view word, double& value) {
 
 namespace {
 
-/// Returns true if a table from the first to the last tag is not much larger than the `n` tags.
+/// True if a table for all numbers from `first` to `last` is not much larger than the `n` tags.
 bool is_dense(std::uint64_t first, std::uint64_t last, std::size_t n) {
     return last - first < 4 * std::uint64_t{n} + 64;
 }
@@ -83,17 +83,17 @@ constexpr std::size_t grain = 65536;
 
 template <int D>
 Outcome<Done> check_points(const Column<Vec<D>>& points, const Execution& execution) {
-    FirstFault fault;
+    FirstErrorRow row_error;
     auto looked = each(
         execution, points.size(),
         [&](std::size_t i) {
             for (int d = 0; d < D; ++d)
-                if (!std::isfinite(points[i][d])) return fault.note(i);
+                if (!std::isfinite(points[i][d])) return row_error.note(i);
         },
         grain);
     if (!looked) return looked;
-    if (!fault.any()) return Done{};
-    return fail(ErrorKind::input, "has a coordinate that is not finite", "points", Entity{"row", fault.row()});
+    if (!row_error.any()) return Done{};
+    return fail(ErrorKind::input, "has a coordinate that is not finite", "points", Entity{"row", row_error.row()});
 }
 
 template <std::size_t N>
@@ -104,7 +104,7 @@ bool has_twice(const std::array<VertexId, N>& nodes) {
     return false;
 }
 
-/// `name`: the caller's name for the cells.
+/// `name`: caller's name of the cell array, for messages.
 template <int Nodes>
 Outcome<Done> check_cells(const CellArray<Nodes>& cells, std::size_t points, const std::string& name,
                           const Execution& execution) {
@@ -113,7 +113,7 @@ Outcome<Done> check_cells(const CellArray<Nodes>& cells, std::size_t points, con
             ErrorKind::input,
             std::to_string(cells.references.size()) + " references of " + std::to_string(cells.nodes.size()) + " cells",
             name, {}, "give one per cell, or none");
-    FirstFault missing, twice;
+    FirstErrorRow missing, twice;
     auto looked = each(
         execution, cells.nodes.size(),
         [&](std::size_t c) {
@@ -142,8 +142,8 @@ Outcome<Done> check_all(const CellArrays<K>& cells, std::size_t points, const Ex
     return done ? check_cells(cells.curved, points, name_of_cells<K>(2), execution) : done;
 }
 
-Column<Reference> references_of(Column<Reference> given, std::size_t count) {
-    if (!given.empty() || count == 0) return given;
+Column<Reference> references_of(Column<Reference> input, std::size_t count) {
+    if (!input.empty() || count == 0) return input;
     return Column<Reference>(Buffer<Reference>(count, 0));
 }
 
@@ -247,16 +247,15 @@ template Column<Vec<3>> points_of<3>(std::span<const double>, std::shared_ptr<co
 template Outcome<DecodedMesh> mesh_of_arrays<2>(MeshArrays<2>, const Execution&);
 template Outcome<DecodedMesh> mesh_of_arrays<3>(MeshArrays<3>, const Execution&);
 
-// Decoding of any format, and recognition of foreign files with a known ending.
+// Decoding of any format, and recognition of files of other programs that have a known ending.
 
 namespace {
 
-/// A foreign file type with a known ending.
-struct Namesake {
+/// File type of another program with the ending of a known format.
+struct ForeignFormat {
     std::string_view what, remedy;
 };
 
-/// Returns the first nonblank line.
 std::string_view first_line(std::string_view text) {
     const std::size_t begin = text.find_first_not_of(" \t\r\n");
     if (begin == std::string_view::npos) return {};
@@ -264,7 +263,7 @@ std::string_view first_line(std::string_view text) {
     return text.substr(0, text.find('\n'));
 }
 
-/// Recognises three counts (vertices, triangles, edges), then rows of coordinates and a label.
+/// FreeFEM files begin with three counts (vertices, triangles, edges), then have rows of coordinates and a label.
 bool is_freefem(std::string_view text) {
     const std::string_view line = first_line(text);
     Words words{line.data(), line.data() + line.size()};
@@ -279,7 +278,7 @@ bool is_freefem(std::string_view text) {
     return numbers == 3 || numbers == 4;
 }
 
-/// Recognises sections in parentheses that begin with their number.
+/// Fluent files have sections in parentheses that begin with the section's number.
 bool is_fluent(std::string_view text) {
     const std::string_view line = first_line(text);
     return line.size() > 1 && line[0] == '(' && line[1] >= '0' && line[1] <= '9';
@@ -291,19 +290,21 @@ bool is_ansys(std::string_view text) {
                                [&](std::string_view word) { return line.starts_with(word); });
 }
 
-std::optional<Namesake> namesake_of(std::span<const std::byte> bytes) {
+std::optional<ForeignFormat> namesake_of(std::span<const std::byte> bytes) {
     constexpr std::size_t soon = 4096;
     const std::string_view text(reinterpret_cast<const char*>(bytes.data()), std::min(bytes.size(), soon));
     const std::string_view line = first_line(text);
-    if (is_med(bytes)) return Namesake{"Salome (.med)", "meshio convert --input-format med FILE NEW.vtu"};
-    if (is_freefem(text)) return Namesake{"FreeFEM", "in FreeFEM: savemesh(Th, \"FILE.mesh\")"};
-    if (is_fluent(text)) return Namesake{"Fluent", "meshio convert --input-format ansys FILE NEW.vtu, or export CGNS"};
-    if (is_ansys(text)) return Namesake{"ANSYS (a .cdb archive)", "export it from ANSYS as CGNS or Nastran (.bdf)"};
+    if (is_med(bytes)) return ForeignFormat{"Salome (.med)", "meshio convert --input-format med FILE NEW.vtu"};
+    if (is_freefem(text)) return ForeignFormat{"FreeFEM", "in FreeFEM: savemesh(Th, \"FILE.mesh\")"};
+    if (is_fluent(text))
+        return ForeignFormat{"Fluent", "meshio convert --input-format ansys FILE NEW.vtu, or export CGNS"};
+    if (is_ansys(text))
+        return ForeignFormat{"ANSYS (a .cdb archive)", "export it from ANSYS as CGNS or Nastran (.bdf)"};
     if (line.starts_with("MESH dimension") || line.starts_with("MESH \""))
-        return Namesake{"GiD", "export it from GiD as Gmsh's .msh"};
-    if (line.starts_with("mesh3d")) return Namesake{"Netgen (.vol)", "export it from Netgen as Gmsh2 format"};
+        return ForeignFormat{"GiD", "export it from GiD as Gmsh's .msh"};
+    if (line.starts_with("mesh3d")) return ForeignFormat{"Netgen (.vol)", "export it from Netgen as Gmsh2 format"};
     if (line.starts_with("*Heading") || line.starts_with("*HEADING") || line.starts_with("*NODE"))
-        return Namesake{"Abaqus (.inp)", "meshio convert --input-format abaqus FILE NEW.vtu"};
+        return ForeignFormat{"Abaqus (.inp)", "meshio convert --input-format abaqus FILE NEW.vtu"};
     return std::nullopt;
 }
 
@@ -320,7 +321,7 @@ Outcome<DecodedMesh> decode_mesh(std::span<const std::byte> bytes, std::string_v
     if (!format) return fail(format.error());
     auto decoded = (*format)->decode(bytes, path, options, execution);
     if (decoded) {
-        decoded->always_in_space = (*format)->always_in_space;
+        decoded->is_always_3d = (*format)->is_always_3d;
         decoded->format = (*format)->name;
     }
     return decoded;

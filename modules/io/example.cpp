@@ -1,5 +1,5 @@
-// camber.io: encodes a P2 mesh as GMF, decodes it, and decodes a damaged file. The module takes and returns bytes; the
-// caller reads and writes the files.
+// Example of camber.io: encodes a quadratic mesh as GMF, decodes it, and tries to decode a damaged file. The module
+// takes and returns bytes; the caller reads and writes the files.
 #include <algorithm>
 #include <cstddef>
 #include <cstdio>

@@ -1,4 +1,4 @@
-// Fields of meshes: legal names in a format, and conversion between 2D and space.
+// Fields of meshes: names that are legal in a format, and conversion between 2D and space.
 module;
 #include <algorithm>
 #include <cstddef>
@@ -18,7 +18,7 @@ import camber.core;
 namespace camber {
 
 MeshFields::MeshFields(std::vector<MeshField> fields) {
-    // Keys are copies because the names move with their fields.
+    // The keys are copies of the names, because names are moved together with their fields.
     std::map<std::pair<std::string, Centring>, std::size_t> rows;
     for (MeshField& field : fields) {
         const auto [at, is_new] = rows.try_emplace({field.name, field.centring}, fields_.size());
@@ -61,7 +61,7 @@ Outcome<Solution> solution_of(const MeshFields& fields, int dimension, std::size
 
 namespace {
 
-/// Length in bytes of the UTF-8 character at `at`; 0 if there is none.
+/// Length in bytes of the UTF-8 character that begins at `at`; 0 if it is invalid.
 std::size_t character_at(std::string_view text, std::size_t at) {
     const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
     const unsigned char first = byte(at);
@@ -78,7 +78,7 @@ std::size_t character_at(std::string_view text, std::size_t at) {
     return is_too_long || is_none ? 0 : width;
 }
 
-/// Returns a prefix that cuts no character.
+/// Longest prefix of at most `longest` bytes that cuts no UTF-8 character.
 std::string cut_to_length(std::string_view name, std::size_t longest) {
     if (name.size() <= longest) return std::string(name);
     std::size_t end = longest;
@@ -86,10 +86,10 @@ std::string cut_to_length(std::string_view name, std::size_t longest) {
     return std::string(name.substr(0, end));
 }
 
-/// Set of the names in use, with all their endings.
-class TakenNames {
+/// Names in use, each with all endings of its components.
+class UsedNames {
   public:
-    explicit TakenNames(const std::vector<std::string>& reserved) : taken_(reserved.begin(), reserved.end()) {}
+    explicit UsedNames(const std::vector<std::string>& reserved) : taken_(reserved.begin(), reserved.end()) {}
 
     bool take(const std::string& name, const std::vector<std::string>& endings) {
         const auto listed = [&](const std::string& ending) { return taken_.contains(name + ending); };
@@ -124,11 +124,11 @@ std::map<std::string, std::string> names_in_file(const MeshFields& fields, Centr
 }  // namespace
 
 std::vector<std::string> legal_names(std::span<const ListedName> names, const NameRule& rule) {
-    TakenNames taken(rule.reserved);
+    UsedNames taken(rule.reserved);
     std::vector<std::string> legal(names.size());
     std::vector<std::size_t> others;
     for (std::size_t i = 0; i < names.size(); ++i) {
-        // A shortened name may end with a character that is illegal at the end.
+        // Names are made legal twice, because a shortened name may end with a character that is illegal at the end.
         legal[i] = rule.legal(cut_to_length(rule.legal(names[i].name), rule.longest - longest_ending(names[i])));
         if (legal[i].empty()) legal[i] = rule.unnamed;
         if (legal[i] != names[i].name || !taken.take(legal[i], names[i].endings)) others.push_back(i);
@@ -181,9 +181,9 @@ std::vector<Notice> renamed_fields(const MeshFields& fields, const FieldNames& r
 
 Column<Group> with_legal_names(const Column<Group>& groups, const NameRule& rule) {
     std::map<int, std::vector<ListedName>> names;
-    std::set<std::pair<int, std::string>> seen;
+    std::set<std::pair<int, std::string>> visited;
     for (const Group& group : groups)
-        if (seen.insert({group.dimension, group.name}).second) names[group.dimension].push_back({group.name});
+        if (visited.insert({group.dimension, group.name}).second) names[group.dimension].push_back({group.name});
     std::map<std::pair<int, std::string>, std::string> in_file;
     for (const auto& [dimension, all] : names) {
         const auto legal = legal_names(all, rule);
@@ -198,9 +198,9 @@ std::vector<Notice> note_renamed(std::string_view format, std::string_view kind,
     constexpr std::size_t shown = 8;
     std::string text;
     std::size_t count = 0;
-    std::set<Renaming> told;
+    std::set<Renaming> noted;
     for (const Renaming& name : names) {
-        if (name.first == name.second || !told.insert(name).second) continue;
+        if (name.first == name.second || !noted.insert(name).second) continue;
         if (count++ < shown)
             text += (count > 1 ? ", " : "") + in_quotes(name.first) + " becomes " + in_quotes(name.second);
     }
@@ -221,7 +221,7 @@ namespace {
 
 constexpr std::size_t row_grain = 4096;
 
-/// Component k of a new row is component `sources[k]` of the old one, or zero for −1.
+/// Component k of a new row is component `sources[k]` of the old row, or zero if sources[k] is −1.
 template <class T>
 Outcome<Column<T>> chosen(const Column<T>& rows, std::size_t width, const std::vector<int>& sources,
                           const Execution& execution) {
@@ -233,10 +233,10 @@ Outcome<Column<T>> chosen(const Column<T>& rows, std::size_t width, const std::v
                    return source < 0 ? T{} : rows[i / wide * width + static_cast<std::size_t>(source)];
                },
                row_grain)
-        .map([](Buffer<T> made) { return Column<T>(std::move(made)); });
+        .map([](Buffer<T> result) { return Column<T>(std::move(result)); });
 }
 
-/// Sources of a 2D row in a row in space; symmetric tensors in the order of `Sym`.
+/// Components of a row in space that form the 2D row; symmetric tensors are in the order of `Sym`.
 std::vector<int> in_plane(FieldKind kind) {
     switch (kind) {
         case FieldKind::scalar: return {0};
@@ -247,7 +247,7 @@ std::vector<int> in_plane(FieldKind kind) {
     return {};
 }
 
-/// Sources of a row in space in a 2D row; −1: none.
+/// Components of a 2D row that form the row in space; −1: zero.
 std::vector<int> in_space(FieldKind kind) {
     std::vector<int> sources(static_cast<std::size_t>(values_per_vertex(kind, 3)), -1);
     const std::vector<int> places = in_plane(kind);
@@ -257,7 +257,7 @@ std::vector<int> in_space(FieldKind kind) {
 
 Outcome<MeshFields> with_values_at(const MeshFields& fields, int dimension, std::vector<int> (*sources)(FieldKind),
                                    const Execution& execution) {
-    std::vector<MeshField> made;
+    std::vector<MeshField> result;
     for (const MeshField& field : fields) {
         const auto width = static_cast<std::size_t>(values_per_vertex(field.kind, dimension));
         auto values = std::visit(
@@ -268,9 +268,9 @@ Outcome<MeshFields> with_values_at(const MeshFields& fields, int dimension, std:
             },
             field.values);
         if (!values) return fail(std::move(values.error()));
-        made.push_back({field.name, field.centring, field.kind, std::move(*values)});
+        result.push_back({field.name, field.centring, field.kind, std::move(*values)});
     }
-    return MeshFields(std::move(made));
+    return MeshFields(std::move(result));
 }
 
 }  // namespace

@@ -16,7 +16,6 @@ constexpr std::size_t row_grain = 4096;
 
 // ---------------------------------------------------------------- flatness
 
-/// Returns true if f(point) holds for all points of faces and edges.
 bool all_used(const Mesh<3>& mesh, auto&& f) {
     const auto all_of_cells = [&](const auto& cells) {
         return std::all_of(cells.vertices.begin(), cells.vertices.end(), [&](const auto& vertices) {
@@ -30,9 +29,9 @@ bool all_used(const Mesh<3>& mesh, auto&& f) {
            std::all_of(mesh.face_nodes.begin(), mesh.face_nodes.end(), f);
 }
 
-/// Common z of all points of faces and edges.
+/// Common z of all points of faces and edges; none if it differs.
 std::optional<double> common_height(const Mesh<3>& mesh) {
-    if (!is_surface_alone(mesh)) return std::nullopt;
+    if (!is_standalone_surface(mesh)) return std::nullopt;
     std::optional<double> z;
     const bool flat = all_used(mesh, [&](const Vec<3>& p) {
         if (!z) z = p[2] + 0.0;  // −0 becomes 0
@@ -41,10 +40,10 @@ std::optional<double> common_height(const Mesh<3>& mesh) {
     return flat ? z : std::nullopt;
 }
 
-/// Accepts surface meshes whose z differ by rounding only.
+/// True for surface meshes whose z values differ only by rounding.
 bool is_nearly_flat(const Mesh<3>& mesh) {
     constexpr double rounding = 1e-9;
-    if (!is_surface_alone(mesh)) return false;
+    if (!is_standalone_surface(mesh)) return false;
     Box<3> box;
     static_cast<void>(all_used(mesh, [&](const Vec<3>& p) {
         box.include(p);
@@ -63,14 +62,14 @@ template <class To, class From, class F>
 Outcome<Column<To>> mapped(const Column<From>& items, const Execution& execution, F&& f) {
     return map_each(
                execution, items.size(), [&](std::size_t i) -> To { return f(items[i]); }, row_grain)
-        .map([](Buffer<To> made) { return Column<To>(std::move(made)); });
+        .map([](Buffer<To> result) { return Column<To>(std::move(result)); });
 }
 
 bool leaves_plane(const Column<Vec<3>>& directions) {
     return std::any_of(directions.begin(), directions.end(), [](const Vec<3>& d) { return d[2] != 0; });
 }
 
-/// Projects directions; if one leaves the plane, stores all in the lift instead.
+/// Projects directions to 2D. If one leaves the plane, all are stored in the lift instead.
 Outcome<Done> lower_directions(const DirectionsAtVertices<3>& from, DirectionsAtVertices<2>& to,
                                DirectionsAtVertices<3>& lifted, const Execution& execution) {
     if (leaves_plane(from.table)) {
@@ -97,29 +96,29 @@ Outcome<Done> raise_directions(const DirectionsAtVertices<2>& from, const Direct
 }
 
 template <int From, int To>
-void keep_associations(const GivenGeometry<From>& from, GivenGeometry<To>& to) {
+void copy_associations(const InputGeometry<From>& from, InputGeometry<To>& to) {
     to.on_points = from.on_points;
     to.on_curves = from.on_curves;
     to.on_surfaces = from.on_surfaces;
 }
 
-Outcome<Done> lower_geometry(const GivenGeometry<3>& from, GivenGeometry<2>& to, Lift& lift,
+Outcome<Done> lower_geometry(const InputGeometry<3>& from, InputGeometry<2>& to, Lift& lift,
                              const Execution& execution) {
-    keep_associations(from, to);
+    copy_associations(from, to);
     return lower_directions(from.normals, to.normals, lift.normals, execution).and_then([&](Done) {
         return lower_directions(from.tangents, to.tangents, lift.tangents, execution);
     });
 }
 
-Outcome<Done> raise_geometry(const GivenGeometry<2>& from, const Lift& lift, GivenGeometry<3>& to,
+Outcome<Done> raise_geometry(const InputGeometry<2>& from, const Lift& lift, InputGeometry<3>& to,
                              const Execution& execution) {
-    keep_associations(from, to);
+    copy_associations(from, to);
     return raise_directions(from.normals, lift.normals, to.normals, execution).and_then([&](Done) {
         return raise_directions(from.tangents, lift.tangents, to.tangents, execution);
     });
 }
 
-/// Empty if all heights equal `z`.
+/// Heights of all vertices; empty if all are equal to `z`.
 Outcome<Column<double>> heights(const Mesh<3>& mesh, double z, const Execution& execution) {
     if (std::all_of(mesh.points.begin(), mesh.points.end(), [&](const Vec<3>& p) { return p[2] == z; }))
         return Column<double>{};
@@ -128,7 +127,7 @@ Outcome<Column<double>> heights(const Mesh<3>& mesh, double z, const Execution& 
 
 // ---------------------------------------------------------------- edges and their nodes
 
-/// Faces become elements and feature edges facets, with the same unique edges.
+/// Faces in space become 2D elements and feature edges become facets. The unique edges stay.
 Outcome<MeshEntities<2>> lowered(const MeshEntities<3>& entities, const Execution& execution) {
     return mapped<std::array<EdgeId, 1>>(entities.edges_of_edges, execution, [](EdgeId e) { return std::array{e}; })
         .map([&](Column<std::array<EdgeId, 1>> of_facets) {
@@ -235,7 +234,7 @@ Outcome<Mesh<3>> raised(const Mesh<2>& mesh, const Lift& lift, const Execution& 
 
 Outcome<AnyMesh> raised(const AnyMesh& mesh, const Lift& lift, const Execution& execution) {
     if (const auto* const in_2d = std::get_if<Mesh<2>>(&mesh))
-        return raised(*in_2d, lift, execution).map([](Mesh<3> made) { return AnyMesh(std::move(made)); });
+        return raised(*in_2d, lift, execution).map([](Mesh<3> result) { return AnyMesh(std::move(result)); });
     return mesh;
 }
 

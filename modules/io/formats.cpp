@@ -1,4 +1,4 @@
-// The table of formats, and commands that convert other formats.
+// The table of formats, and commands that convert files of other formats.
 module;
 #include <algorithm>
 #include <array>
@@ -19,7 +19,7 @@ namespace {
 
 using Decoder = decltype(MeshFormat::decode);
 
-/// For decoders without progress weights.
+/// Calls a decoder that does not report its share of the progress.
 template <Decoder decode>
 Outcome<DecodedMesh> quiet(std::span<const std::byte> bytes, std::string_view name, const DecodeOptions& options,
                            const Execution& execution) {
@@ -53,7 +53,7 @@ MeshFormat msh_row(std::string_view name, std::string_view what, std::vector<std
     MeshFormat format{{.name = name,
                        .what = what,
                        .endings = std::move(endings),
-                       .shared_ending = ending,
+                       .shared_extension = ending,
                        .sniff = [](std::span<const std::byte> bytes) { return is_msh(bytes, {version, encoding}); }}};
     format.decode = quiet<decode_msh>;
     format.encode = encoded<[](const auto& mesh, const MeshFields& fields, EncodeOptions, const Execution& execution) {
@@ -61,8 +61,8 @@ MeshFormat msh_row(std::string_view name, std::string_view what, std::vector<std
     }>;
     format.losses = losses_of<[](const auto& mesh) { return not_in_msh(mesh, version); }>;
     format.renames = [](const MeshFields& fields) { return renamed_fields(fields, msh::field_names(), "MSH"); };
-    format.holds_fields = true;
-    format.always_in_space = true;
+    format.has_fields = true;
+    format.is_always_3d = true;
     return format;
 }
 
@@ -75,17 +75,17 @@ MeshFormat vtu_row() {
         }>;
     format.losses = losses_of<[](const auto& mesh) { return not_in_vtu(mesh); }>;
     format.renames = [](const MeshFields& fields) { return renamed_fields(fields, vtu::field_names(), "VTU"); };
-    format.holds_fields = true;
+    format.has_fields = true;
     format.chooses_cells = true;
     format.for_viewers = true;
-    format.always_in_space = true;
+    format.is_always_3d = true;
     return format;
 }
 
 MeshFormat pvtu_row() {
     MeshFormat format{{"pvtu", "PVTU (pieces in VTU files)", {".pvtu"}, {}, is_pvtu}};
     format.decode = quiet<decode_pvtu>;
-    format.always_in_space = true;
+    format.is_always_3d = true;
     return format;
 }
 
@@ -99,8 +99,8 @@ MeshFormat vtk_row(std::string_view name, std::string_view what, std::vector<std
     }>;
     format.losses = losses_of<[](const auto& mesh) { return not_in_vtk(mesh); }>;
     format.renames = [](const MeshFields& fields) { return renamed_fields(fields, vtk::field_names(), "VTK"); };
-    format.holds_fields = true;
-    format.always_in_space = true;
+    format.has_fields = true;
+    format.is_always_3d = true;
     return format;
 }
 
@@ -113,7 +113,7 @@ MeshFormat stl_row(std::string_view name, std::string_view what, std::vector<std
         return encode_stl(mesh, encoding, without_progress(execution));
     }>;
     format.losses = losses_of<[](const auto& mesh) { return not_in_stl(mesh, encoding); }>;
-    format.always_in_space = true;
+    format.is_always_3d = true;
     return format;
 }
 
@@ -124,8 +124,8 @@ MeshFormat xdmf_row() {
     }>;
     format.losses = losses_of<[](const auto& mesh) { return not_in_xdmf(mesh); }>;
     format.renames = [](const MeshFields& fields) { return renamed_fields(fields, vtu::field_names(), "XDMF"); };
-    format.holds_fields = true;
-    format.always_in_space = true;
+    format.has_fields = true;
+    format.is_always_3d = true;
     return format;
 }
 
@@ -155,8 +155,8 @@ MeshFormat cgns_row() {
     format.renames = [](const MeshFields& fields) {
         return renamed_fields(cgns::fields_in_file(fields), cgns::field_names(), "CGNS");
     };
-    format.holds_fields = true;
-    format.holds = is_in_cgns;
+    format.has_fields = true;
+    format.can_store = is_in_cgns;
     return format;
 }
 
@@ -211,11 +211,12 @@ std::string listed(std::span<const std::string_view> words, std::string_view bef
     return text;
 }
 
-Outcome<const MeshFormat*> format_to_write_again(std::span<const MeshFormat> formats, std::string_view path,
-                                                 std::string_view name, std::string_view source) {
+Outcome<const MeshFormat*> format_to_rewrite(std::span<const MeshFormat> formats, std::string_view path,
+                                             std::string_view name, std::string_view source) {
     const MeshFormat* const own = name.empty() ? format_with_name(formats, source) : nullptr;
-    const bool goes_by_it = own && own->encode && !own->shared_ending.empty() && path.ends_with(own->shared_ending);
-    return goes_by_it ? own : format_to_write(formats, path, name);
+    const bool has_own_extension =
+        own && own->encode && !own->shared_extension.empty() && path.ends_with(own->shared_extension);
+    return has_own_extension ? own : format_to_write(formats, path, name);
 }
 
 Outcome<DecodedSolution> decode_solution(std::span<const std::byte> bytes, std::string_view path,
@@ -227,26 +228,27 @@ Outcome<DecodedSolution> decode_solution(std::span<const std::byte> bytes, std::
 
 namespace {
 
-/// Conversion commands; IN and OUT stand for file names.
-constexpr std::string_view mesh_it = "gmsh IN -3 -format msh41 -o OUT.msh",
-                           resave = "gmsh IN -save -format msh41 -o OUT.msh", by_meshio = "meshio convert IN OUT.vtu",
-                           by_paraview = "in ParaView, File > Save Data as OUT.vtu";
+/// Commands that convert files; IN and OUT stand for file names.
+constexpr std::string_view gmsh_mesh_command = "gmsh IN -3 -format msh41 -o OUT.msh",
+                           gmsh_save_command = "gmsh IN -save -format msh41 -o OUT.msh",
+                           meshio_command = "meshio convert IN OUT.vtu",
+                           paraview_command = "in ParaView, File > Save Data as OUT.vtu";
 
 struct Foreign {
     std::string_view ending, command;
 };
 constexpr std::array foreign{
-    Foreign{".step", mesh_it},     Foreign{".stp", mesh_it},     Foreign{".iges", mesh_it},
-    Foreign{".igs", mesh_it},      Foreign{".brep", mesh_it},    Foreign{".geo", mesh_it},
-    Foreign{".unv", resave},       Foreign{".med", by_meshio},   Foreign{".bdf", resave},
-    Foreign{".nas", resave},       Foreign{".inp", by_meshio},   Foreign{".diff", resave},
-    Foreign{".obj", by_meshio},    Foreign{".ply", by_meshio},   Foreign{".off", by_meshio},
-    Foreign{".vtk", by_meshio},    Foreign{".xdmf", by_meshio},  Foreign{".xmf", by_meshio},
-    Foreign{".e", by_meshio},      Foreign{".exo", by_meshio},   Foreign{".ex2", by_meshio},
-    Foreign{".ugrid", by_meshio},  Foreign{".node", by_meshio},  Foreign{".ele", by_meshio},
-    Foreign{".avs", by_meshio},    Foreign{".h5m", by_meshio},   Foreign{".pvtu", by_paraview},
-    Foreign{".pvd", by_paraview},  Foreign{".vtp", by_paraview}, Foreign{".foam", by_paraview},
-    Foreign{".case", by_paraview},
+    Foreign{".step", gmsh_mesh_command}, Foreign{".stp", gmsh_mesh_command},  Foreign{".iges", gmsh_mesh_command},
+    Foreign{".igs", gmsh_mesh_command},  Foreign{".brep", gmsh_mesh_command}, Foreign{".geo", gmsh_mesh_command},
+    Foreign{".unv", gmsh_save_command},  Foreign{".med", meshio_command},     Foreign{".bdf", gmsh_save_command},
+    Foreign{".nas", gmsh_save_command},  Foreign{".inp", meshio_command},     Foreign{".diff", gmsh_save_command},
+    Foreign{".obj", meshio_command},     Foreign{".ply", meshio_command},     Foreign{".off", meshio_command},
+    Foreign{".vtk", meshio_command},     Foreign{".xdmf", meshio_command},    Foreign{".xmf", meshio_command},
+    Foreign{".e", meshio_command},       Foreign{".exo", meshio_command},     Foreign{".ex2", meshio_command},
+    Foreign{".ugrid", meshio_command},   Foreign{".node", meshio_command},    Foreign{".ele", meshio_command},
+    Foreign{".avs", meshio_command},     Foreign{".h5m", meshio_command},     Foreign{".pvtu", paraview_command},
+    Foreign{".pvd", paraview_command},   Foreign{".vtp", paraview_command},   Foreign{".foam", paraview_command},
+    Foreign{".case", paraview_command},
 };
 
 std::string for_shell(std::string_view path) {
@@ -266,7 +268,7 @@ std::string for_shell(std::string_view path) {
 
 }  // namespace
 
-std::string how_to_convert(std::string_view path) {
+std::string conversion_command(std::string_view path) {
     std::string lower(path);
     std::transform(lower.begin(), lower.end(), lower.begin(),
                    [](unsigned char c) { return static_cast<char>(std::tolower(c)); });

@@ -38,19 +38,20 @@ enum class GmfEncoding { ascii, binary };
 
 struct GmfOptions {
     GmfEncoding encoding = GmfEncoding::binary;
-    /// 2 to 4; 0 is the smallest that fits: 2 below 2 GiB, 3 beyond, 4 if a count or an index needs 64 bits.
+    /// Version 2 to 4, or 0 for the smallest that is possible: 2 below 2 GiB, 3 for larger files, 4 if a count or an
+    /// index needs 64 bits.
     int version = 0;
 };
 
-/// Encodes the mesh; decoding gives the same value back, bit for bit. Empty blocks but Vertices are omitted. Elements
-/// of degree 2 are in the order of `local_edges` (Vizir's default: no Ordering blocks). Mid nodes follow the vertices
-/// in the order of the edges, with the reference `mid_node_reference`. Errors: usage (invalid or too low version),
-/// unsupported (not simplices of degree 1 or 2).
+/// Encodes the mesh; decoding restores the same values, bit for bit. Blocks without rows are omitted, except Vertices.
+/// Elements of degree 2 are in the order of `local_edges` (Vizir's default: no Ordering blocks). Mid nodes follow the
+/// vertices in the order of the edges, with the reference `mid_node_reference`. Errors: usage (invalid or too low
+/// version), unsupported (not simplices of degree 1 or 2).
 template <int D>
 [[nodiscard]] Outcome<Chunks> encode_gmf_mesh(const Mesh<D>& mesh, GmfOptions options, const Execution& execution);
 
-/// Names of references, entities of simplices and associations without parameters are omitted; unknown distances are
-/// written as 0.
+/// Lists the data that GMF cannot hold: names of references, entities of simplices, associations without parameters.
+/// Unknown distances are written as 0.
 template <int D>
 [[nodiscard]] std::vector<Notice> not_in_gmf(const Mesh<D>& mesh);
 
@@ -58,7 +59,7 @@ template <int D>
 [[nodiscard]] Outcome<DecodedSolution> decode_gmf_solution(std::span<const std::byte> bytes, std::string_view name,
                                                            const Execution& execution);
 
-/// Errors: usage (invalid version, no fields, or not rows × width values).
+/// Errors: usage (invalid version, no fields, or a number of values other than rows × width).
 [[nodiscard]] Outcome<Chunks> encode_gmf_solution(const Solution& solution, GmfOptions options,
                                                   const Execution& execution);
 
@@ -73,7 +74,7 @@ enum class Keyword : std::int32_t {
     edges = 5,
     triangles = 6,
     tetrahedra = 8,
-    required_tetrahedra = 12,  // Mmg's; libMeshb reserves the number
+    required_tetrahedra = 12,  // a keyword of Mmg; libMeshb reserves the number
     corners = 13,
     ridges = 14,
     required_vertices = 15,
@@ -99,10 +100,10 @@ enum class Keyword : std::int32_t {
 
 /// Data after a keyword.
 enum class Content : std::uint8_t {
-    value,             ///< one integer
-    rows,              ///< a count and rows
-    solution,          ///< a count, field types, and rows
-    foreign_elements,  ///< a count and elements that Camber cannot hold
+    value,             ///< the data is one integer
+    rows,              ///< the data is a count and rows
+    solution,          ///< the data is a count, field types, and rows
+    foreign_elements,  ///< elements that Camber cannot hold
     end,
 };
 
@@ -144,7 +145,7 @@ inline constexpr std::array keyword_table = {
     KeywordInfo{Keyword::edges_p2_ordering, "EdgesP2Ordering", Content::rows, "node"},
     KeywordInfo{Keyword::triangles_p2_ordering, "TrianglesP2Ordering", Content::rows, "node"},
     KeywordInfo{Keyword::tetrahedra_p2_ordering, "TetrahedraP2Ordering", Content::rows, "node"},
-    // Numbers as in the public header of libMeshb 8.
+    // Keyword numbers of the public header of libMeshb 8.
     KeywordInfo{Keyword{7}, "Quadrilaterals", Content::foreign_elements, ""},
     KeywordInfo{Keyword{9}, "Prisms", Content::foreign_elements, ""},
     KeywordInfo{Keyword{10}, "Hexahedra", Content::foreign_elements, ""},
@@ -217,7 +218,7 @@ inline constexpr Keyword association_keyword = G == 0   ? Keyword::vertices_on_g
 
 enum class RowOrder { integers_first, reals_first };
 
-/// A row in any encoding: integers and reals, in the given order.
+/// A row of any file: integers and reals, in the order `Order`.
 template <int Integers, int Reals, RowOrder Order = RowOrder::integers_first>
 struct Row {
     static constexpr int integers = Integers, reals = Reals, words = Integers + Reals;
@@ -234,20 +235,20 @@ using IndexRow = Row<1, 0>;
 using PairRow = Row<2, 0>;
 template <int D>
 using VectorRow = Row<0, D>;
-/// Vertex and entity of dimension G; for G > 0 then the parameters and the distance.
+/// A vertex and its entity of dimension G; for G > 0 also G parameters and the distance.
 template <int G>
 using AssociationRow = Row<2, G == 0 ? 0 : G + 1>;
 using ValueRow = Row<0, 1>;
 
-/// Kind of fault in a row, the wrong number and its upper limit.
-enum class FaultKind : std::uint8_t { none, syntax, index, repeated, not_finite, too_large };
-struct Fault {
-    FaultKind kind = FaultKind::none;
+enum class RowErrorKind : std::uint8_t { none, syntax, index, repeated, not_finite, too_large };
+struct RowError {
+    RowErrorKind kind = RowErrorKind::none;
     std::int64_t value = 0;
     std::uint64_t limit = 0;
 };
 
-/// Converts an index from 1 to one from 0; the result is ≥ n if it is out of range.
+/// Converts an index that counts from 1 to one from 0. If the file's index is invalid, the result is at least the
+/// number of rows.
 [[nodiscard]] constexpr std::uint64_t from_file(std::int64_t index) { return static_cast<std::uint64_t>(index) - 1; }
 
 [[nodiscard]] constexpr bool is_reference(std::int64_t value) {
@@ -255,28 +256,28 @@ struct Fault {
 }
 
 template <int D>
-[[nodiscard]] inline Fault store_point(const VertexRow<D>& row, Vec<D>& point, Reference& reference) {
+[[nodiscard]] inline RowError store_point(const VertexRow<D>& row, Vec<D>& point, Reference& reference) {
     bool finite = true;
     for (int c = 0; c < D; ++c) {
         point[c] = row.real[c];
         finite = finite && std::isfinite(row.real[c]);
     }
-    if (!finite) return {FaultKind::not_finite};
-    if (!is_reference(row.integer[0])) return {FaultKind::too_large, row.integer[0]};
+    if (!finite) return {RowErrorKind::not_finite};
+    if (!is_reference(row.integer[0])) return {RowErrorKind::too_large, row.integer[0]};
     reference = static_cast<Reference>(row.integer[0]);
     return {};
 }
 
 template <int N>
-[[nodiscard]] inline Fault store_simplex(const SimplexRow<N>& row, std::size_t vertices, std::array<VertexId, N>& nodes,
-                                         Reference& reference) {
+[[nodiscard]] inline RowError store_simplex(const SimplexRow<N>& row, std::size_t vertices,
+                                            std::array<VertexId, N>& nodes, Reference& reference) {
     for (int n = 0; n < N; ++n) {
-        if (from_file(row.integer[n]) >= vertices) return {FaultKind::index, row.integer[n], vertices};
+        if (from_file(row.integer[n]) >= vertices) return {RowErrorKind::index, row.integer[n], vertices};
         nodes[n] = VertexId(from_file(row.integer[n]));
         for (int m = 0; m < n && N > 2; ++m)
-            if (row.integer[m] == row.integer[n]) return {FaultKind::repeated, row.integer[n]};
+            if (row.integer[m] == row.integer[n]) return {RowErrorKind::repeated, row.integer[n]};
     }
-    if (!is_reference(row.integer[N])) return {FaultKind::too_large, row.integer[N]};
+    if (!is_reference(row.integer[N])) return {RowErrorKind::too_large, row.integer[N]};
     reference = static_cast<Reference>(row.integer[N]);
     return {};
 }

@@ -1,4 +1,4 @@
-// Reads and writes further blocks of GMF files: geometry, node orders, solutions.
+// Reads and writes GMF blocks other than points and simplices: geometry, node orders, solutions.
 module;
 #include <algorithm>
 #include <array>
@@ -30,28 +30,28 @@ Outcome<Done> read_directions(const File& file, Keyword keyword, const Execution
     auto read = read_rows<VectorRow<D>>(file, *block, execution, [&](std::size_t i, const VectorRow<D>& row) {
         buffer[i] = Vec<D>{row.real};
         if (!is_finite(buffer[i])) wrong = true;
-        return Fault{};
+        return RowError{};
     });
     if (read) directions = std::move(buffer);
     return read;
 }
 
-/// Precondition: the directions are read.
+/// Reads pairs of a vertex and a direction. Precondition: the directions are read.
 template <int D>
 Outcome<Done> read_pairs(const File& file, Keyword keyword, std::size_t vertices, const Execution& execution,
-                         DirectionsAtVertices<D>& given, std::atomic<bool>& wrong) {
+                         DirectionsAtVertices<D>& input, std::atomic<bool>& wrong) {
     const Block* const block = file.find(keyword);
     if (!block) return Done{};
     if (auto fits = check_size(file, *block, 2, 0); !fits) return fits;
     Buffer<DirectionRow> buffer(block->count);
-    auto read = read_rows<PairRow>(file, *block, execution, [&](std::size_t i, const PairRow& row) -> Fault {
-        const std::array limits{vertices, given.table.size()};
+    auto read = read_rows<PairRow>(file, *block, execution, [&](std::size_t i, const PairRow& row) -> RowError {
+        const std::array limits{vertices, input.table.size()};
         for (int c = 0; c < 2; ++c)
             if (from_file(row.integer[c]) >= limits[c]) wrong = true;
         buffer[i] = {VertexId(from_file(row.integer[0])), static_cast<std::uint32_t>(from_file(row.integer[1]))};
         return {};
     });
-    if (read) given.at = std::move(buffer);
+    if (read) input.at = std::move(buffer);
     return read;
 }
 
@@ -59,25 +59,24 @@ struct DirectionBlocks {
     Keyword directions, at_vertices;
 };
 
-/// Drops all directions if one index has none: Mmg writes indices of normals in place of those of tangents.
+/// Drops all directions if one is missing, because Mmg writes indices of normals in place of those of tangents.
 template <int D>
 Outcome<Done> read_at_vertices(const File& file, const DirectionBlocks& blocks, std::size_t vertices,
-                               const Execution& execution, DirectionsAtVertices<D>& given,
+                               const Execution& execution, DirectionsAtVertices<D>& input,
                                std::vector<Notice>& notices) {
     std::atomic<bool> wrong = false;
-    return read_directions<D>(file, blocks.directions, execution, given.table, wrong)
-        .and_then([&](Done) { return read_pairs(file, blocks.at_vertices, vertices, execution, given, wrong); })
+    return read_directions<D>(file, blocks.directions, execution, input.table, wrong)
+        .and_then([&](Done) { return read_pairs(file, blocks.at_vertices, vertices, execution, input, wrong); })
         .map([&](Done done) {
             if (!wrong) return done;
-            notices.push_back({std::to_string(given.at.size()) + " rows of " +
+            notices.push_back({std::to_string(input.at.size()) + " rows of " +
                                std::string(name_of(blocks.at_vertices)) +
                                " were left out: not all of them refer to a vertex and a direction of the file"});
-            given = {};
+            input = {};
             return done;
         });
 }
 
-/// Reads vertex, entity, and for G > 0 the G parameters and the distance.
 template <int G>
 Outcome<Done> read_associations(const File& file, std::size_t vertices, const Execution& execution,
                                 Column<Association<G>>& items) {
@@ -86,11 +85,11 @@ Outcome<Done> read_associations(const File& file, std::size_t vertices, const Ex
     if (auto fits = check_size(file, *block, 2, AssociationRow<G>::reals); !fits) return fits;
     Buffer<Association<G>> buffer(block->count);
     auto read = read_rows<AssociationRow<G>>(
-        file, *block, execution, [&](std::size_t i, const AssociationRow<G>& row) -> Fault {
-            if (from_file(row.integer[0]) >= vertices) return {FaultKind::index, row.integer[0], vertices};
-            if (!is_reference(row.integer[1])) return {FaultKind::too_large, row.integer[1]};
+        file, *block, execution, [&](std::size_t i, const AssociationRow<G>& row) -> RowError {
+            if (from_file(row.integer[0]) >= vertices) return {RowErrorKind::index, row.integer[0], vertices};
+            if (!is_reference(row.integer[1])) return {RowErrorKind::too_large, row.integer[1]};
             for (const double value : row.real)
-                if (!std::isfinite(value)) return {FaultKind::not_finite};
+                if (!std::isfinite(value)) return {RowErrorKind::not_finite};
             buffer[i] = {VertexId(from_file(row.integer[0])), static_cast<Reference>(row.integer[1])};
             if constexpr (G > 0) {
                 std::copy_n(row.real.begin(), G, buffer[i].parameters.emplace().begin());
@@ -105,25 +104,25 @@ Outcome<Done> read_associations(const File& file, std::size_t vertices, const Ex
 }  // namespace
 
 template <int D>
-Outcome<GivenGeometry<D>> read_geometry(const File& file, std::size_t vertices, std::vector<Notice>& notices,
+Outcome<InputGeometry<D>> read_geometry(const File& file, std::size_t vertices, std::vector<Notice>& notices,
                                         const Execution& execution) {
-    GivenGeometry<D> given;
+    InputGeometry<D> input;
     auto read = read_at_vertices<D>(file, {Keyword::normals, Keyword::normal_at_vertices}, vertices, execution,
-                                    given.normals, notices)
+                                    input.normals, notices)
                     .and_then([&](Done) {
                         return read_at_vertices<D>(file, {Keyword::tangents, Keyword::tangent_at_vertices}, vertices,
-                                                   execution, given.tangents, notices);
+                                                   execution, input.tangents, notices);
                     })
-                    .and_then([&](Done) { return read_associations<0>(file, vertices, execution, given.on_points); })
-                    .and_then([&](Done) { return read_associations<1>(file, vertices, execution, given.on_curves); })
-                    .and_then([&](Done) { return read_associations<2>(file, vertices, execution, given.on_surfaces); });
+                    .and_then([&](Done) { return read_associations<0>(file, vertices, execution, input.on_points); })
+                    .and_then([&](Done) { return read_associations<1>(file, vertices, execution, input.on_curves); })
+                    .and_then([&](Done) { return read_associations<2>(file, vertices, execution, input.on_surfaces); });
     if (!read) return fail(std::move(read.error()));
-    return given;
+    return input;
 }
 
 namespace {
 
-/// Local node with these barycentric exponents (of sum 2), or −1.
+/// Local node with these exponents of the barycentric coordinates (their sum is 2); −1 if there is none.
 template <int K>
 int node_of(const std::array<std::int64_t, K + 1>& exponents) {
     for (int v = 0; v <= K; ++v) {
@@ -139,7 +138,7 @@ int node_of(const std::array<std::int64_t, K + 1>& exponents) {
     return -1;
 }
 
-/// Sum of squared distances of mid nodes from chord midpoints for this order.
+/// Sum of the squared distances of mid nodes from the chord midpoints, if nodes are in this order.
 template <int D>
 Outcome<double> offsets(const Buffer<Vec<D>>& points, const Buffer<std::array<VertexId, 10>>& tetrahedra,
                         const listing::NodeOrder<3>& order, const Execution& execution) {
@@ -161,14 +160,14 @@ template <int K>
 Outcome<std::optional<listing::NodeOrder<K>>> read_order(const File& file) {
     const Block* const block = file.find(ordering_keyword<K>);
     if (!block || block->count == 0) return std::optional<listing::NodeOrder<K>>{};
-    // EdgesP2Ordering lists only the exponent of vertex 0.
+    // A row of EdgesP2Ordering has only the exponent of vertex 0.
     constexpr int integers = K == 1 ? 1 : K + 1;
     listing::NodeOrder<K> order;
     order.fill(-1);
     std::array<bool, quadratic_nodes<K>> taken{};
     bool sound = block->count == order.size();
     if (sound) {
-        const auto store = [&](std::size_t i, const Row<integers, 0>& row) -> Fault {
+        const auto store = [&](std::size_t i, const Row<integers, 0>& row) -> RowError {
             std::array<std::int64_t, K + 1> exponents{};
             for (int v = 0; v < integers; ++v) exponents[v] = row.integer[v];
             if constexpr (K == 1) exponents[1] = std::int64_t{2} - (exponents[0] & 3);
@@ -227,14 +226,14 @@ Outcome<Solution> read_solution(const File& file, const Block& block, const Exec
     }
     const std::size_t width = row_width(solution);
     if (auto fits = check_size(file, block, 0, static_cast<int>(width)); !fits) return fail(std::move(fits.error()));
-    // Solution rows have any width: each value is read as a row.
+    // Rows of a solution may have any width, so each value is read as a row.
     Block single = block;
     single.count = block.count * width;
     single.rows_per_entity = width;
     Buffer<double> values(single.count);
     auto read = read_rows<ValueRow>(file, single, execution, [&](std::size_t i, const ValueRow& row) {
         values[i] = row.real[0];
-        return Fault{std::isfinite(row.real[0]) ? FaultKind::none : FaultKind::not_finite};
+        return RowError{std::isfinite(row.real[0]) ? RowErrorKind::none : RowErrorKind::not_finite};
     });
     if (!read) return fail(std::move(read.error()));
     solution.rows = block.count;
@@ -299,7 +298,7 @@ Outcome<Chunks> encode_gmf_solution(const Solution& solution, GmfOptions options
 namespace camber::gmf {
 
 #define CAMBER_INSTANTIATE(D)                                                                           \
-    template Outcome<GivenGeometry<D>> read_geometry<D>(const File&, std::size_t, std::vector<Notice>&, \
+    template Outcome<InputGeometry<D>> read_geometry<D>(const File&, std::size_t, std::vector<Notice>&, \
                                                         const Execution&);
 
 CAMBER_INSTANTIATE(2)

@@ -41,7 +41,7 @@ Outcome<File> checked(File file) {
     return file;
 }
 
-/// Returns none if this is no binary GMF file.
+/// Byte order of a binary GMF file; none for other files.
 std::optional<ByteOrder> binary_order(std::span<const std::byte> bytes) {
     std::int32_t mark = 0;
     if (bytes.size() >= sizeof mark) std::memcpy(&mark, bytes.data(), sizeof mark);
@@ -50,29 +50,29 @@ std::optional<ByteOrder> binary_order(std::span<const std::byte> bytes) {
     return std::nullopt;
 }
 
-std::string fault_text(const Fault& fault) {
-    const std::string value = std::to_string(fault.value);
-    switch (fault.kind) {
-        case FaultKind::none: break;
-        case FaultKind::syntax: return "a number is malformed, or too large for its kind";
-        case FaultKind::index:
-            if (fault.limit == 0) return "the index " + value + " refers to an entity that the file does not have";
-            return "the index " + value + " is not between 1 and " + std::to_string(fault.limit);
-        case FaultKind::repeated: return "vertex " + value + " occurs twice";
-        case FaultKind::not_finite: return "a value is infinite or not a number";
-        case FaultKind::too_large: return "the reference " + value + " does not fit 32 bits";
+std::string row_error_text(const RowError& row_error) {
+    const std::string value = std::to_string(row_error.value);
+    switch (row_error.kind) {
+        case RowErrorKind::none: break;
+        case RowErrorKind::syntax: return "a number is malformed, or too large for its kind";
+        case RowErrorKind::index:
+            if (row_error.limit == 0) return "the index " + value + " refers to an entity that the file does not have";
+            return "the index " + value + " is not between 1 and " + std::to_string(row_error.limit);
+        case RowErrorKind::repeated: return "vertex " + value + " occurs twice";
+        case RowErrorKind::not_finite: return "a value is infinite or not a number";
+        case RowErrorKind::too_large: return "the reference " + value + " does not fit 32 bits";
     }
     return {};
 }
 
-const char* fault_remedy(FaultKind kind) {
+const char* row_error_remedy(RowErrorKind kind) {
     switch (kind) {
-        case FaultKind::none: break;
-        case FaultKind::syntax: return "the file is damaged, or a row before has too few or too many numbers";
-        case FaultKind::index: return "GMF counts from 1; the file is damaged, or belongs to another mesh";
-        case FaultKind::repeated: return "remove it: it has no volume";
-        case FaultKind::not_finite: return "the program that wrote the file failed there. Write it again";
-        case FaultKind::too_large: return "use smaller references";
+        case RowErrorKind::none: break;
+        case RowErrorKind::syntax: return "the file is damaged, or a row before has too few or too many numbers";
+        case RowErrorKind::index: return "GMF counts from 1; the file is damaged, or belongs to another mesh";
+        case RowErrorKind::repeated: return "remove it: it has no volume";
+        case RowErrorKind::not_finite: return "the program that wrote the file failed there. Write it again";
+        case RowErrorKind::too_large: return "use smaller references";
     }
     return "";
 }
@@ -102,7 +102,7 @@ void set_value(File& file, Keyword keyword, std::int64_t value) {
 }
 
 void skip_block(File& file, std::string_view word) {
-    // Replaces unprintable characters: damaged files must not write them to a terminal.
+    // Unprintable characters are replaced, because damaged files must not write them to a terminal.
     std::string name(word.substr(0, 80));
     for (char& c : name)
         if (c < ' ' || c > '~') c = '?';
@@ -111,7 +111,7 @@ void skip_block(File& file, std::string_view word) {
             ++skipped.blocks;
             return;
         }
-    // Limits the list for damaged files.
+    // Bounds the memory for the list if the file is damaged.
     constexpr std::size_t max_names = 100;
     if (file.skipped.size() < max_names) file.skipped.push_back({name, 1});
 }
@@ -169,9 +169,11 @@ std::size_t row_begin(const File& file, const Block& block, std::size_t row, int
     return static_cast<std::size_t>(words.at - reinterpret_cast<const char*>(file.bytes.data()));
 }
 
-Error fault_error(const File& file, const Block& block, std::size_t row, std::size_t at, const Fault& fault) {
-    return Error{ErrorKind::input, fault_text(fault), place(file, at),
-                 Entity{std::string(block.info->noun), row / block.rows_per_entity + 1}, fault_remedy(fault.kind)};
+Error row_error_message(const File& file, const Block& block, std::size_t row, std::size_t at,
+                        const RowError& row_error) {
+    return Error{ErrorKind::input, row_error_text(row_error), place(file, at),
+                 Entity{std::string(block.info->noun), row / block.rows_per_entity + 1},
+                 row_error_remedy(row_error.kind)};
 }
 
 }  // namespace camber::gmf
@@ -193,8 +195,8 @@ std::size_t count_of(const File& file, Keyword keyword) {
     return block ? block->count : 0;
 }
 
-/// Checks that counts fit their blocks, so that every range of rows exists, and that no simplices have another degree.
-/// Errors: see check_size; unsupported.
+/// Checks that each count fits its block, so that every range of rows exists. Errors: those of check_size; unsupported
+/// (simplices of another degree).
 template <int K, int Degree>
 Outcome<Done> check_simplices(const File& file) {
     if (const Block* const others = file.find(simplex_keyword<K, 3 - Degree>); others && others->count > 0)
@@ -231,7 +233,7 @@ Outcome<Done> check_blocks(const File& file) {
         .and_then([&](Done) { return D == 3 ? check_simplices<1, Degree>(file) : Outcome<Done>(Done{}); });
 }
 
-/// Calls store(row of the range, row) → Fault for `size` rows from `begin`, on the calling thread.
+/// Calls store(row number in the range, row) → Fault for `size` rows from row `begin`, on the calling thread.
 template <class RowType, class Store>
 Outcome<Done> read_run(const File& file, Keyword keyword, std::size_t begin, std::size_t size, Store&& store) {
     const Block* const block = file.find(keyword);
@@ -277,9 +279,9 @@ Outcome<Done> GmfRuns<D, Degree>::simplices(std::size_t begin, std::span<Nodes<K
                                             std::span<Reference> references) const {
     constexpr int count = nodes_of_degree<K, Degree>;
     const std::size_t points = counts().points;
-    const auto store = [&](std::size_t i, const gmf::SimplexRow<count>& row) -> gmf::Fault {
-        // A reader of the whole file drops such edges, which would change later row numbers.
-        if (K == 1 && row.integer[0] == row.integer[1]) return {gmf::FaultKind::repeated, row.integer[0]};
+    const auto store = [&](std::size_t i, const gmf::SimplexRow<count>& row) -> gmf::RowError {
+        // Decoding a whole file drops such an edge; here this would change the numbers of later rows.
+        if (K == 1 && row.integer[0] == row.integer[1]) return {gmf::RowErrorKind::repeated, row.integer[0]};
         return gmf::store_simplex<count>(row, points, nodes[i], references[i]);
     };
     auto read =

@@ -22,22 +22,22 @@ namespace camber::gmf {
 
 enum class ByteOrder : std::uint8_t { native, swapped };
 
-/// Part of an ASCII block that ends at a line end; decoded by one thread.
+/// A part of an ASCII block that ends at a line end. One thread decodes it.
 struct Piece {
-    std::size_t begin = 0;       ///< in the file
-    std::size_t first_word = 0;  ///< words of the body before it
+    std::size_t begin = 0;       ///< first byte in the file
+    std::size_t first_word = 0;  ///< number of words of the body before this part
 };
 
-/// Position of a block with rows; its rows are not checked yet.
+/// Position of a block in the file. Its rows are not checked yet.
 struct Block {
     const KeywordInfo* info = nullptr;
-    std::size_t start = 0;                  ///< byte of the keyword
-    std::size_t body = 0, end = 0;          ///< bytes of the rows
-    std::uint64_t count = 0;                ///< unchecked before `check_size`
-    std::vector<std::int32_t> fields = {};  ///< SolAtVertices: field types
-    std::size_t words = 0;                  ///< ASCII: in the body
-    std::vector<Piece> pieces = {};         ///< ASCII: of the body
-    std::size_t rows_per_entity = 1;        ///< rows of one numbered entity
+    std::size_t start = 0;                  ///< position of the keyword
+    std::size_t body = 0, end = 0;          ///< first and last byte of the rows
+    std::uint64_t count = 0;                ///< number of rows; unchecked before `check_size`
+    std::vector<std::int32_t> fields = {};  ///< for SolAtVertices: field types
+    std::size_t words = 0;                  ///< for ASCII: number of words in the body
+    std::vector<Piece> pieces = {};         ///< for ASCII: parts of the body
+    std::size_t rows_per_entity = 1;        ///< number of rows for one numbered entity
 };
 
 struct Skipped {
@@ -45,7 +45,6 @@ struct Skipped {
     std::size_t blocks = 0;
 };
 
-/// Blocks in file order.
 struct File {
     std::span<const std::byte> bytes;
     std::string name;
@@ -61,7 +60,7 @@ struct File {
     [[nodiscard]] const Block* find(Keyword keyword) const;
 };
 
-/// Locates the blocks by the headers. Errors: not GMF, truncated, duplicate block, missing or wrong Dimension.
+/// Locates the blocks by their headers. Errors: not GMF, truncated, duplicate block, missing or wrong Dimension.
 [[nodiscard]] Outcome<File> open_file(std::span<const std::byte> bytes, std::string_view name,
                                       const Execution& execution);
 [[nodiscard]] Outcome<File> index_binary(File file);
@@ -77,15 +76,14 @@ void skip_block(File& file, std::string_view word);
 }
 /// Checks that count × `words` fit between header and end (and, in ASCII, fill the block).
 [[nodiscard]] Outcome<Done> check_size(const File& file, const Block& block, int integers, int reals);
-/// Words in each row of an integer block, from its length; 0 if it is not an integer.
+/// Number of words in each row of an integer block, from the block's length; 0 if the length is not a multiple.
 [[nodiscard]] std::size_t words_per_row(const File& file, const Block& block);
-/// Byte of a row in a checked block.
+/// Position of a row in a checked block.
 [[nodiscard]] std::size_t row_begin(const File& file, const Block& block, std::size_t row, int integers, int reals);
-/// Error for a fault in row `row` at byte `at`.
-[[nodiscard]] Error fault_error(const File& file, const Block& block, std::size_t row, std::size_t at,
-                                const Fault& fault);
+[[nodiscard]] Error row_error_message(const File& file, const Block& block, std::size_t row, std::size_t at,
+                                      const RowError& row_error);
 
-/// In a binary file of this version.
+/// Bytes of a row in a binary file of this version.
 [[nodiscard]] inline std::size_t row_bytes(int version, int integers, int reals) {
     const std::size_t integer_size = version == 4 ? 8 : 4, real_size = version == 1 ? 4 : 8;
     return static_cast<std::size_t>(integers) * integer_size + static_cast<std::size_t>(reals) * real_size;
@@ -133,7 +131,7 @@ template <class RowType, class LayoutType>
     return row;
 }
 
-/// Calls f(Layout{}) outside of all loops.
+/// Calls f with the binary layout as a type, so that loops need not test it.
 template <class F>
 auto with_layout(const File& file, F&& f) {
     const auto with_numbers = [&]<ByteOrder Order>() {
@@ -153,21 +151,21 @@ template <class RowType, class Store>
         using LayoutType = decltype(layout);
         constexpr std::size_t step = stride<RowType, LayoutType>;
         const std::byte* const rows = file.bytes.data() + block.body;
-        FirstFault first;
+        FirstErrorRow first;
         auto done = each_chunk(
             execution, block.count,
             [&](std::size_t begin, std::size_t end) {
                 for (std::size_t i = begin; i < end; ++i) {
-                    const Fault fault = store(i, load_row<RowType, LayoutType>(rows + i * step));
-                    if (fault.kind != FaultKind::none) return first.note(i);
+                    const RowError row_error = store(i, load_row<RowType, LayoutType>(rows + i * step));
+                    if (row_error.kind != RowErrorKind::none) return first.note(i);
                 }
             },
             8192);
         if (!done) return done;
         if (!first.any()) return Done{};
         const std::size_t at = block.body + first.row() * step;
-        const Fault fault = store(first.row(), load_row<RowType, LayoutType>(file.bytes.data() + at));
-        return fail(fault_error(file, block, first.row(), at, fault));
+        const RowError row_error = store(first.row(), load_row<RowType, LayoutType>(file.bytes.data() + at));
+        return fail(row_error_message(file, block, first.row(), at, row_error));
     });
 }
 
@@ -189,17 +187,17 @@ template <class RowType>
     return {text + begin, text + end};
 }
 
-/// ASCII part of `read_rows`, for a checked block. Pieces are read in parallel; a thread reads the rows that begin in
-/// its piece.
+/// ASCII part of `read_rows`, for a checked block. The parts of the block are read in parallel; a thread reads the rows
+/// that begin in its part.
 template <class RowType, class Store>
 [[nodiscard]] Outcome<Done> read_ascii_rows(const File& file, const Block& block, const Execution& execution,
                                             Store& store) {
     constexpr std::size_t width = RowType::words;
     const auto read_one = [&](std::size_t i, Words& words) {
         RowType row;
-        return read_row(words, row) ? store(i, row) : Fault{.kind = FaultKind::syntax};
+        return read_row(words, row) ? store(i, row) : RowError{.kind = RowErrorKind::syntax};
     };
-    FirstFault first;
+    FirstErrorRow first;
     auto done = each_chunk(
         execution, block.pieces.size(),
         [&](std::size_t begin, std::size_t end) {
@@ -209,14 +207,14 @@ template <class RowType, class Store>
             Words words = words_between(file, block.pieces[begin].begin, block.end);
             words.skip(row * width - first_word);
             for (; row < block.count && row * width < last_word; ++row)
-                if (read_one(row, words).kind != FaultKind::none) return first.note(row);
+                if (read_one(row, words).kind != RowErrorKind::none) return first.note(row);
         },
         1);
     if (!done) return done;
     if (!first.any()) return Done{};
     const std::size_t at = row_begin(file, block, first.row(), RowType::integers, RowType::reals);
     Words words = words_between(file, at, block.end);
-    return fail(fault_error(file, block, first.row(), at, read_one(first.row(), words)));
+    return fail(row_error_message(file, block, first.row(), at, read_one(first.row(), words)));
 }
 
 /// Calls store(row number, row) → Fault for each row, in parallel and in no particular order. Errors: a count that does
@@ -228,19 +226,20 @@ template <class RowType, class Store>
     return read_binary_rows<RowType>(file, block, execution, store);
 }
 
-/// Reads …P2Ordering; none if the file has none. Errors: input (not every node exactly once).
+/// Reads a block …P2Ordering; none if the file has no such block. Errors: input (a node that does not occur exactly
+/// once).
 template <int K>
 [[nodiscard]] Outcome<std::optional<listing::NodeOrder<K>>> read_order(const File& file);
 
-/// Node order of degree 2 rows under a plain keyword: older Gmsh versions end with e23 e13, later ones with e13 e23.
-/// Chooses the smaller sum of squared distances from chord midpoints.
+/// Node order of quadratic tetrahedra under a plain keyword: old Gmsh versions end with the nodes of edges 23, 13,
+/// later ones with 13, 23. Selects the order with the smaller sum of squared distances from the chord midpoints.
 template <int D>
 [[nodiscard]] Outcome<listing::NodeOrder<3>> likely_order(const Buffer<Vec<D>>& points,
                                                           const Buffer<std::array<VertexId, 10>>& tetrahedra,
                                                           const Execution& execution);
 
-/// Checks that every vertex exists and none occurs twice in a simplex. The file must outlive the result, whose messages
-/// quote it.
+/// Reads all but geometry. Checks that each vertex exists and occurs once in a simplex. The file must outlive the
+/// result, whose messages quote it.
 template <int D>
 [[nodiscard]] Outcome<listing::Mesh<D>> read_raw(const File& file, std::vector<Notice>& notices,
                                                  const Execution& execution);
@@ -252,7 +251,7 @@ template <int D, int Degree>
 /// Reads normals, tangents and associations with CAD entities. All normals (or tangents) are dropped with a notice if
 /// one is faulty (an index without its vertex or direction, length zero), because the others may be wrong too.
 template <int D>
-[[nodiscard]] Outcome<GivenGeometry<D>> read_geometry(const File& file, std::size_t vertices,
+[[nodiscard]] Outcome<InputGeometry<D>> read_geometry(const File& file, std::size_t vertices,
                                                       std::vector<Notice>& notices, const Execution& execution);
 
 }  // namespace camber::gmf

@@ -1,4 +1,4 @@
-// Lists the blocks of GMF files: ASCII and binary.
+// Finds the blocks of GMF files: ASCII and binary.
 module;
 #include <algorithm>
 #include <array>
@@ -22,7 +22,7 @@ namespace {
 
 constexpr bool is_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); }
 
-/// Words that begin with a letter but are numbers.
+/// True for a number that begins with a letter, such as nan.
 bool spells_number(std::string_view word) {
     std::array<char, 8> lower{};
     const std::size_t n = std::min(word.size(), lower.size());
@@ -32,7 +32,7 @@ bool spells_number(std::string_view word) {
     return start == "nan" || start == "inf" || start == "infinity" || start.starts_with("nan(");
 }
 
-/// Skips a quoted text within a line, if there is one; Bamg writes them.
+/// Skips a quoted text in a line, which Bamg writes.
 void pass_quoted(Words& words) {
     if (*words.at != '"') return;
     const std::string_view rest(words.at, static_cast<std::size_t>(words.end - words.at));
@@ -40,7 +40,7 @@ void pass_quoted(Words& words) {
     if (end != std::string_view::npos && rest[end] == '"') words.at += end;
 }
 
-/// A keyword begins with a letter. False at the end.
+/// Moves to the next word that begins with a letter, as keywords do. False at the end.
 bool find_keyword_word(Words& words) {
     for (; words.find(); words.pass()) {
         pass_quoted(words);
@@ -53,7 +53,7 @@ bool find_keyword_word(Words& words) {
 
 constexpr std::size_t piece_bytes = std::size_t{1} << 18;
 
-/// Splits the body at line ends (comments end there too) and counts words.
+/// Divides the body at line ends, where comments end too, and counts its words.
 Outcome<Done> split(const File& file, Block& block, const Execution& execution) {
     const auto text = file.bytes.first(block.end);
     for (std::size_t at = block.body; at < block.end;) {
@@ -124,12 +124,11 @@ Outcome<Done> read_text_block(File& file, std::string_view name, std::size_t sta
     return Done{};
 }
 
-/// Version, or Dimension if there is no version.
+/// Begin of a file: its version, or Dimension in a file without version.
 struct Begin {
-    Words words;  ///< after the version, or before Dimension
+    Words words;  ///< the words after the version, or from Dimension
     bool has_version = true;
 };
-/// None if the file begins with something else.
 std::optional<Begin> begin_of(std::span<const std::byte> bytes) {
     const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
     Words words{text.data(), text.data() + text.size()};
@@ -141,21 +140,21 @@ std::optional<Begin> begin_of(std::span<const std::byte> bytes) {
     return std::nullopt;
 }
 
-/// The version has no effect in text files, but must be a number; Bamg writes 0.
-Outcome<Done> read_version(File& file, Begin& begun) {
+/// The version of a text file must be a number, but has no effect; Bamg writes 0.
+Outcome<Done> read_version(File& file, Begin& beginning) {
     const auto at = [&] {
-        return static_cast<std::size_t>(begun.words.at - reinterpret_cast<const char*>(file.bytes.data()));
+        return static_cast<std::size_t>(beginning.words.at - reinterpret_cast<const char*>(file.bytes.data()));
     };
     std::int64_t version = 0;
-    if (begun.has_version && (!read_number(begun.words, version) || version < 0 || version > 4))
+    if (beginning.has_version && (!read_number(beginning.words, version) || version < 0 || version > 4))
         return fail(ErrorKind::unsupported, "the GMF version is not 1 to 4", place(file, at()));
     file.version = std::max(1, static_cast<int>(version));
-    if (!begun.has_version)
+    if (!beginning.has_version)
         file.notices.push_back({"the file does not begin with MeshVersionFormatted, but was read as GMF"});
     return Done{};
 }
 
-/// Accepts a file without End unless it ends within a line.
+/// Accepts a file without the keyword End, unless it ends within a line.
 Outcome<File> without_end(File file) {
     if (file.bytes.empty() || !is_blank(static_cast<char>(file.bytes.back())))
         return fail_at(file, file.bytes.size(), "the file ends before the keyword End", "it seems to be cut off");
@@ -168,13 +167,13 @@ Outcome<File> without_end(File file) {
 Outcome<File> index_ascii(File file, const Execution& execution) {
     const char* const text = reinterpret_cast<const char*>(file.bytes.data());
     const auto offset = [&](const char* at) { return static_cast<std::size_t>(at - text); };
-    auto begun = begin_of(file.bytes);
-    if (!begun)
+    auto beginning = begin_of(file.bytes);
+    if (!beginning)
         return fail_at(file, 0,
                        "this is not a GMF file: it begins neither with MeshVersionFormatted nor with a binary header",
                        "give a .mesh or .meshb file");
-    if (auto read = read_version(file, *begun); !read) return fail(std::move(read.error()));
-    Words& words = begun->words;
+    if (auto read = read_version(file, *beginning); !read) return fail(std::move(read.error()));
+    Words& words = beginning->words;
 
     for (bool found = find_keyword_word(words); found;) {
         const std::size_t start = offset(words.at);
@@ -192,14 +191,14 @@ Outcome<File> index_ascii(File file, const Execution& execution) {
 
 namespace {
 
-/// Never reads past the end.
+/// Reads integers of a block's header, but never past the end of the file.
 class Header {
   public:
     Header(const File& file, std::size_t at) : file_(file), at_(at) {}
 
     [[nodiscard]] std::size_t at() const { return at_; }
 
-    /// Integer of 4 or 8 bytes; none at the end.
+    /// Reads an integer of 4 or 8 bytes; none at the end of the file.
     [[nodiscard]] std::optional<std::int64_t> integer(std::size_t size) {
         if (file_.bytes.size() - at_ < size) return std::nullopt;
         const std::byte* const from = file_.bytes.data() + at_;
@@ -238,7 +237,7 @@ Outcome<Done> read_binary_block(File& file, Header header, std::int32_t number, 
     const std::string name(info->name);
     const std::size_t room = end - header.at();
     if (info->content == Content::value) {
-        // Dimension has 4 bytes even in version 4; for other keywords the block length decides.
+        // In version 4 the value has 8 bytes, or 4 as for Dimension; the block's length shows which.
         const auto value = header.integer(file.version == 4 && room >= 8 ? 8 : 4);
         if (!value || header.at() > end) return fail_at(file, start, name + " has no value", "the file is damaged");
         set_value(file, info->keyword, *value);

@@ -31,7 +31,7 @@ Outcome<Done> read_points(const File& file, const Execution& execution, listing:
     if (auto fits = check_size(file, *block, 1, D); !fits) return fits;
     raw.points.resize(block->count);
     raw.point_references.resize(block->count);
-    return read_rows<VertexRow<D>>(file, *block, execution, [&](std::size_t i, const VertexRow<D>& row) -> Fault {
+    return read_rows<VertexRow<D>>(file, *block, execution, [&](std::size_t i, const VertexRow<D>& row) -> RowError {
         return store_point<D>(row, raw.points[i], raw.point_references[i]);
     });
 }
@@ -45,12 +45,12 @@ Outcome<Done> read_simplices(const File& file, const Block& block, std::size_t v
                    }};
     rows.nodes.resize(block.count);
     rows.references.resize(block.count);
-    return read_rows<SimplexRow<N>>(file, block, execution, [&](std::size_t i, const SimplexRow<N>& row) -> Fault {
+    return read_rows<SimplexRow<N>>(file, block, execution, [&](std::size_t i, const SimplexRow<N>& row) -> RowError {
         return store_simplex<N>(row, vertices, rows.nodes[i], rows.references[i]);
     });
 }
 
-/// Drops items with index 0 (none).
+/// Reads a block of indices. Index 0 means none and is dropped with a notice.
 template <class Item>
 Outcome<Done> read_indices(const File& file, Keyword keyword, std::size_t limit, const Execution& execution,
                            Buffer<Item>& items, std::vector<Notice>& notices) {
@@ -58,8 +58,9 @@ Outcome<Done> read_indices(const File& file, Keyword keyword, std::size_t limit,
     if (!block) return Done{};
     if (auto fits = check_size(file, *block, 1, 0); !fits) return fits;
     Buffer<std::uint32_t> indices(block->count);
-    auto read = read_rows<IndexRow>(file, *block, execution, [&](std::size_t i, const IndexRow& row) -> Fault {
-        if (row.integer[0] != 0 && from_file(row.integer[0]) >= limit) return {FaultKind::index, row.integer[0], limit};
+    auto read = read_rows<IndexRow>(file, *block, execution, [&](std::size_t i, const IndexRow& row) -> RowError {
+        if (row.integer[0] != 0 && from_file(row.integer[0]) >= limit)
+            return {RowErrorKind::index, row.integer[0], limit};
         indices[i] = static_cast<std::uint32_t>(row.integer[0]);
         return {};
     });
@@ -113,7 +114,7 @@ Outcome<Done> read_kind(const File& file, const Execution& execution, const list
     return read_indices(file, required_keyword<K>, kind.indexed(), quiet, kind.required, notices);
 }
 
-/// Drops straight edges from a vertex to itself.
+/// Drops edges of degree 1 from a vertex to itself.
 template <int D>
 void drop_degenerate_edges(listing::Mesh<D>& raw, std::vector<Notice>& notices) {
     listing::Simplices<1>& edges = [&]() -> listing::Simplices<1>& {
@@ -123,24 +124,24 @@ void drop_degenerate_edges(listing::Mesh<D>& raw, std::vector<Notice>& notices) 
             return raw.edges;
     }();
     auto& rows = edges.straight;
-    constexpr std::uint32_t gone = VertexId().value;
+    constexpr std::uint32_t removed = VertexId().value;
     Buffer<std::uint32_t> numbers(rows.size());
-    std::uint32_t kept = 0;
+    std::uint32_t preserved = 0;
     for (std::size_t i = 0; i < rows.size(); ++i) {
-        numbers[i] = rows.nodes[i][0] == rows.nodes[i][1] ? gone : kept;
-        if (numbers[i] == gone) continue;
-        rows.nodes[kept] = rows.nodes[i];
-        rows.references[kept++] = rows.references[i];
+        numbers[i] = rows.nodes[i][0] == rows.nodes[i][1] ? removed : preserved;
+        if (numbers[i] == removed) continue;
+        rows.nodes[preserved] = rows.nodes[i];
+        rows.references[preserved++] = rows.references[i];
     }
-    if (kept == rows.size()) return;
-    notices.push_back(
-        {std::to_string(rows.size() - kept) + " edges from a vertex to itself were left out: they have no length"});
-    rows.nodes.resize(kept);
-    rows.references.resize(kept);
-    if (edges.curved.size() > 0) return;  // indices refer to the curved edges
+    if (preserved == rows.size()) return;
+    notices.push_back({std::to_string(rows.size() - preserved) +
+                       " edges from a vertex to itself were left out: they have no length"});
+    rows.nodes.resize(preserved);
+    rows.references.resize(preserved);
+    if (edges.curved.size() > 0) return;  // `required` and `ridges` refer to the quadratic edges
     for (Buffer<std::uint32_t>* const indices : {&edges.required, &raw.ridges}) {
         for (std::uint32_t& index : *indices) index = numbers[index];
-        std::erase(*indices, gone);
+        std::erase(*indices, removed);
     }
 }
 
@@ -152,7 +153,7 @@ Outcome<Done> refuse_tetrahedra(const File& file) {
     return Done{};
 }
 
-/// Share of these blocks in all bytes; estimates the share of the time.
+/// Share of these blocks in all bytes, an estimate of their share of the time.
 double share_of(const File& file, std::initializer_list<Keyword> keywords) {
     std::size_t all = 0, chosen = 0;
     for (const Block& block : file.blocks) {
@@ -198,7 +199,7 @@ Outcome<listing::Mesh<D>> read_raw(const File& file, std::vector<Notice>& notice
                                     notices);
             })
             .and_then([&](Done) {
-                return read_geometry<D>(file, raw.points.size(), notices, quiet).map([&](GivenGeometry<D> geometry) {
+                return read_geometry<D>(file, raw.points.size(), notices, quiet).map([&](InputGeometry<D> geometry) {
                     raw.geometry = std::move(geometry);
                     return Done{};
                 });
@@ -262,8 +263,8 @@ Outcome<DecodedMesh> decode(const gmf::File& file, std::vector<Notice> notices, 
                               part_of(execution, of_rows, 1));
 }
 
-Refused foreign_elements(const gmf::File& file) {
-    Refused refused;
+UnsupportedItems foreign_elements(const gmf::File& file) {
+    UnsupportedItems refused;
     for (const gmf::Block& block : file.blocks)
         if (block.info->content == gmf::Content::foreign_elements)
             refused.count(std::string(block.info->name), block.count);
@@ -281,17 +282,17 @@ std::string place_of_foreign(const gmf::File& file) {
 Outcome<DecodedMesh> decode_gmf_mesh(std::span<const std::byte> bytes, std::string_view name,
                                      const DecodeOptions& options, const Execution& execution) {
     return guarded([&]() -> Outcome<DecodedMesh> {
-        // Text is read twice: for the index and for the rows.
+        // Text files are read twice: to find the blocks and to read the rows.
         const double of_index = is_gmf_ascii(bytes) ? 0.3 : 0;
         auto file = gmf::open_file(bytes, name, part_of(execution, 0, of_index));
         if (!file) return fail(std::move(file.error()));
-        const Refused refused = foreign_elements(*file);
-        if (auto held = refused.verdict(place_of_foreign(*file), options.unheld); !held)
-            return fail(std::move(held.error()));
+        const UnsupportedItems refused = foreign_elements(*file);
+        if (auto supported = refused.verdict(place_of_foreign(*file), options.unsupported_cells); !supported)
+            return fail(std::move(supported.error()));
         const Execution rest = part_of(execution, of_index, 1);
         auto decoded = *file->dimension == 2 ? decode<2>(*file, gmf::notices_of(*file), rest)
                                              : decode<3>(*file, gmf::notices_of(*file), rest);
-        if (decoded) decoded->unheld = refused.counts();
+        if (decoded) decoded->unsupported_cells = refused.counts();
         return decoded;
     });
 }

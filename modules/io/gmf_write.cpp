@@ -84,7 +84,7 @@ std::vector<Notice> not_in_gmf(const Mesh<D>& all) {
     };
     count(mesh.geometry.on_curves);
     count(mesh.geometry.on_surfaces);
-    std::vector<Notice> losses = not_held(
+    std::vector<Notice> losses = unsupported_data(
         mesh, {.associations = true, .corners = true, .ridges = true, .required = true, .directions = true}, "GMF");
     if (no_parameters > 0)
         losses.push_back({"GMF has no place for " + std::to_string(no_parameters) +
@@ -101,7 +101,7 @@ namespace gmf {
 
 namespace {
 
-/// Leaves gaps for the rows of points and simplices.
+/// Writes a file without the rows of points and simplices, and leaves gaps for them.
 template <class LayoutType>
 class FrameWriter : public BinaryWriter<LayoutType> {
   public:
@@ -141,7 +141,7 @@ class FrameWriter : public BinaryWriter<LayoutType> {
     std::vector<FilePiece> pieces_;
 };
 
-/// Never reads rows.
+/// Computes the size of a file from the numbers of rows alone.
 class FrameSizer : public BinarySizer {
   public:
     template <class RowType>
@@ -150,7 +150,7 @@ class FrameSizer : public BinarySizer {
     }
 };
 
-/// Uses the order of `put_mesh`.
+/// Writes the blocks in the order of `put_mesh`.
 template <int D, int Degree, class Sink>
 Outcome<Done> put_frame(Sink& sink, const LinearMesh<D>& lists, GmfFrame& frame) {
     const PartTotals& totals = frame.totals;
@@ -182,7 +182,8 @@ Outcome<std::vector<FilePiece>> written_frame(GmfFrame& frame, const LinearMesh<
     });
 }
 
-/// Encodes n rows, row(i), with numbers from `first`; the rows of their block begin at byte `start`.
+/// Encodes n rows; row(i) has the number first + i in its block. The rows of the block begin at byte `start` of the
+/// file.
 template <class RowType, class LayoutType>
 Outcome<FilePiece> piece_of(std::uint64_t start, std::uint64_t first, std::size_t n, const Execution& execution,
                             const auto& row) {

@@ -19,10 +19,10 @@ import :writers;
 
 namespace camber::gmf {
 
-/// Returns `least` if no version is requested. Errors: usage.
+/// Returns the requested version, or `least` if none is requested. Errors: usage (a version that is unknown or below
+/// `least`).
 [[nodiscard]] Outcome<int> chosen_version(GmfOptions options, int least);
 
-/// A sink that computes the file size.
 class BinarySizer {
   public:
     Outcome<Done> value(Keyword, std::int64_t) {
@@ -37,9 +37,10 @@ class BinarySizer {
         return Done{};
     }
     void more(std::size_t bytes) { narrow_ += bytes; }
-    [[nodiscard]] std::size_t words() const { return words_; }  ///< in all rows
+    [[nodiscard]] std::size_t words() const { return words_; }  ///< number of words in all rows
 
-    /// 2 below 2 GiB, 3 beyond, 4 if indices or counts need 64 bits (no index exceeds the largest count).
+    /// Returns 2 below 2 GiB, 3 for larger files, 4 if counts or indices need 64 bits (no index exceeds the largest
+    /// count).
     [[nodiscard]] int min_version() const {
         constexpr std::size_t most = std::numeric_limits<std::int32_t>::max();
         if (largest_ > most) return 4;
@@ -47,7 +48,7 @@ class BinarySizer {
     }
 
   private:
-    std::size_t narrow_ = 8 + 8;  // in version 2: magic number and version; End and its position
+    std::size_t narrow_ = 8 + 8;  // file size in version 2; at first the magic number and version, End and its position
     std::size_t words_ = 0;
     std::size_t largest_ = 0;
 };
@@ -71,13 +72,13 @@ auto with_written_layout(int version, F&& f) {
     return f(Layout<double, std::int32_t, ByteOrder::native>{});
 }
 
-/// A sink for binary files in native byte order.
+/// Writes binary files in native byte order.
 template <class LayoutType>
 class BinaryWriter {
   public:
     using Integer = typename LayoutType::Integer;
 
-    /// `words`: in all rows, for the progress.
+    /// `words`: number of words in all rows, for the progress.
     BinaryWriter(int version, std::size_t words, const Execution& execution)
         : version_(version), words_(words), execution_(execution) {
         put_header({1, version});
@@ -107,7 +108,7 @@ class BinaryWriter {
         return done;
     }
 
-    /// Count, 4-byte integers (field types), reals.
+    /// Writes the number of rows, 4-byte integers (field types), and reals.
     Outcome<Done> solution(std::size_t rows, std::span<const std::int32_t> header, std::span<const double> values) {
         begin(Keyword::sol_at_vertices, sizeof(Integer) + header.size_bytes() + values.size_bytes());
         put(static_cast<Integer>(rows));
@@ -131,7 +132,7 @@ class BinaryWriter {
     }
 
   protected:
-    /// Writes what precedes `bytes` bytes of rows.
+    /// Writes the head of a block whose rows have `bytes` bytes.
     void begin_rows(Keyword keyword, std::size_t n, std::size_t bytes) {
         begin(keyword, sizeof(Integer) + bytes);
         put(static_cast<Integer>(n));
@@ -145,7 +146,7 @@ class BinaryWriter {
     [[nodiscard]] Chunks take_chunks() { return std::exchange(chunks_, {}); }
 
   private:
-    /// Writes keyword and next position, which is `body` bytes (count included) further on.
+    /// Writes the keyword and the position of the next block; `body`: bytes between, including the count.
     void begin(Keyword keyword, std::size_t body) {
         put(static_cast<std::int32_t>(keyword));
         put_position(position_ + (version_ >= 3 ? 8 : 4) + body);
@@ -178,8 +179,8 @@ using camber::guarded;
 
 [[nodiscard]] constexpr std::int64_t to_file(std::size_t index) { return static_cast<std::int64_t>(index) + 1; }
 
-/// Write the blocks in their order, up to the first failure. A sink has value(keyword, integer) and
-/// rows<RowType>(keyword, number, row number → RowType), each returning Outcome<Done>.
+/// These functions write the blocks in order, up to the first failure. A sink has the functions value(keyword, integer)
+/// and rows<RowType>(keyword, number, row number → RowType), which return Outcome<Done>.
 template <class Sink>
 [[nodiscard]] Outcome<Done> put_indices(Sink& sink, Keyword keyword, const auto& items) {
     return sink.template rows<IndexRow>(keyword, items.size(), [&](std::size_t i) -> IndexRow {
@@ -192,8 +193,8 @@ template <class Sink>
 
 template <int D, class Sink>
 [[nodiscard]] Outcome<Done> put_directions(Sink& sink, Keyword vectors_keyword, Keyword pairs_keyword,
-                                           const DirectionsAtVertices<D>& given) {
-    const auto& [table, at] = given;
+                                           const DirectionsAtVertices<D>& input) {
+    const auto& [table, at] = input;
     return sink
         .template rows<VectorRow<D>>(vectors_keyword, table.size(),
                                      [&](std::size_t i) { return VectorRow<D>{{}, table[i].c}; })
@@ -204,7 +205,7 @@ template <int D, class Sink>
         });
 }
 
-/// GMF has no associations without parameters; `not_in_gmf` counts them.
+/// False for associations without parameters, which `not_in_gmf` counts.
 template <int G>
 [[nodiscard]] bool is_in_gmf(const Association<G>& on) {
     return G == 0 || on.parameters.has_value();
@@ -226,7 +227,7 @@ template <int G, class Sink>
     });
 }
 
-/// Writes the blocks after the simplices.
+/// Writes the blocks that follow the simplices.
 template <int D, class Sink>
 [[nodiscard]] Outcome<Done> put_features(Sink& sink, const LinearMesh<D>& mesh) {
     return put_indices(sink, Keyword::corners, mesh.corners)

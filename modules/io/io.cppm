@@ -22,7 +22,7 @@ module;
 export module camber.io;
 import camber.core;
 import camber.bezier;
-// Partitions that are not exported contain the parts of readers and writers.
+// Partitions that are not exported are parts of readers and writers.
 export import :gmf;
 import :gmf_file;
 import :gmf_write;
@@ -36,23 +36,26 @@ import :text;
 export import :vtu;
 import :writers;
 
-/// Tables of formats, the only source for decoders, encoders, messages and help. Functions take the table as a
-/// parameter, so that programs can add rows. A decoder's `name` is the file's path, for rows that must open the file.
+/// Tables of formats: the only source for decoders, encoders, messages and help. Functions have the table as a
+/// parameter, so that programs can add rows. A decoder's `name` is the file's path, because some decoders open the
+/// file.
 export namespace camber {
 
-/// Options for writing; each format uses those that apply to it.
+/// Options for writing. A format ignores options that do not apply to it.
 struct EncodeOptions {
-    VtuCells cells = VtuOptions{}.cells;  ///< if the format `chooses_cells`
+    VtuCells cells = VtuOptions{}.cells;  ///< only for formats with `chooses_cells`
 };
 
 struct FormatName {
-    std::string_view name;  ///< one word, unique in the table
+    std::string_view name;  ///< name of the format: one word, unique in the table
     std::string_view what;  ///< short description
-    /// With the dot, unique in the table. If empty, the format is written by name and read by content only.
+    /// File endings with the dot, unique in the table. If there are none, the format is written by name and recognised
+    /// only by content.
     std::vector<std::string_view> endings;
-    /// Another row's ending that this format also uses: a mesh read from such a file is written in the same format.
-    std::string_view shared_ending = {};
-    /// Returns true for this format only; reads the first words only.
+    /// An ending of another row that this format also uses. A mesh that was read from such a file is written in the
+    /// same format.
+    std::string_view shared_extension = {};
+    /// True for files of this format only; reads only the first words.
     bool (*sniff)(std::span<const std::byte> bytes);
 };
 
@@ -65,14 +68,14 @@ struct MeshFormat : FormatName {
                               const Execution& execution) = nullptr;
     /// Lists mesh data that the format cannot hold, without fields.
     std::vector<Notice> (*losses)(const AnyMesh& mesh) = nullptr;
-    bool holds_fields = false;
-    /// Null: all fields, if it `holds_fields`.
-    bool (*holds)(const MeshField& field) = nullptr;
-    /// Lists fields whose names change; null: no fields.
+    bool has_fields = false;
+    /// Null: all fields, if it `has_fields`.
+    bool (*can_store)(const MeshField& field) = nullptr;
+    /// Lists fields whose names change in the file; null if the format has no fields.
     std::vector<Notice> (*renames)(const MeshFields& fields) = nullptr;
-    bool chooses_cells = false;    ///< uses `EncodeOptions::cells`
-    bool for_viewers = false;      ///< a run writes its fields to such files
-    bool always_in_space = false;  ///< see DecodedMesh
+    bool chooses_cells = false;  ///< the format uses `EncodeOptions::cells`
+    bool for_viewers = false;    ///< a run writes its result fields to files of this format
+    bool is_always_3d = false;   ///< see DecodedMesh
 };
 
 struct SolutionFormat : FormatName {
@@ -94,38 +97,37 @@ template <class Format>
 [[nodiscard]] const Format* format_with_name(std::span<const Format> formats, std::string_view name) {
     return find_format(formats, [&](const Format& format) { return format.name == name; });
 }
-/// Selects by the ending of a name or path.
+/// Returns the format with the ending of a name or path; null if there is none.
 template <class Format>
-[[nodiscard]] const Format* format_with_ending(std::span<const Format> formats, std::string_view path) {
+[[nodiscard]] const Format* format_with_extension(std::span<const Format> formats, std::string_view path) {
     return find_format(formats, [&](const Format& format) {
         for (const std::string_view ending : format.endings)
             if (path.ends_with(ending)) return true;
         return false;
     });
 }
-/// Selects by the content.
+/// Returns the format that recognises the content; null if there is none.
 template <class Format>
 [[nodiscard]] const Format* format_with_content(std::span<const Format> formats, std::span<const std::byte> bytes) {
     return find_format(formats, [&](const Format& format) { return format.sniff(bytes); });
 }
 
 /// Returns a command that converts a file of that ending; empty if none is known.
-[[nodiscard]] std::string how_to_convert(std::string_view path);
+[[nodiscard]] std::string conversion_command(std::string_view path);
 
 [[nodiscard]] std::string listed(std::span<const std::string_view> words, std::string_view before_last = " or ",
                                  std::string_view between = ", ");
 
-/// Endings of formats that can be read, in table order.
 template <class Format>
-[[nodiscard]] std::vector<std::string_view> endings_read(std::span<const Format> formats) {
+[[nodiscard]] std::vector<std::string_view> readable_extensions(std::span<const Format> formats) {
     std::vector<std::string_view> endings;
     for (const Format& format : formats)
         if (format.decode) endings.insert(endings.end(), format.endings.begin(), format.endings.end());
     return endings;
 }
-/// Endings of formats that can be written and for which accepts(row) holds, in table order.
+/// Endings of formats that can be written and that accepts(row) accepts, in table order.
 template <class Format>
-[[nodiscard]] std::vector<std::string_view> endings_written(std::span<const Format> formats, auto&& accepts) {
+[[nodiscard]] std::vector<std::string_view> writable_extensions(std::span<const Format> formats, auto&& accepts) {
     std::vector<std::string_view> endings;
     for (const Format& format : formats)
         if (format.encode && accepts(format))
@@ -133,27 +135,28 @@ template <class Format>
     return endings;
 }
 template <class Format>
-[[nodiscard]] std::vector<std::string_view> endings_written(std::span<const Format> formats) {
-    return endings_written(formats, [](const Format&) { return true; });
+[[nodiscard]] std::vector<std::string_view> writable_extensions(std::span<const Format> formats) {
+    return writable_extensions(formats, [](const Format&) { return true; });
 }
 template <class Format>
-[[nodiscard]] std::vector<std::string_view> names_written(std::span<const Format> formats) {
+[[nodiscard]] std::vector<std::string_view> writable_formats(std::span<const Format> formats) {
     std::vector<std::string_view> names;
     for (const Format& format : formats)
         if (format.encode) names.push_back(format.name);
     return names;
 }
 
-/// Selects by content, else by ending. Errors: input (unknown), unsupported (write-only format).
+/// Returns the format that recognises the content, else that of the ending. Errors: input (unknown), unsupported
+/// (write-only format).
 template <class Format>
 [[nodiscard]] Outcome<const Format*> format_to_read(std::span<const Format> formats, std::span<const std::byte> bytes,
                                                     std::string_view path) {
     const Format* format = format_with_content(formats, bytes);
-    if (!format) format = format_with_ending(formats, path);
+    if (!format) format = format_with_extension(formats, path);
     if (format && format->decode) return format;
-    const std::string command = how_to_convert(path);
+    const std::string command = conversion_command(path);
     const std::string remedy =
-        command.empty() ? "give a " + listed(endings_read(formats)) + " file" : "convert it: " + command;
+        command.empty() ? "give a " + listed(readable_extensions(formats)) + " file" : "convert it: " + command;
     if (format)
         return fail(ErrorKind::unsupported, std::string(format->what) + " can be written, but not read",
                     std::string(path), {}, remedy);
@@ -164,25 +167,24 @@ template <class Format>
                 std::string(path), {}, remedy);
 }
 
-/// Selects by `name`, or by ending if `name` is empty. Errors: usage.
+/// Returns the format `name`, or that of the ending if `name` is empty. Errors: usage.
 template <class Format>
 [[nodiscard]] Outcome<const Format*> format_to_write(std::span<const Format> formats, std::string_view path,
                                                      std::string_view name = {}) {
-    const Format* const format = name.empty() ? format_with_ending(formats, path) : format_with_name(formats, name);
+    const Format* const format = name.empty() ? format_with_extension(formats, path) : format_with_name(formats, name);
     if (format && format->encode) return format;
     if (name.empty())
         return fail(ErrorKind::usage, "no format known for this ending", std::string(path), {},
-                    "use " + listed(endings_written(formats)));
+                    "use " + listed(writable_extensions(formats)));
     return fail(ErrorKind::usage, "is not an output format", std::string(name), {},
-                "use " + listed(names_written(formats)));
+                "use " + listed(writable_formats(formats)));
 }
 
-/// Selects the format for a mesh that was read in the format `source` (a name; empty: none): the row `name` if not
-/// empty, else `source` if it uses the path's ending (this keeps encoding and version), else the row of the ending.
-/// Errors: usage.
-[[nodiscard]] Outcome<const MeshFormat*> format_to_write_again(std::span<const MeshFormat> formats,
-                                                               std::string_view path, std::string_view name,
-                                                               std::string_view source);
+/// Returns the format to write a mesh that was read. This is the format `name` if not empty. Else it is `source` (the
+/// format that was read, or empty) if it uses the path's ending, which preserves encoding and version. Else it is the
+/// format of the ending. Errors: usage.
+[[nodiscard]] Outcome<const MeshFormat*> format_to_rewrite(std::span<const MeshFormat> formats, std::string_view path,
+                                                           std::string_view name, std::string_view source);
 
 /// Decodes any format. `path` is used for the ending and for messages. Errors: those of `format_to_read` and of the
 /// decoder.
@@ -207,13 +209,13 @@ template <class Format>
     return decode_su2(bytes, name, {}, execution);
 }
 
-/// Recognises NDIME=, NZONE=, NELEM=, NPOIN= or NMARK= after comments.
+/// True if the file begins with NDIME=, NZONE=, NELEM=, NPOIN= or NMARK=, after any comments.
 [[nodiscard]] bool is_su2(std::span<const std::byte> bytes);
 
 template <int K, int Degree>
 inline constexpr int nodes_of_degree = Degree == 1 ? K + 1 : quadratic_nodes<K>;
 
-/// Consecutive points of a file; `first`: number of the first one.
+/// Consecutive points of a file; `first`: number of the first point, from 0.
 template <int D>
 struct PointRun {
     std::uint64_t first = 0;
@@ -229,17 +231,17 @@ struct SimplexRun {
     Buffer<Reference> references = {};
 };
 
-/// The rows of a mesh that one of several writers owns.
+/// Rows of a mesh file that one of several writers contributes.
 template <int D, int Degree>
 struct FilePart {
     PointRun<D> vertices = {};
-    PointRun<D> mid_nodes = {};  ///< edge nodes; `first` counts these only; empty for degree 1
+    PointRun<D> mid_nodes = {};  ///< edge nodes, which `first` counts separately; empty for degree 1
     SimplexRun<D, Degree> elements = {};
     SimplexRun<D - 1, Degree> facets = {};
     SimplexRun<1, Degree> edges = {};  ///< feature edges in 3D
 };
 
-/// Row counts over all parts.
+/// Total numbers of rows in all parts.
 struct PartTotals {
     std::uint64_t vertices = 0, mid_nodes = 0, elements = 0, facets = 0, edges = 0;
 };
@@ -247,7 +249,7 @@ struct PartTotals {
 struct GmfFrame {
     int version = 0;
     std::uint64_t bytes = 0;
-    std::uint64_t points = 0, elements = 0, facets = 0, edges = 0;  ///< first byte of each block's rows
+    std::uint64_t points = 0, elements = 0, facets = 0, edges = 0;  ///< positions in the file of the rows of each block
     PartTotals totals = {};
 };
 
@@ -257,9 +259,9 @@ struct FilePiece {
     Buffer<std::byte> bytes;
 };
 
-/// Write a binary file in parts. `gmf_frame` computes the positions; `encode_gmf_frame` encodes all but the rows of
-/// points and simplices. Together with the pieces of all parts these are the bytes of `encode_gmf_mesh`. Errors: usage
-/// (the version).
+/// Writing of a binary file in parts. `gmf_frame` computes the positions; `encode_gmf_frame` encodes everything except
+/// the rows of points and simplices. Together with the pieces of all parts, these are the bytes of `encode_gmf_mesh`.
+/// Errors: usage (the version).
 template <int D, int Degree>
 [[nodiscard]] Outcome<GmfFrame> gmf_frame(const PartTotals& totals, const LinearMesh<D>& lists, int version = 0);
 template <int D, int Degree>
@@ -269,14 +271,13 @@ template <int D, int Degree>
 [[nodiscard]] Outcome<std::vector<FilePiece>> encode_gmf_part(const GmfFrame& frame, const FilePart<D, Degree>& part,
                                                               const Execution& execution);
 
-/// Rows of each kind.
 struct GmfCounts {
     std::size_t points = 0, elements = 0, facets = 0, edges = 0;
 };
 
-/// A binary GMF mesh read by ranges of rows, in any order and concurrently; only the bytes of the range are accessed.
-/// Ranges are checked like whole files. Precondition: begin + size of the output ≤ count. Points include the nodes of
-/// edges for degree 2. Errors: input, for the first faulty row.
+/// Reads a binary GMF mesh by ranges of rows, in any order and concurrently; only the bytes of the range are accessed.
+/// Rows are checked as in whole files. Precondition: begin + size of the output ≤ count. For degree 2, points include
+/// the edge nodes. Errors: input, for the first faulty row.
 template <int D, int Degree = 1>
 class GmfRuns {
   public:
@@ -288,18 +289,19 @@ class GmfRuns {
     [[nodiscard]] GmfCounts counts() const;
     [[nodiscard]] Outcome<Done> points(std::size_t begin, std::span<Vec<D>> points,
                                        std::span<Reference> references) const;
-    /// K is D, D − 1 or, for feature edges in 3D, 1. Edge nodes are in the order of `local_edges`.
+    /// Reads simplices of dimension K = D, D − 1 or, for feature edges in 3D, 1. Edge nodes are in the order of
+    /// `local_edges`.
     template <int K>
     [[nodiscard]] Outcome<Done> simplices(std::size_t begin, std::span<Nodes<K>> nodes,
                                           std::span<Reference> references) const;
-    /// Corners, ridges, required entities, given geometry.
+    /// Returns a mesh with corners, ridges, required entities, normals, tangents and CAD associations only.
     [[nodiscard]] Outcome<LinearMesh<D>> lists() const;
 
   private:
     std::shared_ptr<const gmf::File> file_;
 };
 
-/// Simplices according to the headers. Errors: input.
+/// The kind of mesh according to the headers of a file. Errors: input.
 struct GmfShape {
     int dimension = 0, degree = 1;
 };

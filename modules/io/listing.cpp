@@ -1,4 +1,4 @@
-// Checks listed meshes, finds their mid nodes, and joins coincident points.
+// Checks listed file contents, finds mid nodes, and joins coincident points.
 module;
 #include <algorithm>
 #include <array>
@@ -24,7 +24,7 @@ namespace {
 
 template <int D>
 Outcome<Done> check_points(const Mesh<D>& mesh, const Execution& execution) {
-    FirstFault first;
+    FirstErrorRow first;
     auto done = each(
         execution, mesh.points.size(),
         [&](std::size_t v) {
@@ -37,30 +37,30 @@ Outcome<Done> check_points(const Mesh<D>& mesh, const Execution& execution) {
                 "the program that wrote the file failed there. Write it again");
 }
 
-enum class RowFault { none, unknown_point, repeated };
+enum class ListingError { none, unknown_point, repeated };
 
 template <std::size_t N>
-RowFault fault_of(const std::array<VertexId, N>& nodes, std::size_t points) {
+ListingError error_of_row(const std::array<VertexId, N>& nodes, std::size_t points) {
     for (std::size_t n = 0; n < N; ++n) {
-        if (!nodes[n].valid() || nodes[n].index() >= points) return RowFault::unknown_point;
+        if (!nodes[n].valid() || nodes[n].index() >= points) return ListingError::unknown_point;
         for (std::size_t m = 0; m < n; ++m)
-            if (nodes[m] == nodes[n]) return RowFault::repeated;
+            if (nodes[m] == nodes[n]) return ListingError::repeated;
     }
-    return RowFault::none;
+    return ListingError::none;
 }
 
 template <int N>
 Outcome<Done> check_rows(const std::string& name, const Rows<N>& rows, std::size_t points, const Execution& execution) {
-    FirstFault first;
+    FirstErrorRow first;
     auto done = each(
         execution, rows.size(),
         [&](std::size_t i) {
-            if (fault_of(rows.nodes[i], points) != RowFault::none) first.note(i);
+            if (error_of_row(rows.nodes[i], points) != ListingError::none) first.note(i);
         },
         row_grain);
     if (!done || !first.any()) return done;
     const std::size_t i = first.row();
-    const bool repeated = fault_of(rows.nodes[i], points) == RowFault::repeated;
+    const bool repeated = error_of_row(rows.nodes[i], points) == ListingError::repeated;
     return fail(ErrorKind::input, repeated ? "a node occurs twice" : "a node is not one of those that the file lists",
                 rows.origin.place ? rows.origin.place(i) : name, Entity{rows.origin.noun, rows.origin.number_of(i)},
                 repeated ? "remove it: it has no volume" : "the file is damaged, or was joined from two files");
@@ -97,15 +97,15 @@ template Outcome<Done> reorder<3>(Buffer<std::array<VertexId, 10>>&, const NodeO
 template Outcome<Done> check<2>(const Mesh<2>&, const Execution&);
 template Outcome<Done> check<3>(const Mesh<3>&, const Execution&);
 
-// Matching of mid nodes and edges, and the check that all simplices of a file agree on it.
+// Assigns mid nodes to edges, and checks that all simplices of a file agree.
 
 namespace {
 
 template <class T>
 void atomic_min(T& target, T value) {
     const std::atomic_ref<T> shared(target);
-    T seen = shared.load(std::memory_order_relaxed);
-    while (value < seen && !shared.compare_exchange_weak(seen, value, std::memory_order_relaxed)) {
+    T observed = shared.load(std::memory_order_relaxed);
+    while (value < observed && !shared.compare_exchange_weak(observed, value, std::memory_order_relaxed)) {
     }
 }
 
@@ -119,7 +119,7 @@ EdgeId edge_at(const EdgeSet<D>& edges, std::size_t i, int k) {
         return edges.of_edges[i];
 }
 
-/// Calls f(edge, mid node, simplex number) → Done for each local edge of degree 2.
+/// Calls f(edge, mid node, simplex number) for each edge of the quadratic simplices.
 template <int K, int D, class F>
 Outcome<Done> for_each_mid_node(const Simplices<K>& kind, const EdgeSet<D>& edges, const Execution& execution, F&& f) {
     return each(
@@ -146,7 +146,8 @@ Outcome<MidNodes> lowest_mid_nodes(const Mesh<D>& raw, const EdgeSet<D>& edges, 
     return mid;
 }
 
-/// Error of the first simplex that disagrees with the lowest candidates.
+/// Error of simplex i, which assigns a mid node to another edge, or another mid node to an edge, than an earlier
+/// simplex.
 template <int K, int D>
 auto disagreement(const Mesh<D>& raw, const Simplices<K>& kind, const EdgeSet<D>& edges, const MidNodes& mid,
                   const Renumbering& numbers, std::size_t i) {
@@ -189,11 +190,11 @@ template <int D>
 Outcome<Done> check_agreement(const Mesh<D>& raw, const EdgeSet<D>& edges, const MidNodes& mid,
                               const Renumbering& numbers, const Execution& execution) {
     return for_each_dimension(raw, [&]<int K>(const Simplices<K>& kind) -> Outcome<Done> {
-        FirstFault first;
-        auto seen = for_each_mid_node<K, D>(kind, edges, execution, [&](EdgeId e, VertexId v, std::size_t i) {
+        FirstErrorRow first;
+        auto observed = for_each_mid_node<K, D>(kind, edges, execution, [&](EdgeId e, VertexId v, std::size_t i) {
             if (mid.of_edge[e.index()] != v.value || mid.edge_of[v.index()] != e.value) first.note(i);
         });
-        if (!seen || !first.any()) return seen;
+        if (!observed || !first.any()) return observed;
         return disagreement<K, D>(raw, kind, edges, mid, numbers, first.row());
     });
 }
@@ -231,7 +232,7 @@ struct PlaceHash {
     }
 };
 
-/// For each point the first point at the same position if it is of another part, else itself.
+/// For each point, the first point at the same position if that belongs to another part, else the point itself.
 template <int D>
 Buffer<std::uint32_t> partners(const Mesh<D>& mesh, std::span<const std::size_t> ends) {
     std::unordered_map<std::array<double, D>, std::uint32_t, PlaceHash<D>> first;
@@ -249,22 +250,22 @@ Buffer<std::uint32_t> partners(const Mesh<D>& mesh, std::span<const std::size_t>
 }
 
 template <class T>
-FieldValues kept_rows(const Column<T>& values, const Buffer<std::uint32_t>& kept, std::size_t width) {
-    Buffer<T> rows(kept.size() * width);
-    for (std::size_t i = 0; i < kept.size(); ++i)
-        for (std::size_t c = 0; c < width; ++c) rows[i * width + c] = values[kept[i] * width + c];
+FieldValues selected_rows(const Column<T>& values, const Buffer<std::uint32_t>& selected, std::size_t width) {
+    Buffer<T> rows(selected.size() * width);
+    for (std::size_t i = 0; i < selected.size(); ++i)
+        for (std::size_t c = 0; c < width; ++c) rows[i * width + c] = values[selected[i] * width + c];
     return Column<T>(std::move(rows));
 }
 
 template <int D>
-MeshFields kept_fields(const MeshFields& fields, const Buffer<std::uint32_t>& kept) {
+MeshFields selected_fields(const MeshFields& fields, const Buffer<std::uint32_t>& selected) {
     std::vector<MeshField> all;
     for (const MeshField& field : fields) {
         all.push_back(field);
         if (field.centring != Centring::node) continue;
         const auto width = static_cast<std::size_t>(values_per_vertex(field.kind, D));
         all.back().values =
-            std::visit([&](const auto& values) { return kept_rows(values, kept, width); }, field.values);
+            std::visit([&](const auto& values) { return selected_rows(values, selected, width); }, field.values);
     }
     return MeshFields(std::move(all));
 }
@@ -284,22 +285,22 @@ void renumber(Mesh<D>& mesh, const Buffer<std::uint32_t>& number) {
     if constexpr (D == 3) of_kind(mesh.edges);
 }
 
-/// Keeps `rows` in that order; `number`: new number of each old point.
+/// Reduces the points to `rows`, in this order; `number`: new number of each old point.
 template <int D>
-void keep(Mesh<D>& mesh, Buffer<std::uint32_t> rows, const Buffer<std::uint32_t>& number) {
-    const auto kept = std::make_shared<Buffer<std::uint32_t>>(std::move(rows));
+void select_rows(Mesh<D>& mesh, Buffer<std::uint32_t> rows, const Buffer<std::uint32_t>& number) {
+    const auto selected = std::make_shared<Buffer<std::uint32_t>>(std::move(rows));
     renumber(mesh, number);
-    Buffer<Vec<D>> points(kept->size());
-    Buffer<Reference> references(kept->size());
-    for (std::size_t i = 0; i < kept->size(); ++i) {
-        points[i] = mesh.points[(*kept)[i]];
-        references[i] = mesh.point_references[(*kept)[i]];
+    Buffer<Vec<D>> points(selected->size());
+    Buffer<Reference> references(selected->size());
+    for (std::size_t i = 0; i < selected->size(); ++i) {
+        points[i] = mesh.points[(*selected)[i]];
+        references[i] = mesh.point_references[(*selected)[i]];
     }
     mesh.points = std::move(points);
     mesh.point_references = std::move(references);
-    mesh.fields = kept_fields<D>(mesh.fields, *kept);
-    mesh.number = [kept, before = std::move(mesh.number)](std::size_t point) -> std::uint64_t {
-        return before ? before((*kept)[point]) : (*kept)[point] + std::uint64_t{1};
+    mesh.fields = selected_fields<D>(mesh.fields, *selected);
+    mesh.number = [selected, before = std::move(mesh.number)](std::size_t point) -> std::uint64_t {
+        return before ? before((*selected)[point]) : (*selected)[point] + std::uint64_t{1};
     };
 }
 
@@ -308,31 +309,31 @@ void keep(Mesh<D>& mesh, Buffer<std::uint32_t> rows, const Buffer<std::uint32_t>
 template <int D>
 std::size_t join_coincident(Mesh<D>& mesh, std::span<const std::size_t> ends) {
     const Buffer<std::uint32_t> partner = partners(mesh, ends);
-    Buffer<std::uint32_t> kept, number(partner.size());
+    Buffer<std::uint32_t> selected, number(partner.size());
     for (std::size_t p = 0; p < partner.size(); ++p)
         if (partner[p] == p) {
-            number[p] = static_cast<std::uint32_t>(kept.size());
-            kept.push_back(static_cast<std::uint32_t>(p));
+            number[p] = static_cast<std::uint32_t>(selected.size());
+            selected.push_back(static_cast<std::uint32_t>(p));
         } else {
             number[p] = number[partner[p]];
         }
-    const std::size_t joined = partner.size() - kept.size();
-    if (joined > 0) keep(mesh, std::move(kept), number);
+    const std::size_t joined = partner.size() - selected.size();
+    if (joined > 0) select_rows(mesh, std::move(selected), number);
     return joined;
 }
 
 template <int D>
 std::size_t join_numbered(Mesh<D>& mesh, std::span<const double> numbers) {
-    Buffer<std::uint32_t> order(numbers.size()), kept, number(numbers.size());
+    Buffer<std::uint32_t> order(numbers.size()), selected, number(numbers.size());
     std::iota(order.begin(), order.end(), 0U);
     std::stable_sort(order.begin(), order.end(),
                      [&](std::uint32_t p, std::uint32_t q) { return numbers[p] < numbers[q]; });
     for (const std::uint32_t p : order) {
-        if (kept.empty() || numbers[kept.back()] != numbers[p]) kept.push_back(p);
-        number[p] = static_cast<std::uint32_t>(kept.size() - 1);
+        if (selected.empty() || numbers[selected.back()] != numbers[p]) selected.push_back(p);
+        number[p] = static_cast<std::uint32_t>(selected.size() - 1);
     }
-    const std::size_t joined = order.size() - kept.size();
-    keep(mesh, std::move(kept), number);
+    const std::size_t joined = order.size() - selected.size();
+    select_rows(mesh, std::move(selected), number);
     return joined;
 }
 

@@ -15,15 +15,14 @@ import camber.core;
 import camber.bezier;
 import :meshes;
 
-/// File content before assembly: mid nodes are among the points, and both degrees may occur together. Decoders produce
-/// a `Mesh`; `assembled` builds the mesh from it.
+/// Content of a file before a mesh is built: mid nodes are among the points, and simplices of both degrees may occur.
+/// Decoders produce a listing::Mesh; `assembled` builds the mesh from it.
 namespace camber::listing {
 
-/// Name and position of simplices in the file, for messages.
 struct Origin {
     std::string noun = {};
-    std::function<std::uint64_t(std::size_t row)> number = {};  ///< in the file; null: row + 1
-    std::function<std::string(std::size_t row)> place = {};     ///< null: the file name
+    std::function<std::uint64_t(std::size_t row)> number = {};  ///< number in the file; null: row + 1
+    std::function<std::string(std::size_t row)> place = {};     ///< position for messages; null: the file name
 
     [[nodiscard]] std::uint64_t number_of(std::size_t row) const { return number ? number(row) : row + 1; }
 };
@@ -32,21 +31,22 @@ struct Origin {
 template <int Nodes>
 struct Rows {
     Buffer<std::array<VertexId, Nodes>> nodes = {};
-    Buffer<Reference> references = {};  ///< one a row
-    Buffer<Reference> entities = {};    ///< one a row (0: unknown), or empty
+    Buffer<Reference> references = {};  ///< one for each row
+    Buffer<Reference> entities = {};    ///< one for each row (0: unknown), or empty
     Origin origin = {};
 
     [[nodiscard]] std::size_t size() const { return nodes.size(); }
 };
 
-/// Nodes of degree 2 are in the order of `local_edges`.
+/// Simplices of both degrees. Quadratic ones have nodes in the order of `local_edges`.
 template <int K>
 struct Simplices {
     Rows<K + 1> straight;
     Rows<quadratic_nodes<K>> curved;
     Buffer<std::uint32_t> required = {};
 
-    /// Simplices that indices of ridges and required simplices refer to: those of degree 2 if there are any.
+    /// Number of simplices to which indices of ridges and required simplices refer: the quadratic ones, if there are
+    /// any.
     [[nodiscard]] std::size_t indexed() const { return curved.size() == 0 ? straight.size() : curved.size(); }
 };
 
@@ -54,17 +54,17 @@ template <int D>
 struct Mesh {
     std::string name;
     Buffer<Vec<D>> points;
-    Buffer<Reference> point_references;  ///< one a point
+    Buffer<Reference> point_references;  ///< one for each point
     Simplices<D> elements;
     Simplices<D - 1> facets;
     Simplices<1> edges;
     Buffer<VertexId> corners = {}, required_vertices = {};
     Buffer<std::uint32_t> ridges = {};
-    GivenGeometry<D> geometry = {};
+    InputGeometry<D> geometry = {};
     Buffer<Group> groups = {};
-    /// Rows of points, or of elements, facets, edges, each with degree 2 first.
+    /// Rows are those of points; or of elements, facets, edges, each with degree 2 first.
     MeshFields fields = {};
-    std::function<std::uint64_t(std::size_t point)> number = {};  ///< in the file; null: point + 1
+    std::function<std::uint64_t(std::size_t point)> number = {};  ///< number in the file; null: point + 1
 
     [[nodiscard]] std::uint64_t number_of(VertexId point) const {
         return number ? number(point.index()) : point.index() + 1;
@@ -74,22 +74,22 @@ struct Mesh {
     }
 };
 
-/// Meaning of mid nodes.
+/// A mid node is a point of the curved edge, or a Bézier control point.
 enum class MidNodeKind : std::uint8_t { on_curve, control_point };
 
-/// Vertices keep the file's order without the mid nodes, which move to the edges. Simplices of degree 2 come first;
-/// edges without a node in the file get the chord's midpoint. Preconditions: those of `check`. Errors: input
-/// (contradictory mid nodes).
+/// Builds the mesh. Vertices are in file order without the mid nodes, which move to the edges. Simplices of degree 2
+/// come first. An edge without a node in the file gets the chord's midpoint. Preconditions: those of `check`. Errors:
+/// input (contradictory mid nodes).
 template <int D>
 [[nodiscard]] Outcome<DecodedMesh> assembled(Mesh<D> mesh, MidNodeKind kind, std::vector<Notice> notices,
                                              const Execution& execution);
 
-/// Checks that coordinates are finite, that all nodes of simplices are valid points, and that none occurs twice in a
+/// Checks that coordinates are finite, that the nodes of simplices are valid points, and that no node occurs twice in a
 /// simplex. Errors: input, for the first fault.
 template <int D>
 [[nodiscard]] Outcome<Done> check(const Mesh<D>& mesh, const Execution& execution);
 
-/// Local node (order of `local_edges`) of each node of a file row.
+/// For each node of a row in the file: its local number in the order of `local_edges`.
 template <int K>
 using NodeOrder = std::array<int, quadratic_nodes<K>>;
 
@@ -100,7 +100,7 @@ template <int K>
 
 using camber::mid_node_reference;
 
-/// Calls f(simplices of one dimension) → Outcome<Done> until one call fails.
+/// Calls f for the simplices of each dimension, until a call fails.
 template <int D, class F>
 [[nodiscard]] Outcome<Done> for_each_dimension(const Mesh<D>& mesh, F&& f) {
     auto done = f(mesh.elements);
@@ -110,14 +110,14 @@ template <int D, class F>
     return done;
 }
 
-/// Merges points of different parts at exactly the same position; `ends`: end of each part's points. The first point
-/// stays, with its reference and field values. Points of one part stay separate, for example on the two sides of a
-/// slit. Returns the number of removed points.
+/// Merges points of different parts at exactly the same position, for example of zones; `ends`: end of each part's
+/// points. The first point remains, with its reference and field values. Coincident points of one part stay separate,
+/// for example on the two sides of a slit. Returns the number of removed points.
 template <int D>
 std::size_t join_coincident(Mesh<D>& mesh, std::span<const std::size_t> ends);
 
-/// Merges points with equal numbers, of which the first stays, and sorts by number. Returns the number of removed
-/// points.
+/// Merges points with equal numbers and sorts by number; of equal points the first one remains. Returns the number of
+/// removed points.
 template <int D>
 std::size_t join_numbered(Mesh<D>& mesh, std::span<const double> numbers);
 
@@ -137,7 +137,7 @@ struct Simplex {
     }
 };
 
-/// Finds the first simplex for which accepts(nodes) holds.
+/// Returns the first simplex for which accepts(nodes) is true.
 template <int D, class Accepts>
 Simplex find_simplex(const Mesh<D>& raw, Accepts&& accepts) {
     Simplex found;
@@ -152,26 +152,26 @@ Simplex find_simplex(const Mesh<D>& raw, Accepts&& accepts) {
     return found;
 }
 
-/// Vertices without mid nodes, in file order.
+/// Numbers of the vertices that are not mid nodes, in file order.
 struct Renumbering {
-    Buffer<std::uint32_t> to_mesh;  ///< none for a mid node
-    Buffer<std::uint32_t> to_file;  ///< of mesh vertices
+    Buffer<std::uint32_t> to_mesh;  ///< mesh vertex of each file vertex; `none` for a mid node
+    Buffer<std::uint32_t> to_file;  ///< file vertex of each mesh vertex
 };
 
 /// Errors: input (a mid node that is also a corner).
 template <int D>
 [[nodiscard]] Outcome<Renumbering> without_mid_nodes(const Mesh<D>& raw, const Execution& execution);
 
-/// Builds the straight mesh on the corners, with simplices of degree 2 first, as indices of required simplices and
-/// ridges count them. Moves data out of `raw`; entries for mid nodes are dropped with a notice.
+/// Builds the mesh of degree 1, with quadratic simplices first, as indices of required simplices and ridges count them.
+/// Moves data out of `raw`; data at mid nodes is dropped with a notice.
 template <int D>
 [[nodiscard]] Outcome<LinearMesh<D>> corner_mesh(Mesh<D>& raw, const Renumbering& numbers, const Execution& execution,
                                                  std::vector<Notice>& notices);
 
-/// Mid node of each edge and edge of each mid node: the lowest candidate, or none.
+/// Mid node of each edge, and edge of each mid node. If simplices disagree, the lowest number is stored.
 struct MidNodes {
-    Buffer<std::uint32_t> of_edge;  ///< file vertices
-    Buffer<std::uint32_t> edge_of;  ///< indexed by file vertex
+    Buffer<std::uint32_t> of_edge;  ///< a file vertex, or `none`
+    Buffer<std::uint32_t> edge_of;  ///< for each file vertex: an edge, or `none`
 };
 
 /// Errors: input (simplices disagree).
@@ -183,8 +183,8 @@ template <int D>
 
 namespace camber {
 
-/// Nodes and cells in the order of most formats: vertices, then edge nodes; elements, facets, then feature edges, with
-/// nodes in the order of `local_edges`.
+/// Nodes and cells in the order of most formats: vertices, then edge nodes; elements, then facets, then feature edges,
+/// with nodes in the order of `local_edges`.
 template <class Mesh>
 struct Grid;
 
@@ -264,7 +264,7 @@ template <int D>
     return m.elements.size() + m.facets.size() + m.edges.size();
 }
 
-/// Calls f(simplices, number in its kind).
+/// Calls f(simplices, row) for cell c, which counts elements, then facets, then edges.
 template <int D, class F>
 auto at_cell(const LinearMesh<D>& m, std::size_t c, F&& f) {
     if (c < m.elements.size()) return f(m.elements, c);
@@ -289,10 +289,10 @@ class RowsByVertices {
             rows_[next[lowest(simplices[i]).index()]++] = static_cast<std::uint32_t>(i);
     }
 
-    void find(const SimplexVertices<K>& wanted, auto&& f) const {
-        const std::size_t v = lowest(wanted).index();
+    void find(const SimplexVertices<K>& face, auto&& f) const {
+        const std::size_t v = lowest(face).index();
         if (v >= vertices_ || starts_[v] == starts_[v + 1]) return;
-        const SimplexVertices<K> key = sorted(wanted);
+        const SimplexVertices<K> key = sorted(face);
         for (std::size_t k = starts_[v]; k < starts_[v + 1]; ++k)
             if (sorted(simplices_[rows_[k]]) == key) f(rows_[k]);
     }
@@ -308,7 +308,7 @@ class RowsByVertices {
 
     const Column<SimplexVertices<K>>& simplices_;
     std::size_t vertices_ = 0;
-    Buffer<std::uint32_t> starts_, rows_;  ///< by lowest vertex
+    Buffer<std::uint32_t> starts_, rows_;  ///< rows by the lowest vertex of the simplex
 };
 
 }  // namespace camber

@@ -1,4 +1,3 @@
-// Lists the parts of a mesh that a format cannot hold.
 module;
 #include <algorithm>
 #include <array>
@@ -32,7 +31,7 @@ std::size_t simplices_of(const LinearMesh<D>& mesh, int dimension, Reference ref
 }
 
 struct Loss {
-    bool held = false;
+    bool supported = false;
     std::size_t count = 0;
     const char* what = "";
     bool is_detail = true;
@@ -41,29 +40,30 @@ struct Loss {
 }  // namespace
 
 template <int D>
-std::vector<Notice> not_held(const LinearMesh<D>& mesh, Holds holds, std::string_view format) {
-    const GivenGeometry<D>& given = mesh.geometry;
+std::vector<Notice> unsupported_data(const LinearMesh<D>& mesh, FormatCapabilities capabilities,
+                                     std::string_view format) {
+    const InputGeometry<D>& input = mesh.geometry;
     const std::array losses{
-        Loss{holds.corners, mesh.corners.size(), "corners"},
-        Loss{holds.ridges, mesh.ridges.size(), "ridges"},
-        Loss{holds.required,
+        Loss{capabilities.corners, mesh.corners.size(), "corners"},
+        Loss{capabilities.ridges, mesh.ridges.size(), "ridges"},
+        Loss{capabilities.required,
              mesh.required_vertices.size() + mesh.elements.required.size() + mesh.facets.required.size() +
                  mesh.edges.required.size(),
              "required entities"},
-        Loss{holds.directions, given.normals.at.size(), "normals at vertices"},
-        Loss{holds.directions, given.tangents.at.size(), "tangents at vertices"},
-        Loss{holds.associations, given.on_points.size() + given.on_curves.size() + given.on_surfaces.size(),
+        Loss{capabilities.directions, input.normals.at.size(), "normals at vertices"},
+        Loss{capabilities.directions, input.tangents.at.size(), "tangents at vertices"},
+        Loss{capabilities.associations, input.on_points.size() + input.on_curves.size() + input.on_surfaces.size(),
              "associations with CAD entities"},
-        Loss{holds.entities,
+        Loss{capabilities.entities,
              without_zeros(mesh.elements.entities) + without_zeros(mesh.facets.entities) +
                  without_zeros(mesh.edges.entities),
              "CAD entities of simplices"},
-        Loss{holds.groups, mesh.groups.size(), "names of references", false},
-        Loss{holds.feature_edges, D == 3 ? mesh.edges.size() : 0, "edges"},
-        Loss{holds.point_references, without_zeros(mesh.point_references), "references of vertices"}};
+        Loss{capabilities.groups, mesh.groups.size(), "names of references", false},
+        Loss{capabilities.feature_edges, D == 3 ? mesh.edges.size() : 0, "edges"},
+        Loss{capabilities.point_references, without_zeros(mesh.point_references), "references of vertices"}};
     std::vector<Notice> notices;
     for (const Loss& loss : losses)
-        if (!loss.held && loss.count > 0)
+        if (!loss.supported && loss.count > 0)
             notices.push_back(
                 {std::string(format) + " has no place for " + std::to_string(loss.count) + " " + loss.what,
                  loss.is_detail});
@@ -97,7 +97,7 @@ constexpr std::string_view plural_of(int dimension) {
     return names[dimension];
 }
 
-/// For example "0 becomes 4, -1 becomes 5 and 3 more".
+/// Returns text such as "0 becomes 4, -1 becomes 5 and 3 more".
 std::string listed_changes(const std::map<Reference, Reference>& changes) {
     constexpr std::size_t shown = 4;
     std::string text;
@@ -107,8 +107,8 @@ std::string listed_changes(const std::map<Reference, Reference>& changes) {
     return text + (changes.size() > shown ? " and " + std::to_string(changes.size() - shown) + " more" : "");
 }
 
-/// References and entities with other numbers.
-void tell_numbers(int dimension, const Classes& classes, std::vector<Notice>& notices) {
+/// Adds notices about references and entities that have other numbers in the file.
+void note_numbers(int dimension, const Classes& classes, std::vector<Notice>& notices) {
     std::size_t references = 0, entities = 0;
     for (const Class& one : classes.list) {
         if (one.reference != one.physical) references += one.count;
@@ -126,25 +126,25 @@ void tell_numbers(int dimension, const Classes& classes, std::vector<Notice>& no
                            true});
 }
 
-/// Associations that are not written.
+/// Adds notices about associations that the file does not contain.
 template <int D>
-void tell_places(const LinearMesh<D>& mesh, MshVersion version, const Numbers& numbers, std::vector<Notice>& notices) {
-    const GivenGeometry<D>& given = mesh.geometry;
-    std::size_t kept = 0, distances = 0, renumbered = 0;
+void note_places(const LinearMesh<D>& mesh, MshVersion version, const Numbers& numbers, std::vector<Notice>& notices) {
+    const InputGeometry<D>& input = mesh.geometry;
+    std::size_t preserved = 0, distances = 0, renumbered = 0;
     for (std::size_t v = 0; v < numbers.places.size(); ++v) {
         const Place place = numbers.places[v];
-        const bool is_kept =
+        const bool is_preserved =
             version == MshVersion::v4 ? place.dimension < 3 : place.dimension == 0 && mesh.point_references[v] > 0;
-        if (!is_kept) continue;
-        ++kept;
-        if (place.dimension == 1 && given.on_curves[place.row].distance) ++distances;
-        if (place.dimension == 2 && given.on_surfaces[place.row].distance) ++distances;
+        if (!is_preserved) continue;
+        ++preserved;
+        if (place.dimension == 1 && input.on_curves[place.row].distance) ++distances;
+        if (place.dimension == 2 && input.on_surfaces[place.row].distance) ++distances;
         if (entity_at(mesh, place) <= 0) ++renumbered;
     }
-    const std::size_t all = given.on_points.size() + given.on_curves.size() + given.on_surfaces.size();
+    const std::size_t all = input.on_points.size() + input.on_curves.size() + input.on_surfaces.size();
     const std::string name = version == MshVersion::v4 ? "MSH" : "MSH 2.2";
-    if (kept < all)
-        notices.push_back({name + " has no place for " + std::to_string(all - kept) +
+    if (preserved < all)
+        notices.push_back({name + " has no place for " + std::to_string(all - preserved) +
                                " associations with CAD entities" +
                                (version == MshVersion::v4 ? ": each vertex has one in the file, that of the lowest "
                                                             "dimension"
@@ -159,14 +159,14 @@ void tell_places(const LinearMesh<D>& mesh, MshVersion version, const Numbers& n
             {std::to_string(renumbered) + " vertices are on entities that get a new, positive number", true});
 }
 
-/// References of vertices that are not point elements.
+/// Adds a notice about references of vertices that are not point elements in the file.
 template <int D>
-void tell_points(const LinearMesh<D>& mesh, const Numbers& numbers, std::vector<Notice>& notices) {
+void note_points(const LinearMesh<D>& mesh, const Numbers& numbers, std::vector<Notice>& notices) {
     const auto& references = mesh.point_references;
-    const auto given =
+    const auto input =
         references.size() - static_cast<std::size_t>(std::count(references.begin(), references.end(), 0));
-    if (given > numbers.points.size())
-        notices.push_back({"MSH has no place for " + std::to_string(given - numbers.points.size()) +
+    if (input > numbers.points.size())
+        notices.push_back({"MSH has no place for " + std::to_string(input - numbers.points.size()) +
                                " references of vertices: only positive references of vertices on CAD points are "
                                "written",
                            true});
@@ -180,13 +180,13 @@ template <int D>
 std::vector<Notice> not_in_msh(const Mesh<D>& all, MshVersion version) {
     const LinearMesh<D> mesh = straight_simplices(all);
     std::vector<Notice> notices =
-        not_held(mesh, {.groups = true, .entities = true, .associations = true, .feature_edges = true}, "MSH");
+        unsupported_data(mesh, {.groups = true, .entities = true, .associations = true, .feature_edges = true}, "MSH");
     const msh::Numbers numbers = msh::numbers_of(mesh);
     msh::with_each_dimension(mesh, [&](auto dimension, const auto&) {
-        msh::tell_numbers(dimension(), numbers.of_dimension[static_cast<std::size_t>(dimension())], notices);
+        msh::note_numbers(dimension(), numbers.of_dimension[static_cast<std::size_t>(dimension())], notices);
     });
-    msh::tell_places(mesh, version, numbers, notices);
-    msh::tell_points(mesh, numbers, notices);
+    msh::note_places(mesh, version, numbers, notices);
+    msh::note_points(mesh, numbers, notices);
     if (version == MshVersion::v2)
         for (Notice& notice : not_in_further_groups(mesh, "MSH 2.2")) notices.push_back(std::move(notice));
     for (Notice& notice : renamed_groups(mesh.groups, with_legal_names(mesh.groups, msh::name_rule()), "MSH"))
@@ -198,7 +198,6 @@ namespace stl {
 
 namespace {
 
-/// Triangles of a surface mesh or a 2D mesh.
 template <int D>
 const Simplices<2>& triangles_of(const LinearMesh<D>& mesh) {
     if constexpr (D == 2)
@@ -207,7 +206,7 @@ const Simplices<2>& triangles_of(const LinearMesh<D>& mesh) {
         return mesh.facets;
 }
 
-/// True if triangles and vertices are read back completely and in order.
+/// True if reading the file restores all triangles and vertices in order.
 bool is_in_order(const Simplices<2>& triangles, std::size_t points, const Written& all) {
     const auto read = welded(all.triangles);
     return read.points.size() == points && read.facets.straight.size() == triangles.size() &&
@@ -217,17 +216,17 @@ bool is_in_order(const Simplices<2>& triangles, std::size_t points, const Writte
 template <int D>
 std::vector<Notice> losses(const LinearMesh<D>& mesh, bool is_curved, const Written& all, StlEncoding encoding) {
     std::vector<Notice> notices;
-    const auto tell = [&](std::string what) { notices.push_back({"STL " + std::move(what)}); };
+    const auto note = [&](std::string what) { notices.push_back({"STL " + std::move(what)}); };
     const std::size_t tetrahedra = D == 3 ? mesh.elements.size() : 0;
     const Simplices<2>& triangles = triangles_of(mesh);
-    if (tetrahedra > 0) tell("has no place for " + std::to_string(tetrahedra) + " tetrahedra: the boundary is written");
-    if (is_curved) tell("has only flat triangles: each curved triangle becomes four, with its nodes as corners");
-    if (D == 2 && mesh.facets.size() > 0) tell("has no place for " + std::to_string(mesh.facets.size()) + " edges");
+    if (tetrahedra > 0) note("has no place for " + std::to_string(tetrahedra) + " tetrahedra: the boundary is written");
+    if (is_curved) note("has only flat triangles: each curved triangle becomes four, with its nodes as corners");
+    if (D == 2 && mesh.facets.size() > 0) note("has no place for " + std::to_string(mesh.facets.size()) + " edges");
     if (all.left_out > 0)
-        tell("cannot store triangles without area: " + std::to_string(all.left_out) + " are left out");
-    if (all.rounded > 0) tell("in binary has coordinates of 32 bits: " + std::to_string(all.rounded) + " are rounded");
+        note("cannot store triangles without area: " + std::to_string(all.left_out) + " are left out");
+    if (all.rounded > 0) note("in binary has coordinates of 32 bits: " + std::to_string(all.rounded) + " are rounded");
     if (tetrahedra == 0 && !is_curved && !is_in_order(triangles, mesh.points.size(), all))
-        tell(
+        note(
             "lists only triangles, solid by solid: triangles and vertices are renumbered, with one vertex at each "
             "position");
     const bool same_references =
@@ -238,9 +237,9 @@ std::vector<Notice> losses(const LinearMesh<D>& mesh, bool is_curved, const Writ
     for (Notice& notice : note_renamed("STL", "references", all.renamed)) notices.push_back(std::move(notice));
     if (tetrahedra == 0 && !is_curved && same_references && same_names) return notices;
     if (encoding == StlEncoding::binary)
-        tell("in binary has no place for references");
+        note("in binary has no place for references");
     else
-        tell("stores references as solids: they become 1, 2 and so on, with the names of the solids");
+        note("stores references as solids: they become 1, 2 and so on, with the names of the solids");
     return notices;
 }
 
@@ -252,7 +251,8 @@ std::vector<Notice> all_losses(const Mesh& mesh, StlEncoding encoding) {
     auto notices = losses(linear, is_curved, written(mesh, linear.groups, encoding), encoding);
     if (encoding == StlEncoding::ascii)
         for (Notice& more : not_in_further_groups(linear, "STL")) notices.push_back(std::move(more));
-    for (Notice& more : not_held(linear, {.groups = true, .feature_edges = false, .point_references = false}, "STL"))
+    for (Notice& more :
+         unsupported_data(linear, {.groups = true, .feature_edges = false, .point_references = false}, "STL"))
         notices.push_back(std::move(more));
     return notices;
 }
@@ -271,14 +271,14 @@ std::vector<Notice> not_in_stl(const Mesh<D>& mesh, StlEncoding encoding) {
 
 template <int D>
 std::vector<Notice> not_in_vtu(const Mesh<D>& mesh) {
-    return not_held(straight_simplices(mesh), {.entities = true}, "VTU");
+    return unsupported_data(straight_simplices(mesh), {.entities = true}, "VTU");
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                      \
-    template std::vector<Notice> not_held<D>(const LinearMesh<D>&, Holds, std::string_view);       \
-    template std::vector<Notice> not_in_further_groups<D>(const LinearMesh<D>&, std::string_view); \
-    template std::vector<Notice> not_in_msh<D>(const Mesh<D>&, MshVersion);                        \
-    template std::vector<Notice> not_in_vtu<D>(const Mesh<D>&);                                    \
+#define CAMBER_INSTANTIATE(D)                                                                                     \
+    template std::vector<Notice> unsupported_data<D>(const LinearMesh<D>&, FormatCapabilities, std::string_view); \
+    template std::vector<Notice> not_in_further_groups<D>(const LinearMesh<D>&, std::string_view);                \
+    template std::vector<Notice> not_in_msh<D>(const Mesh<D>&, MshVersion);                                       \
+    template std::vector<Notice> not_in_vtu<D>(const Mesh<D>&);                                                   \
     template std::vector<Notice> not_in_stl<D>(const Mesh<D>&, StlEncoding);
 
 CAMBER_INSTANTIATE(2)

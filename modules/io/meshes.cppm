@@ -12,37 +12,38 @@ module;
 #include <utility>
 #include <variant>
 #include <vector>
-/// Values of files: decoded meshes, fields, options, notices, arrays in memory.
+/// Contents of files as values: decoded meshes, fields, options, notices; meshes as arrays.
 export module camber.io:meshes;
 import camber.core;
 import camber.bezier;
 
 export namespace camber {
 
-/// A difference between a file and its decoded value: one sentence without a full stop.
+/// A difference between a file and the decoded mesh, as one sentence without a full stop.
 struct Notice {
     std::string what;
-    bool is_detail = false;  ///< for --verbose: no name and no field is lost
+    bool is_detail = false;  ///< shown only with --verbose; no name and no field is lost
     friend bool operator==(const Notice&, const Notice&) = default;
 };
 
-/// A file: the concatenation of the chunks.
+/// The bytes of a file in several parts.
 using Chunks = std::vector<Buffer<std::byte>>;
 
-/// Policy for cells that are not simplices of degree 1 or 2; `refuse` is an error.
-enum class Unheld : std::uint8_t {
+/// Handling of cells that are not simplices of degree 1 or 2. `refuse`: reading fails.
+enum class UnsupportedCells : std::uint8_t {
     refuse,
-    count,  ///< skip and count in `DecodedMesh::unheld`
+    count,  ///< such cells are skipped and counted in `DecodedMesh::unheld`
 };
 
-/// Options for reading; each format uses those that apply to it.
+/// Options for reading. A format ignores options that do not apply to it.
 struct DecodeOptions {
-    /// Cell array with the references (VTU, VTK); empty: the first with a known name.
+    /// Name of the cell array that contains the references (VTU, VTK); empty: the first array with a known name.
     std::string reference_array = {};
-    /// Zone to read (SU2: number, CGNS: name or number); empty: all, joined into one mesh.
+    /// Zone to read (SU2: its number, CGNS: its name or number); empty: all zones, joined into one mesh.
     std::string zone = {};
-    Unheld unheld = Unheld::refuse;
-    /// Reads a file relative to the mesh's folder (PVTU); null if unavailable.
+    UnsupportedCells unsupported_cells = UnsupportedCells::refuse;
+    /// Function that reads a file, with a path relative to the folder of the mesh (for PVTU). Null if it is
+    /// unavailable.
     std::function<Outcome<Buffer<std::byte>>(const std::string& path)> beside = {};
 };
 
@@ -52,10 +53,10 @@ struct CellCount {
     friend bool operator==(const CellCount&, const CellCount&) = default;
 };
 
-/// With the numbers of GMF files.
+/// Values are the field types of GMF files.
 enum class FieldKind { scalar = 1, vector = 2, symmetric_tensor = 3, full_tensor = 4 };
 
-/// In 2 or 3 dimensions.
+/// `dimension`: 2 or 3.
 [[nodiscard]] constexpr int values_per_vertex(FieldKind kind, int dimension) {
     switch (kind) {
         case FieldKind::scalar: return 1;
@@ -70,8 +71,8 @@ struct Solution {
     int dimension = 3;
     std::vector<FieldKind> fields = {};
     std::size_t rows = 0;
-    Column<double> values = {};     ///< by row, then by field; symmetric tensors as in `Sym`
-    bool single_precision = false;  ///< the file had 4-byte reals (version 1); encoders write 8 bytes
+    Column<double> values = {};     ///< row by row, and field by field within a row; symmetric tensors as in `Sym`
+    bool single_precision = false;  ///< the file had 4-byte reals (version 1); encoders always write 8 bytes
 
     friend bool operator==(const Solution&, const Solution&) = default;
 };
@@ -88,14 +89,14 @@ struct DecodedSolution {
 };
 
 enum class Centring : std::uint8_t {
-    node,  ///< vertices, then (degree 2) each edge's node in the order of the edge set
-    cell,  ///< elements, then facets, then feature edges
+    node,  ///< rows for vertices, then for degree 2 the node of each edge in the order of the edge set
+    cell,  ///< rows for elements, then facets, then feature edges
 };
 
-/// Values by row.
+/// Values, row by row.
 using FieldValues = std::variant<Column<double>, Column<std::int32_t>>;
 
-/// Symmetric tensors are in the order of `Sym`, full tensors row by row.
+/// A field; symmetric tensors are in the order of `Sym`, full tensors row by row.
 struct MeshField {
     std::string name;
     Centring centring = Centring::node;
@@ -108,14 +109,14 @@ struct MeshField {
     friend bool operator==(const MeshField&, const MeshField&) = default;
 };
 
-/// Immutable; names are unique for each centring.
+/// An immutable list of fields. Names are unique among node fields and among cell fields.
 class MeshFields {
   public:
     MeshFields() = default;
-    /// Same as `with` for each field, in the time of a sort.
+    /// Same result as calling `with` for each field, but only needs the time of a sort.
     explicit MeshFields(std::vector<MeshField> fields);
 
-    /// Adds a field or replaces the one of the same name and centring.
+    /// Adds a field, or replaces that with the same name and centring.
     [[nodiscard]] MeshFields with(MeshField field) && {
         for (MeshField& old : fields_)
             if (old.name == field.name && old.centring == field.centring) {
@@ -142,8 +143,8 @@ class MeshFields {
     std::vector<MeshField> fields_;
 };
 
-/// Fields at nodes as a solution at the first `vertices` nodes, for files beside a mesh of that dimension; others and
-/// edge nodes are dropped. Errors: usage (no field at nodes).
+/// Converts node fields to a solution at the first `vertices` nodes, to be written to a separate file for a mesh of
+/// this dimension. Cell fields and values at edge nodes are dropped. Errors: usage (no field at nodes).
 [[nodiscard]] Outcome<Solution> solution_of(const MeshFields& fields, int dimension, std::size_t vertices,
                                             const Execution& execution);
 
@@ -166,19 +167,19 @@ template <class M>
         return as_quadratic(std::move(*same));
 }
 
-/// Data of a flat mesh in space that its 2D form cannot hold: see `flattened` and `raised`.
+/// Data of a flat mesh in space that is missing in its 2D form: see `flattened` and `raised`.
 struct Lift {
-    double z = 0;                 ///< of all used nodes (model units)
-    Column<double> heights = {};  ///< of vertices, if unused ones differ from z; else empty
-    /// Each is empty unless a direction leaves the plane.
+    double z = 0;                 ///< z of all used nodes (model units)
+    Column<double> heights = {};  ///< z of all vertices, if it differs at unused ones; else empty
+    /// Directions in space, if one of them leaves the plane; else empty.
     DirectionsAtVertices<3> normals = {}, tangents = {};
     friend bool operator==(const Lift&, const Lift&) = default;
 };
 
-/// Explicit numbers (Gmsh tags); empty where they are 1, 2, 3 …
+/// Numbers of vertices and simplices in the file (Gmsh tags); empty where they are 1, 2, 3 …
 struct FileTags {
     Column<std::uint64_t> vertices;
-    std::array<Column<std::uint64_t>, 4> simplices = {};  ///< of edges, triangles and tetrahedra, by dimension
+    std::array<Column<std::uint64_t>, 4> simplices = {};  ///< of simplices, by dimension
 };
 
 /// Reference of the edge's ends if both agree, else 0.
@@ -187,14 +188,14 @@ struct FileTags {
 struct DecodedMesh {
     AnyMesh mesh;
     std::vector<Notice> notices;
-    /// Quadratic meshes: file number (from 1) of each vertex, then of each edge's node (0: none), for messages; empty
-    /// where they are 1, 2, 3 …
+    /// For quadratic meshes: number in the file (from 1) of each vertex, then of each edge node (0: not in the file),
+    /// for messages. Empty if these are 1, 2, 3 …
     Column<std::uint32_t> node_numbers = {};
-    std::optional<Lift> lift = {};  ///< for a flat mesh now in 2D
-    MeshFields fields = {};         ///< if the mesh file has fields
-    /// The format has only meshes in space: a flat one is a 2D mesh, not a surface.
-    bool always_in_space = false;
-    std::vector<CellCount> unheld = {};  ///< cells skipped with Unheld::count
+    std::optional<Lift> lift = {};  ///< set if a flat mesh was converted to 2D
+    MeshFields fields = {};         ///< fields that the mesh file contains
+    /// True if the format has only meshes in space, so that a flat mesh means a 2D mesh, not a surface.
+    bool is_always_3d = false;
+    std::vector<CellCount> unsupported_cells = {};  ///< kinds and numbers of skipped cells (with Unheld::count)
     FileTags tags = {};
     std::string_view format = {};  ///< name in `mesh_formats()`
 };
@@ -205,12 +206,12 @@ struct DecodedMesh {
 template <int Nodes>
 struct CellArray {
     Column<std::array<VertexId, Nodes>> nodes = {};
-    Column<Reference> references = {};  ///< one a cell; empty: all 0
+    Column<Reference> references = {};  ///< one for each cell; empty: all 0
 };
 template <int K>
 struct CellArrays {
     CellArray<K + 1> straight = {};
-    CellArray<quadratic_nodes<K>> curved = {};  ///< mid nodes in the order of `local_edges`
+    CellArray<quadratic_nodes<K>> curved = {};  ///< quadratic simplices, with mid nodes in the order of `local_edges`
 
     [[nodiscard]] std::size_t size() const { return straight.nodes.size() + curved.nodes.size(); }
 };
@@ -218,61 +219,64 @@ struct CellArrays {
 template <int D>
 struct MeshArrays {
     Column<Vec<D>> points;
-    Column<Reference> point_references = {};  ///< one a point; empty: all 0
+    Column<Reference> point_references = {};  ///< one for each point; empty: all 0
     CellArrays<D> elements = {};
     CellArrays<D - 1> facets = {};
     CellArrays<1> edges = {};
     std::vector<Group> groups = {};
 };
 
-/// `coordinates`: D for each point. Shares the array if `owner` keeps it alive and unchanged (see Column); without an
-/// owner it copies.
+/// Converts coordinates, D for each point. Shares the array if `owner` keeps it alive and unchanged (see Column);
+/// copies it if `owner` is null.
 template <int D>
 [[nodiscard]] Column<Vec<D>> points_of(std::span<const double> coordinates, std::shared_ptr<const void> owner);
 
-/// Degree 1 shares the columns; for degree 2 vertices come first, in their order (see DecodedMesh::node_numbers). Flat
-/// meshes stay in space: see `with_flat_in_2d`. Errors: input (a coordinate that is not finite, a cell with an invalid
-/// or repeated node, contradictory mid nodes).
+/// Builds a mesh. Columns of degree 1 are shared. For degree 2 the mesh has the vertices first, in their order (see
+/// DecodedMesh::node_numbers). A flat mesh stays in space: see `with_flat_in_2d`. Errors: input (a coordinate that is
+/// not finite, a cell with an invalid or repeated node, contradictory mid nodes).
 template <int D>
 [[nodiscard]] Outcome<DecodedMesh> mesh_of_arrays(MeshArrays<D> arrays, const Execution& execution);
 
-/// Nodes of quadratic simplices in VTK's order: vertices, then n + edge number; n is the number of vertices.
+/// Nodes of quadratic simplices in VTK's order: vertex numbers, then n + edge number, where n is the number of
+/// vertices.
 template <int K>
 [[nodiscard]] Buffer<std::array<VertexId, quadratic_nodes<K>>> nodes_of_cells(
     const Column<SimplexVertices<K>>& vertices, const Column<std::array<EdgeId, edges_per_simplex<K>>>& edges,
     std::size_t n);
 
-// Flat meshes: faces only, in one plane z = constant. Programs whose file format is always 3D write 2D meshes so.
-// Errors of the functions: memory, stopped, unsupported (nodes inside faces).
+// Flat meshes have only faces, in one plane z = constant. Programs whose file format is always 3D write 2D meshes in
+// this form. Errors of these functions: memory, stopped, unsupported (nodes inside faces).
 
 struct Flattened {
     Mesh<2> mesh;
     Lift lift;
 };
 
-/// Converts a mesh that has faces, no elements, and exactly the same z for all points of faces and edges; none for
-/// others. Faces become elements and edges facets, which ridges refer to; orders and orientations stay.
+/// Converts a mesh with faces but without elements, whose points of faces and edges all have exactly the same z, to 2D;
+/// returns none for other meshes. Faces become elements, and edges become facets, to which ridges refer. Orders and
+/// orientations are preserved.
 [[nodiscard]] Outcome<std::optional<Flattened>> flattened(const Mesh<3>& mesh, const Execution& execution);
 
-/// `mesh`: flattened, or modified with the same number of vertices.
+/// Converts back to space. `mesh`: the flattened mesh, or a modified one with the same number of vertices.
 [[nodiscard]] Outcome<Mesh<3>> raised(const Mesh<2>& mesh, const Lift& lift, const Execution& execution);
-/// Meshes in space are returned unchanged.
+/// Same; a mesh in space is returned unchanged.
 [[nodiscard]] Outcome<AnyMesh> raised(const AnyMesh& mesh, const Lift& lift, const Execution& execution);
 
-/// Vectors and tensors get zeros for z.
+/// Converts fields to space: vectors and tensors get z components of zero.
 [[nodiscard]] Outcome<MeshFields> raised(const MeshFields& fields, const Execution& execution);
 
-/// Drops z components.
+/// Converts fields to 2D: drops z components.
 [[nodiscard]] Outcome<MeshFields> flattened(const MeshFields& fields, const Execution& execution);
 
-/// True for z components of a row in space.
+/// For each component of a field in space: true if it is a z component.
 [[nodiscard]] std::vector<bool> involves_z(FieldKind kind);
 
-/// Converts a flat mesh and stores its lift; others stay, with a notice if z differs by rounding only.
+/// Converts a flat mesh to 2D and stores its lift. Other meshes stay in space, with a notice if z differs only by
+/// rounding.
 [[nodiscard]] Outcome<DecodedMesh> with_flat_in_2d(DecodedMesh decoded, const Execution& execution);
 
-/// Projects a solution to the plane: vectors without z, the upper left 2 × 2 of tensors (for a metric, lengths in the
-/// plane stay the same). One in 2D is returned unchanged.
+/// Projects a solution to the plane: vectors lose z, tensors are reduced to the upper left 2 × 2 block (for a metric,
+/// lengths in the plane stay the same). A 2D solution is returned unchanged.
 [[nodiscard]] Outcome<Solution> flattened(Solution solution, const Execution& execution);
 
 }  // namespace camber

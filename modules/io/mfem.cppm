@@ -20,8 +20,8 @@ export namespace camber {
 
 /// Decodes "MFEM mesh v1.0", v1.2 or v1.3 (named sets of attributes become names of references). Elements are triangles
 /// (in 2D, or a surface in space) or tetrahedra, with their boundary. The degree is 1, or 2 if `nodes` are an H1 field
-/// of order 2. Attributes become references; vertices have reference 0. Errors: also unsupported (nodes of other
-/// spaces).
+/// of order 2. Attributes become references; vertices have reference 0. Errors: those of all decoders, and unsupported
+/// (nodes in another finite element space).
 [[nodiscard]] Outcome<DecodedMesh> decode_mfem(std::span<const std::byte> bytes, std::string_view name,
                                                const DecodeOptions& options, const Execution& execution);
 [[nodiscard]] inline Outcome<DecodedMesh> decode_mfem(std::span<const std::byte> bytes, std::string_view name,
@@ -42,7 +42,7 @@ export namespace camber {
 template <int D>
 [[nodiscard]] Outcome<Chunks> encode_mfem(const Mesh<D>& mesh, const Execution& execution);
 
-/// Includes facets that are not faces of elements, and changed references.
+/// Lists data that MFEM cannot hold, also facets that are not faces of elements and references that change.
 template <int D>
 [[nodiscard]] std::vector<Notice> not_in_mfem(const Mesh<D>& mesh);
 
@@ -50,13 +50,14 @@ template <int D>
 
 namespace camber::mfem {
 
-/// First line without and with attribute names.
+/// First line of a file without and with attribute names.
 inline constexpr std::string_view first_line = "MFEM mesh v1.0", first_line_of_names = "MFEM mesh v1.3";
 
 template <int K>
 inline constexpr int geometry = K == 3 ? 4 : K;
 
-/// Edges in MFEM's order, as indices in `local_edges`: 01 02 03 12 13 23 of a tetrahedron, 01 12 20 of a triangle.
+/// MFEM's order of edges as indices in `local_edges`. The edges are 01 02 03 12 13 23 in a tetrahedron, 01 12 20 in a
+/// triangle.
 template <int K>
 inline constexpr auto edge_order = [] {
     if constexpr (K == 3)
@@ -69,7 +70,7 @@ inline constexpr auto edge_order = [] {
 
 // Degree 2: edge nodes, which MFEM numbers in the order in which elements list them.
 
-/// Edge numbers by the edge's ends.
+/// Numbers of edges, which are identified by their ends.
 class EdgeNumbers {
   public:
     void add(VertexId a, VertexId b) { numbers_.try_emplace(key(a, b), static_cast<std::uint32_t>(numbers_.size())); }
@@ -95,10 +96,11 @@ template <int K>
     return numbers;
 }
 
-/// Drops boundary simplices with an edge of no element, which have no nodes; returns their number.
+/// Drops boundary simplices with an edge that belongs to no element, since such an edge has no node. Returns their
+/// number.
 template <int K>
-std::size_t drop_strays(listing::Rows<K + 1>& rows, const EdgeNumbers& numbers) {
-    std::size_t kept = 0;
+std::size_t drop_isolated_boundary(listing::Rows<K + 1>& rows, const EdgeNumbers& numbers) {
+    std::size_t preserved = 0;
     const std::size_t before = rows.size();
     for (std::size_t i = 0; i < before; ++i) {
         const auto& simplex = rows.nodes[i];
@@ -106,15 +108,15 @@ std::size_t drop_strays(listing::Rows<K + 1>& rows, const EdgeNumbers& numbers) 
             return numbers.find(simplex[ends[0]], simplex[ends[1]]).has_value();
         });
         if (!known) continue;
-        rows.nodes[kept] = simplex;
-        rows.references[kept++] = rows.references[i];
+        rows.nodes[preserved] = simplex;
+        rows.references[preserved++] = rows.references[i];
     }
-    rows.nodes.resize(kept);
-    rows.references.resize(kept);
-    return before - kept;
+    rows.nodes.resize(preserved);
+    rows.references.resize(preserved);
+    return before - preserved;
 }
 
-/// Converts degree 1 to degree 2.
+/// Converts simplices from degree 1 to degree 2.
 template <int K>
 Outcome<Done> curve(listing::Simplices<K>& simplices, const EdgeNumbers& numbers, std::size_t vertices) {
     simplices.curved.references = std::move(simplices.straight.references);
@@ -155,35 +157,35 @@ struct Source {
     std::string name;
     std::string_view text;
     Words words;
-    bool has_end = false;  ///< end line required: since version 1.2
+    bool has_end = false;  ///< since version 1.2: the file must have an end line
 
     [[nodiscard]] std::string place(const char* at) const { return line_place(name, text, at); }
-    [[nodiscard]] auto fail_here(std::string what, std::string remedy = damaged) const {
+    [[nodiscard]] auto fail_at_line(std::string what, std::string remedy = damaged) const {
         return fail(ErrorKind::input, std::move(what), place(words.at), {}, std::move(remedy));
     }
-    [[nodiscard]] auto refuse_here(std::string what, std::string remedy) const {
+    [[nodiscard]] auto reject_at_line(std::string what, std::string remedy) const {
         return fail(ErrorKind::unsupported, std::move(what), place(words.at), {}, std::move(remedy));
     }
     [[nodiscard]] std::size_t left() const { return static_cast<std::size_t>(words.end - words.at); }
 
     [[nodiscard]] Outcome<Done> expect(std::string_view word) {
         if (words.next() == word) return Done{};
-        return fail_here(in_quotes(word) + " is missing here",
-                         "the sections of an MFEM file have a fixed order; " + std::string(damaged));
+        return fail_at_line(in_quotes(word) + " is missing here",
+                            "the sections of an MFEM file have a fixed order; " + std::string(damaged));
     }
     [[nodiscard]] Outcome<std::int64_t> number(const std::string& what) {
         std::int64_t value = 0;
-        if (!read_number(words, value)) return fail_here("the number of " + what + " is missing or malformed");
+        if (!read_number(words, value)) return fail_at_line("the number of " + what + " is missing or malformed");
         return value;
     }
-    /// Each row has at least `min_words` words.
+    /// Reads a number of rows with at least `min_words` words each, and checks that the file is large enough.
     [[nodiscard]] Outcome<std::size_t> count(const std::string& what, std::size_t min_words) {
         const auto value = number(what);
         if (!value) return fail(value.error());
         if (*value < 0 || static_cast<std::uint64_t>(*value) > left() / (2 * min_words) + 1)
-            return fail_here("announces " + std::to_string(*value) + " " + what + ", but fewer follow");
+            return fail_at_line("announces " + std::to_string(*value) + " " + what + ", but fewer follow");
         if (static_cast<std::uint64_t>(*value) > max_entities)
-            return refuse_here("has more " + what + " than 32 bits can number", "divide the mesh");
+            return reject_at_line("has more " + what + " than 32 bits can number", "divide the mesh");
         return static_cast<std::size_t>(*value);
     }
 };
@@ -192,7 +194,7 @@ struct Geometry {
     std::size_t vertices;
     const char* plural;
 };
-/// Indexed by MFEM's numbers.
+/// Element shapes, indexed by MFEM's numbers of geometries.
 inline constexpr std::array<Geometry, 8> geometries{{{1, "points"},
                                                      {2, "segments"},
                                                      {3, "triangles"},
@@ -204,23 +206,22 @@ inline constexpr std::array<Geometry, 8> geometries{{{1, "points"},
 
 // Sections of an MFEM file, in their order.
 
-/// Sections before the vertices, of degree 1.
+/// Sections of an MFEM file before the vertices. Simplices have degree 1.
 template <int K>
 struct Topology {
     listing::Simplices<K> elements;
     listing::Simplices<K - 1> boundary;
     Buffer<Group> groups;
-    Refused refused;
+    UnsupportedItems refused;
 };
 
-/// Errors: input, unsupported (too many).
+/// Errors: input, unsupported (more rows than 32 bits can number).
 template <int K>
 [[nodiscard]] Outcome<Topology<K>> read_topology(Source& source);
 
-/// Header of the field `nodes`.
 struct NodeField {
     int order = 1, components = 0;
-    bool by_components = false;  ///< Ordering 0: all x, then all y
+    bool by_components = false;  ///< true for MFEM's Ordering 0: all x, then all y, then all z
 };
 
 struct Vertices {
@@ -229,10 +230,9 @@ struct Vertices {
     bool has_nodes = false;
 };
 
-/// Errors: input, unsupported (nodes of another space).
+/// Errors: input, unsupported (nodes in another finite element space).
 [[nodiscard]] Outcome<Vertices> read_vertices_head(Source& source);
 
-/// Errors: input.
 template <int D>
 [[nodiscard]] Outcome<Buffer<Vec<D>>> read_points(Source& source, std::size_t count, bool by_components);
 
@@ -246,7 +246,8 @@ inline constexpr const char* damaged = "the file is cut off or damaged";
     return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
-/// Nonempty lines without comments (% to the end of the line) and blanks at both ends.
+/// Lines of an SU2 file that are not empty, without comments (% to the end of the line) and without blanks at either
+/// end.
 class Lines {
   public:
     explicit Lines(std::string_view text) : rest_(text) {}
@@ -272,7 +273,7 @@ class Lines {
     bool ended_ = true;
 };
 
-/// `KEY= value`; an empty key means a row.
+/// A line `KEY= value`; an empty key means that the line is a row of numbers.
 struct Entry {
     std::string_view key = {}, value = {};
 };
@@ -282,20 +283,20 @@ struct Entry {
     Words key{line.data(), line.data() + equals}, value{line.data() + equals + 1, line.data() + line.size()};
     const std::string_view name = key.next();
     if (name != "MARKER_TAG") return {name, value.next()};
-    // The name is the rest of the line, with any characters.
+    // A marker name is the rest of the line, with any characters.
     std::string_view rest = line.substr(equals + 1);
     while (!rest.empty() && is_blank(rest.front())) rest.remove_prefix(1);
     return {name, rest};
 }
 
-/// Rows after a keyword, not checked yet.
+/// Rows after a keyword; they are not checked yet.
 struct Block {
     std::size_t count = 0;
     Lines rows{{}};
     std::string tag = {};
 };
 
-/// A file without zones is one zone.
+/// A zone, or a file without zones.
 struct Zone {
     std::string name;
     std::string_view text;

@@ -17,7 +17,7 @@ namespace camber::mfem {
 
 namespace {
 
-/// Finds the place of row i by walking, because row lengths differ.
+/// Returns a function that finds the position of row i. It reads all rows before, because they differ in length.
 auto place_of_rows(const Source& source) {
     return [source](std::size_t row) {
         Words words = source.words;
@@ -31,11 +31,11 @@ auto place_of_rows(const Source& source) {
     };
 }
 
-/// Reads rows `attribute geometry vertices…`; other simplices are counted in `refused`.
+/// Reads rows `attribute geometry vertices…`; elements of other shapes are counted in `refused`.
 template <int K>
 Outcome<Done> read_rows(Source& source, const std::string& title, const std::string& noun, listing::Rows<K + 1>& rows,
-                        Refused& refused) {
-    if (auto begun = source.expect(title); !begun) return begun;
+                        UnsupportedItems& refused) {
+    if (auto started = source.expect(title); !started) return started;
     const auto count = source.count(title == "boundary" ? "boundary elements" : "elements", 3);
     if (!count) return fail(count.error());
     rows.nodes.reserve(*count);
@@ -69,15 +69,15 @@ Outcome<Done> read_rows(Source& source, const std::string& title, const std::str
     return Done{};
 }
 
-/// With or without quotes.
+/// Reads a name with or without quotes.
 Outcome<std::string> read_name(Source& source) {
     Words& words = source.words;
-    if (!words.find()) return source.fail_here("the name of a set is missing");
+    if (!words.find()) return source.fail_at_line("the name of a set is missing");
     if (*words.at != '"') return std::string(words.next());
     const std::string_view rest(words.at + 1, static_cast<std::size_t>(words.end - words.at) - 1);
     const std::size_t end = rest.find_first_of("\"\n");
     if (end == std::string_view::npos || rest[end] != '"')
-        return source.fail_here("the name of a set does not end on its line");
+        return source.fail_at_line("the name of a set does not end on its line");
     words.at += end + 2;
     return std::string(rest.substr(0, end));
 }
@@ -96,7 +96,7 @@ Outcome<Done> read_sets(Source& source, std::string_view title, int dimension, B
         for (std::size_t k = 0; k < *size; ++k) {
             const auto attribute = source.number("attributes");
             if (!attribute) return fail(attribute.error());
-            if (!std::in_range<Reference>(*attribute)) return source.fail_here("an attribute does not fit 32 bits");
+            if (!std::in_range<Reference>(*attribute)) return source.fail_at_line("an attribute does not fit 32 bits");
             groups.push_back({dimension, static_cast<Reference>(*attribute), *name});
         }
     }
@@ -107,16 +107,16 @@ Outcome<Done> read_sets(Source& source, std::string_view title, int dimension, B
 
 template <int K>
 Outcome<Topology<K>> read_topology(Source& source) {
-    Topology<K> made;
-    auto read =
-        read_rows<K>(source, "elements", "element", made.elements.straight, made.refused)
-            .and_then([&](Done) { return read_sets(source, "attribute_sets", K, made.groups); })
-            .and_then([&](Done) {
-                return read_rows<K - 1>(source, "boundary", "boundary element", made.boundary.straight, made.refused);
-            })
-            .and_then([&](Done) { return read_sets(source, "bdr_attribute_sets", K - 1, made.groups); });
+    Topology<K> result;
+    auto read = read_rows<K>(source, "elements", "element", result.elements.straight, result.refused)
+                    .and_then([&](Done) { return read_sets(source, "attribute_sets", K, result.groups); })
+                    .and_then([&](Done) {
+                        return read_rows<K - 1>(source, "boundary", "boundary element", result.boundary.straight,
+                                                result.refused);
+                    })
+                    .and_then([&](Done) { return read_sets(source, "bdr_attribute_sets", K - 1, result.groups); });
     if (!read) return fail(std::move(read.error()));
-    return made;
+    return result;
 }
 
 template Outcome<Topology<2>> read_topology<2>(Source&);
@@ -132,21 +132,21 @@ std::optional<int> order_of(std::string_view collection) {
 
 Outcome<NodeField> read_field_head(Source& source) {
     NodeField field;
-    if (auto begun = source.expect("FiniteElementSpace"); !begun) return fail(begun.error());
-    if (auto begun = source.expect("FiniteElementCollection:"); !begun) return fail(begun.error());
+    if (auto started = source.expect("FiniteElementSpace"); !started) return fail(started.error());
+    if (auto started = source.expect("FiniteElementCollection:"); !started) return fail(started.error());
     const auto order = order_of(source.words.next());
     if (!order)
-        return source.refuse_here("its nodes do not belong to the space H1 of order 1 or 2",
-                                  "project them with Mesh::SetCurvature(2)");
+        return source.reject_at_line("its nodes do not belong to the space H1 of order 1 or 2",
+                                     "project them with Mesh::SetCurvature(2)");
     field.order = *order;
-    if (auto begun = source.expect("VDim:"); !begun) return fail(begun.error());
+    if (auto started = source.expect("VDim:"); !started) return fail(started.error());
     const auto components = source.number("components");
     if (!components) return fail(components.error());
-    if (auto begun = source.expect("Ordering:"); !begun) return fail(begun.error());
+    if (auto started = source.expect("Ordering:"); !started) return fail(started.error());
     const auto ordering = source.number("the ordering");
     if (!ordering) return fail(ordering.error());
     if ((*components != 2 && *components != 3) || (*ordering != 0 && *ordering != 1))
-        return source.fail_here("VDim is not 2 or 3, or Ordering not 0 or 1");
+        return source.fail_at_line("VDim is not 2 or 3, or Ordering not 0 or 1");
     field.components = static_cast<int>(*components);
     field.by_components = *ordering == 0;
     return field;
@@ -156,7 +156,7 @@ Outcome<NodeField> read_field_head(Source& source) {
 
 Outcome<Vertices> read_vertices_head(Source& source) {
     Vertices vertices;
-    if (auto begun = source.expect("vertices"); !begun) return fail(begun.error());
+    if (auto started = source.expect("vertices"); !started) return fail(started.error());
     const auto count = source.count("vertices", 1);
     if (!count) return fail(count.error());
     vertices.count = *count;
@@ -172,7 +172,7 @@ Outcome<Vertices> read_vertices_head(Source& source) {
     const auto components = source.number("coordinates of a vertex");
     if (!components) return fail(components.error());
     if (*components != 2 && *components != 3)
-        return source.fail_here("vertices have " + std::to_string(*components) + " coordinates, not 2 or 3");
+        return source.fail_at_line("vertices have " + std::to_string(*components) + " coordinates, not 2 or 3");
     vertices.field.components = static_cast<int>(*components);
     return vertices;
 }
@@ -180,13 +180,13 @@ Outcome<Vertices> read_vertices_head(Source& source) {
 template <int D>
 Outcome<Buffer<Vec<D>>> read_points(Source& source, std::size_t count, bool by_components) {
     if (count > source.left() / 2 + 1)
-        return source.fail_here(std::to_string(count) + " nodes are required, but fewer follow");
+        return source.fail_at_line(std::to_string(count) + " nodes are required, but fewer follow");
     Buffer<Vec<D>> points(count);
     for (std::size_t i = 0; i < count * D; ++i) {
         const std::size_t node = by_components ? i % count : i / D, component = by_components ? i / count : i % D;
         if (!read_number(source.words, points[node][static_cast<int>(component)]))
-            return source.fail_here("coordinate " + std::to_string(i + 1) + " of " + std::to_string(count * D) +
-                                    " is missing or malformed");
+            return source.fail_at_line("coordinate " + std::to_string(i + 1) + " of " + std::to_string(count * D) +
+                                       " is missing or malformed");
     }
     return points;
 }
@@ -212,11 +212,11 @@ listing::Simplices<K>& simplices_of(listing::Mesh<D>& mesh) {
         return mesh.edges;
 }
 
-/// Parallel meshes have another line and more data here.
+/// Reads the end line. Parallel meshes have another end line and more data here.
 Outcome<Done> read_end(Source& source, std::vector<Notice>& notices) {
     if (source.has_end && !source.words.next().ends_with("mesh_end"))
-        return source.fail_here("\"mfem_mesh_end\" is missing here");
-    // Without a separator after it, the last number may be truncated.
+        return source.fail_at_line("\"mfem_mesh_end\" is missing here");
+    // If nothing follows the last number, it may be truncated.
     if (!source.has_end && source.words.at == source.words.end && !is_blank(source.text.back()))
         notices.push_back({"the last line has no end: the file may be cut off within its last number"});
     if (source.words.find()) notices.push_back({"all data after the vertices was left out"});
@@ -231,7 +231,7 @@ Outcome<DecodedMesh> read_mesh(Source& source, const Vertices& vertices, Topolog
     mesh.name = source.name;
     EdgeNumbers numbers;
     const bool quadratic = vertices.field.order == 2;
-    // Edges are built only if all vertices exist: larger numbers would collide with edge nodes.
+    // Edges are built only if all vertices are valid: larger numbers would collide with numbers of edge nodes.
     const auto known = [&](const auto& rows) {
         return std::all_of(rows.nodes.begin(), rows.nodes.end(), [&](const auto& simplex) {
             return std::all_of(simplex.begin(), simplex.end(),
@@ -250,8 +250,9 @@ Outcome<DecodedMesh> read_mesh(Source& source, const Vertices& vertices, Topolog
     if (auto checked = listing::check(mesh, execution); !checked) return fail(std::move(checked.error()));
     std::vector<Notice> notices;
     if (quadratic) {
-        if (const std::size_t strays = drop_strays<K - 1>(simplices_of<K - 1>(mesh).straight, numbers); strays > 0)
-            notices.push_back({std::to_string(strays) +
+        if (const std::size_t isolated = drop_isolated_boundary<K - 1>(simplices_of<K - 1>(mesh).straight, numbers);
+            isolated > 0)
+            notices.push_back({std::to_string(isolated) +
                                " boundary elements with an edge that belongs to no element were left out: MFEM has no "
                                "nodes for such edges"});
         auto curved = curve<K>(simplices_of<K>(mesh), numbers, vertices.count).and_then([&](Done) {
@@ -263,11 +264,12 @@ Outcome<DecodedMesh> read_mesh(Source& source, const Vertices& vertices, Topolog
     return listing::assembled(std::move(mesh), listing::MidNodeKind::on_curve, std::move(notices), execution);
 }
 
-/// Counts only, if some elements are unsupported: then the nodes of curved elements cannot be assigned.
+/// Returns only the counts if some elements are unsupported, because then nodes of curved elements cannot be assigned
+/// to edges.
 template <int K>
 DecodedMesh counted(const Topology<K>& topology) {
     DecodedMesh decoded{Mesh<3>{}, {}};
-    Refused all = topology.refused;
+    UnsupportedItems all = topology.refused;
     const auto add = [&](const auto& simplices, int dimension) {
         if (simplices.straight.size() > 0)
             all.count(geometries[static_cast<std::size_t>(dimension == 3 ? 4 : dimension)].plural,
@@ -275,47 +277,48 @@ DecodedMesh counted(const Topology<K>& topology) {
     };
     add(topology.elements, K);
     add(topology.boundary, K - 1);
-    decoded.unheld = all.counts();
+    decoded.unsupported_cells = all.counts();
     return decoded;
 }
 
 template <int K>
-Outcome<DecodedMesh> read_of_dimension(Source& source, Unheld unheld, const Execution& execution) {
+Outcome<DecodedMesh> read_of_dimension(Source& source, UnsupportedCells unsupported_cells, const Execution& execution) {
     const std::string begin = source.place(source.words.at);
     auto topology = read_topology<K>(source);
     if (!topology) return fail(std::move(topology.error()));
-    if (auto held = topology->refused.verdict(begin, unheld); !held) return fail(std::move(held.error()));
+    if (auto supported = topology->refused.verdict(begin, unsupported_cells); !supported)
+        return fail(std::move(supported.error()));
     if (topology->refused.any()) return counted(*topology);
     const auto vertices = read_vertices_head(source);
     if (!vertices) return fail(vertices.error());
     const int components = vertices->field.components;
     if (components < K)
-        return source.fail_here("vertices have " + std::to_string(components) + " coordinates in a mesh of dimension " +
-                                std::to_string(K));
+        return source.fail_at_line("vertices have " + std::to_string(components) +
+                                   " coordinates in a mesh of dimension " + std::to_string(K));
     if constexpr (K == 2)
         if (components == 2) return read_mesh<2, 2>(source, *vertices, std::move(*topology), execution);
     return read_mesh<K, 3>(source, *vertices, std::move(*topology), execution);
 }
 
-Outcome<DecodedMesh> read(Source source, Unheld unheld, const Execution& execution) {
-    if (source.text.empty()) return source.fail_here("the file is empty", "write it again");
+Outcome<DecodedMesh> read(Source source, UnsupportedCells unsupported_cells, const Execution& execution) {
+    if (source.text.empty()) return source.fail_at_line("the file is empty", "write it again");
     const std::string_view line = first_line_of(source.text);
     const bool has_end = line == first_line_of_names || line == "MFEM mesh v1.2";
     if (line != first_line && !has_end) {
         if (!line.starts_with("MFEM "))
-            return source.fail_here("does not begin with \"MFEM mesh v1.0\"", "give an MFEM mesh");
-        return source.refuse_here("has a version or kind other than \"MFEM mesh v1.0\", 1.2 and 1.3",
-                                  "write the conforming mesh by Mesh::Print");
+            return source.fail_at_line("does not begin with \"MFEM mesh v1.0\"", "give an MFEM mesh");
+        return source.reject_at_line("has a version or kind other than \"MFEM mesh v1.0\", 1.2 and 1.3",
+                                     "write the conforming mesh by Mesh::Print");
     }
     source.has_end = has_end;
     source.words.at += line.size();
-    if (auto begun = source.expect("dimension"); !begun) return fail(begun.error());
+    if (auto started = source.expect("dimension"); !started) return fail(started.error());
     const auto dimension = source.number("dimensions");
     if (!dimension) return fail(dimension.error());
-    if (*dimension == 2) return read_of_dimension<2>(source, unheld, execution);
-    if (*dimension == 3) return read_of_dimension<3>(source, unheld, execution);
-    return source.refuse_here("is of dimension " + std::to_string(*dimension),
-                              "Camber reads meshes of triangles and tetrahedra");
+    if (*dimension == 2) return read_of_dimension<2>(source, unsupported_cells, execution);
+    if (*dimension == 3) return read_of_dimension<3>(source, unsupported_cells, execution);
+    return source.reject_at_line("is of dimension " + std::to_string(*dimension),
+                                 "Camber reads meshes of triangles and tetrahedra");
 }
 
 }  // namespace
@@ -326,8 +329,8 @@ Outcome<DecodedMesh> decode_mfem(std::span<const std::byte> bytes, std::string_v
                                  const Execution& execution) {
     return guarded([&] {
         const std::string_view text = mfem::text_of(bytes);
-        return mfem::read({std::string(name), text, {text.data(), text.data() + text.size()}}, options.unheld,
-                          execution);
+        return mfem::read({std::string(name), text, {text.data(), text.data() + text.size()}},
+                          options.unsupported_cells, execution);
     });
 }
 

@@ -22,7 +22,7 @@ namespace mfem {
 
 namespace {
 
-/// Boundary simplices that are faces of elements, in their order.
+/// Boundary simplices that are faces of elements, in boundary order.
 template <int K>
 Outcome<Simplices<K - 1>> faces_of(const Simplices<K>& elements, const Simplices<K - 1>& boundary,
                                    const Execution& execution) {
@@ -54,7 +54,7 @@ struct Renamed {
     std::size_t count;
 };
 
-/// References of simplices, and named references, of one dimension.
+/// References of one dimension: those of the simplices and those with names.
 struct Referenced {
     const Column<Reference>& references;
     const Column<Group>& groups;
@@ -65,39 +65,39 @@ Referenced referenced(const Simplices<K>& simplices, const Column<Group>& groups
     return {simplices.references, groups, K};
 }
 
-/// In descending order of old references (0, −1 …); new ones are used by no simplex and no name.
-std::vector<Renamed> renamed(const Referenced& given) {
+/// Replacements in descending order of old references (0, −1 …). New references are unused by simplices and names.
+std::vector<Renamed> renamed(const Referenced& input) {
     std::map<Reference, std::size_t, std::greater<>> counts;
-    for (const Reference r : given.references)
+    for (const Reference r : input.references)
         if (r <= 0) ++counts[r];
     if (counts.empty()) return {};
     std::vector<Reference> used;
-    for (const Reference r : given.references)
+    for (const Reference r : input.references)
         if (r > 0) used.push_back(r);
-    for (const Group& group : given.groups)
-        if (group.dimension == given.dimension) used.push_back(group.reference);
+    for (const Group& group : input.groups)
+        if (group.dimension == input.dimension) used.push_back(group.reference);
     std::sort(used.begin(), used.end());
-    std::vector<Renamed> made;
+    std::vector<Renamed> result;
     Reference next = 1;
     auto at = used.begin();
     for (const auto& [from, count] : counts) {
         for (; at != used.end() && *at <= next; ++at)
             if (*at == next) ++next;
-        made.push_back({from, next++, count});
+        result.push_back({from, next++, count});
     }
-    return made;
+    return result;
 }
 
 class Attributes {
   public:
-    explicit Attributes(const Referenced& given) : renamed_(renamed(given)) {}
-    /// Precondition: the reference exists.
+    explicit Attributes(const Referenced& input) : renamed_(renamed(input)) {}
+    /// Replacement of a reference that a simplex has.
     [[nodiscard]] Reference of(Reference reference) const { return *find(reference); }
-    /// None for a reference ≤ 0 that no simplex has.
+    /// Replacement of a reference; none if it is ≤ 0 and no simplex has it.
     [[nodiscard]] std::optional<Reference> find(Reference reference) const {
         if (reference > 0) return reference;
         const auto found = std::lower_bound(renamed_.begin(), renamed_.end(), reference,
-                                            [](const Renamed& r, Reference wanted) { return r.from > wanted; });
+                                            [](const Renamed& r, Reference value) { return r.from > value; });
         if (found == renamed_.end() || found->from != reference) return std::nullopt;
         return found->to;
     }
@@ -111,15 +111,15 @@ struct AttributeSet {
     std::vector<Reference> attributes;
 };
 
-/// Names are in quotes on one line.
+/// Names that are legal in MFEM: on one line, without double quotes.
 Column<Group> named(const Column<Group>& groups) { return with_legal_names(groups, {.legal = quotable_name}); }
 
-/// In order of first occurrence of the names.
-std::vector<AttributeSet> sets_of(const Referenced& given) {
-    const Attributes attributes(given);
+/// Sets of attributes, in order of first occurrence of their names.
+std::vector<AttributeSet> sets_of(const Referenced& input) {
+    const Attributes attributes(input);
     std::vector<AttributeSet> sets;
-    for (const Group& group : named(given.groups)) {
-        const auto attribute = group.dimension == given.dimension ? attributes.find(group.reference) : std::nullopt;
+    for (const Group& group : named(input.groups)) {
+        const auto attribute = group.dimension == input.dimension ? attributes.find(group.reference) : std::nullopt;
         if (!attribute) continue;
         auto set = std::find_if(sets.begin(), sets.end(), [&](const AttributeSet& s) { return s.name == group.name; });
         if (set == sets.end()) set = sets.insert(sets.end(), {group.name, {}});
@@ -128,8 +128,8 @@ std::vector<AttributeSet> sets_of(const Referenced& given) {
     return sets;
 }
 
-void note_renamed(const Referenced& given, const std::string& what, std::vector<Notice>& notices) {
-    const std::vector<Renamed> changes = renamed(given);
+void note_renamed(const Referenced& input, const std::string& what, std::vector<Notice>& notices) {
+    const std::vector<Renamed> changes = renamed(input);
     if (changes.empty()) return;
     std::string text = "MFEM's attributes are positive: of the " + what + " reference ";
     constexpr std::size_t most = 5;
@@ -140,38 +140,38 @@ void note_renamed(const Referenced& given, const std::string& what, std::vector<
     notices.push_back({text});
 }
 
-/// Edges in the order in which elements list them: MFEM's order of nodes after the vertices.
+/// Edges in the order in which elements list them; MFEM has this order of edge nodes.
 template <int K, class Mesh>
 Buffer<std::uint32_t> edges_in_order(const Grid<Mesh>& grid, const Simplices<K>& elements) {
     const std::size_t vertices = grid.vertices();
     Buffer<std::uint32_t> order;
-    Buffer<std::uint8_t> seen(grid.nodes() - vertices, 0);
+    Buffer<std::uint8_t> visited(grid.nodes() - vertices, 0);
     for (std::size_t i = 0; i < elements.size(); ++i)
         for (const int k : edge_order<K>) {
             const std::size_t edge = grid.template node<K>(elements, i, K + 1 + static_cast<std::size_t>(k)) - vertices;
-            if (seen[edge] != 0) continue;
-            seen[edge] = 1;
+            if (visited[edge] != 0) continue;
+            visited[edge] = 1;
             order.push_back(static_cast<std::uint32_t>(edge));
         }
     return order;
 }
 
-/// Names in no set of attributes.
+/// Adds notices about names that are in no set of attributes or change.
 template <int K>
 void note_names(const Column<Group>& groups, const Simplices<K>& elements, const Simplices<K - 1>& boundary,
                 std::vector<Notice>& notices) {
-    std::size_t kept = 0;
-    for (const AttributeSet& set : sets_of(referenced(elements, groups))) kept += set.attributes.size();
-    for (const AttributeSet& set : sets_of(referenced(boundary, groups))) kept += set.attributes.size();
-    if (const std::size_t lost = groups.size() - kept; lost > 0)
+    std::size_t preserved = 0;
+    for (const AttributeSet& set : sets_of(referenced(elements, groups))) preserved += set.attributes.size();
+    for (const AttributeSet& set : sets_of(referenced(boundary, groups))) preserved += set.attributes.size();
+    if (const std::size_t lost = groups.size() - preserved; lost > 0)
         notices.push_back({"MFEM has no place for " + std::to_string(lost) + " names of references"});
-    Buffer<Group> of_these(groups.begin(), groups.end());
-    std::erase_if(of_these, [](const Group& group) { return group.dimension != K && group.dimension != K - 1; });
-    const Column<Group> written(std::move(of_these));
+    Buffer<Group> group_copies(groups.begin(), groups.end());
+    std::erase_if(group_copies, [](const Group& group) { return group.dimension != K && group.dimension != K - 1; });
+    const Column<Group> written(std::move(group_copies));
     for (Notice& notice : renamed_groups(written, named(written), "MFEM")) notices.push_back(std::move(notice));
 }
 
-/// Dropped boundary simplices, changed references, names.
+/// Adds notices about dropped boundary simplices, changed references and names.
 template <int K>
 void note_boundary(const Simplices<K>& elements, const Simplices<K - 1>& listed, const Column<Group>& groups,
                    std::vector<Notice>& notices) {
@@ -196,7 +196,7 @@ class Writer {
         if (!columns_fit(linear_) || !grid_.is_sound())
             return fail(ErrorKind::internal, "the columns of the mesh have inconsistent lengths");
         if constexpr (D == 3)
-            if (is_surface_alone(linear_)) return std::move(*this).write(linear_.facets, linear_.edges);
+            if (is_standalone_surface(linear_)) return std::move(*this).write(linear_.facets, linear_.edges);
         if (linear_.elements.size() == 0 && cells_of(linear_) > 0)
             return fail(ErrorKind::unsupported,
                         "has no elements, and MFEM does not support a boundary without "
@@ -289,8 +289,9 @@ Outcome<Chunks> encode_mfem(const Mesh<D>& mesh, const Execution& execution) {
 template <int D>
 std::vector<Notice> not_in_mfem(const Mesh<D>& all) {
     const LinearMesh<D> mesh = straight_simplices(all);
-    const bool surface = is_surface_alone(mesh);  // a mesh of dimension 2 in MFEM
-    auto notices = not_held(mesh, {.groups = true, .feature_edges = surface, .point_references = false}, "MFEM");
+    const bool surface = is_standalone_surface(mesh);  // MFEM treats it as a mesh of dimension 2
+    auto notices =
+        unsupported_data(mesh, {.groups = true, .feature_edges = surface, .point_references = false}, "MFEM");
     if constexpr (D == 3)
         if (surface) {
             mfem::note_renamed(mfem::referenced(mesh.facets, mesh.groups), "elements", notices);

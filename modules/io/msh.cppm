@@ -104,7 +104,7 @@ inline constexpr auto element_types = std::to_array<ElementType>({
     return found == element_types.end() ? nullptr : found;
 }
 
-[[nodiscard]] constexpr bool is_held(const ElementType& type) {
+[[nodiscard]] constexpr bool is_supported(const ElementType& type) {
     return type.degree <= 2 &&
            (type.plural == lines || type.plural == triangles || type.plural == tetrahedra || type.dimension == 0);
 }
@@ -160,7 +160,7 @@ class Source {
     bool binary = false, swapped = false;
 
     [[nodiscard]] std::size_t at() const { return at_; }
-    void go_to(std::size_t at) { at_ = at; }
+    void seek(std::size_t at) { at_ = at; }
     [[nodiscard]] std::size_t left() const { return bytes_.size() - at_; }
     [[nodiscard]] std::string_view rest() const { return {reinterpret_cast<const char*>(bytes_.data()) + at_, left()}; }
     [[nodiscard]] const std::string& name() const { return name_; }
@@ -227,13 +227,13 @@ class Source {
     }
     bool real(double& value) { return binary ? packed<double>(value) : text_number(value); }
 
-    [[nodiscard]] bool has_room(std::uint64_t n, RowShape shape) const {
+    [[nodiscard]] bool can_contain_rows(std::uint64_t n, RowShape shape) const {
         return n <= (left() + 1) / std::max<std::size_t>(1, binary ? shape.bytes() : 2 * shape.words()) &&
                n <= max_entities;
     }
 
-    /// Calls store(i, row) for n rows that `has_room` accepted; in parallel if the file is binary. Errors: input (not a
-    /// number).
+    /// Calls store(i, row) for n rows that `can_contain_rows` accepted; in parallel if the file is binary. Errors:
+    /// input (not a number).
     template <class Store>
     [[nodiscard]] Outcome<Done> rows(std::size_t n, RowShape shape, const Execution& execution, Store&& store) {
         if (!binary) return text_rows(n, shape, store);

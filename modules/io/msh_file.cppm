@@ -111,9 +111,9 @@ struct File {
     std::map<std::string, std::size_t> skipped;
     std::map<std::int32_t, std::uint64_t> refused;
     std::size_t partitioned = 0;  ///< elements (2) or entities (4) with partitions
-    std::size_t steps_left_out = 0;
-    std::size_t left_over = 0;  ///< bytes after the last section
-    bool by_row = false;        ///< tags and entities are by row
+    std::size_t skipped_steps = 0;
+    std::size_t trailing_bytes = 0;  ///< bytes after the last section
+    bool by_row = false;             ///< tags and entities are by row
 };
 
 /// Calls f(elements) for a supported type.
@@ -175,7 +175,7 @@ void find_dimensions(const File& file, Buffer<Group>& groups);
 /// Called if references are tags of entities, to which group names do not apply.
 void drop_names(Buffer<Group>& groups, std::vector<Notice>& notices);
 /// Concatenates tags; empty if they are 1, 2, 3 …
-[[nodiscard]] Column<std::uint64_t> told_tags(std::initializer_list<const Buffer<std::uint64_t>*> parts);
+[[nodiscard]] Column<std::uint64_t> explicit_tags(std::initializer_list<const Buffer<std::uint64_t>*> parts);
 /// `nodes`: tags of all nodes of the file.
 [[nodiscard]] Column<std::uint64_t> tags_of_vertices(const DecodedMesh& decoded, const Buffer<std::uint64_t>& nodes);
 
@@ -255,7 +255,7 @@ void with_each_dimension(const LinearMesh<D>& mesh, F&& f) {
 /// Replaces first tags by references, so that different tag sets have different references. Among sets with the same
 /// first tag the lowest keeps it; each other set gets the next number after all tags. Adds names of further groups to
 /// `groups`; unnamed groups that share simplices with others get a name.
-void give_references(File& file, Buffer<Group>& groups, std::vector<Notice>& notices);
+void assign_references(File& file, Buffer<Group>& groups, std::vector<Notice>& notices);
 
 /// Quoted names on one line; the empty name is legal.
 [[nodiscard]] inline NameRule name_rule() { return {.legal = quotable_name, .unnamed = {}}; }
@@ -309,12 +309,12 @@ struct Layout {
 
 /// Items 0 to n − 1 by group_of(item) < `groups`.
 [[nodiscard]] Grouped grouped(std::size_t n, std::size_t groups, const auto& group_of) {
-    Grouped made{Buffer<std::uint32_t>(n), std::vector<std::size_t>(groups + 1, 0)};
-    for (std::size_t i = 0; i < n; ++i) ++made.starts[group_of(i) + 1];
-    for (std::size_t g = 0; g < groups; ++g) made.starts[g + 1] += made.starts[g];
-    std::vector<std::size_t> next(made.starts.begin(), made.starts.end() - 1);
-    for (std::size_t i = 0; i < n; ++i) made.items[next[group_of(i)]++] = static_cast<std::uint32_t>(i);
-    return made;
+    Grouped result{Buffer<std::uint32_t>(n), std::vector<std::size_t>(groups + 1, 0)};
+    for (std::size_t i = 0; i < n; ++i) ++result.starts[group_of(i) + 1];
+    for (std::size_t g = 0; g < groups; ++g) result.starts[g + 1] += result.starts[g];
+    std::vector<std::size_t> next(result.starts.begin(), result.starts.end() - 1);
+    for (std::size_t i = 0; i < n; ++i) result.items[next[group_of(i)]++] = static_cast<std::uint32_t>(i);
+    return result;
 }
 
 /// Errors: stopped, memory.

@@ -85,7 +85,7 @@ class Assignment {
         for (const auto& [tags, count] : sets) {  // in lexicographical order
             const bool is_lowest = taken.insert(tags.front()).second;
             references_[tags] = is_lowest ? tags.front() : next_number(used);
-            if (!is_lowest) tell(tags, count, references_[tags]);
+            if (!is_lowest) report_conflict(tags, count, references_[tags]);
         }
         for (const auto& [tags, reference] : references_)
             if (tags.size() > 1)
@@ -113,7 +113,7 @@ class Assignment {
         for (const Reference tag : tags)
             if (tag != reference) groups_.push_back({dimension_, reference, find(tag)->name});
     }
-    void tell(const Tags& tags, std::size_t count, Reference reference) {
+    void report_conflict(const Tags& tags, std::size_t count, Reference reference) {
         std::string of;
         for (std::size_t i = 0; i < tags.size(); ++i)
             of += (i == 0 ? "" : i + 1 < tags.size() ? ", " : " and ") + std::to_string(tags[i]);
@@ -128,7 +128,7 @@ class Assignment {
 };
 
 template <int K>
-void give_references_of(File& file, Buffer<Group>& groups, std::vector<Notice>& notices) {
+void assign_references_of(File& file, Buffer<Group>& groups, std::vector<Notice>& notices) {
     const auto sets = sets_of<K>(file);
     if (std::ranges::all_of(sets, [](const auto& set) { return set.first.size() == 1; })) return;
     const Assignment references(K, sets, groups, notices);
@@ -145,12 +145,12 @@ void give_references_of(File& file, Buffer<Group>& groups, std::vector<Notice>& 
 
 }  // namespace
 
-void give_references(File& file, Buffer<Group>& groups, std::vector<Notice>& notices) {
+void assign_references(File& file, Buffer<Group>& groups, std::vector<Notice>& notices) {
     if (file.further_groups.list.size() == 1) return;
-    give_references_of<0>(file, groups, notices);
-    give_references_of<1>(file, groups, notices);
-    give_references_of<2>(file, groups, notices);
-    give_references_of<3>(file, groups, notices);
+    assign_references_of<0>(file, groups, notices);
+    assign_references_of<1>(file, groups, notices);
+    assign_references_of<2>(file, groups, notices);
+    assign_references_of<3>(file, groups, notices);
 }
 
 GroupTags::GroupTags(const Column<Group>& groups, const Numbers& numbers) {
@@ -194,8 +194,8 @@ constexpr std::size_t row_grain = 8192;
 
 void atomic_min(std::uint32_t& target, std::uint32_t value) {
     const std::atomic_ref<std::uint32_t> shared(target);
-    std::uint32_t seen = shared.load(std::memory_order_relaxed);
-    while (value < seen && !shared.compare_exchange_weak(seen, value, std::memory_order_relaxed)) {
+    std::uint32_t observed = shared.load(std::memory_order_relaxed);
+    while (value < observed && !shared.compare_exchange_weak(observed, value, std::memory_order_relaxed)) {
     }
 }
 
@@ -207,11 +207,11 @@ Vec<3> in_space(const Vec<D>& p) {
 }
 
 template <class Mesh>
-class Maker {
+class LayoutBuilder {
   public:
     static constexpr int D = Mesh::dimension;
 
-    Maker(const Grid<Mesh>& grid, const Numbers& numbers, const GroupTags& groups, const Execution& execution)
+    LayoutBuilder(const Grid<Mesh>& grid, const Numbers& numbers, const GroupTags& groups, const Execution& execution)
         : grid_(grid), numbers_(numbers), groups_(groups), execution_(execution) {}
 
     Outcome<Layout> make() && {
@@ -223,7 +223,7 @@ class Maker {
         });
         if (!done) return fail(std::move(done.error()));
         enter_places();
-        enter_orphans();
+        classify_unused_vertices();
         layout_.nodes = grouped(grid_.nodes(), 2 * layout_.entities.size(), [&](std::size_t n) {
             return 2 * std::size_t{where_[n]} + (has_parameters(n) ? 1 : 0);
         });
@@ -294,7 +294,7 @@ class Maker {
             put(numbers_.points[i], layout_.entity_of_class[0][points.of[i]]);
     }
     /// Unused vertices without association are on the first volume.
-    void enter_orphans() {
+    void classify_unused_vertices() {
         if (std::find(where_.begin(), where_.end(), no_row) == where_.end()) return;
         const std::uint32_t volume = row_of(3, 1);
         if (volume == layout_.entities.size()) layout_.entities.push_back({3, 1});
@@ -327,7 +327,7 @@ class Maker {
 template <class Mesh>
 Outcome<Layout> layout_of(const Grid<Mesh>& grid, const Numbers& numbers, const GroupTags& groups,
                           const Execution& execution) {
-    return Maker<Mesh>(grid, numbers, groups, execution).make();
+    return LayoutBuilder<Mesh>(grid, numbers, groups, execution).make();
 }
 
 #define CAMBER_INSTANTIATE(D)                                                                           \

@@ -56,7 +56,7 @@ std::vector<Reference> without(Reference first, std::vector<Reference> tags) {
 
 /// Stores tags and entities by row; marks rows between partitions in `dropped`.
 template <int K, int N>
-void spread(File& file, Elements<K, N>& elements, Buffer<std::uint8_t>& dropped, Counts& counts) {
+void store_by_row(File& file, Elements<K, N>& elements, Buffer<std::uint8_t>& dropped, Counts& counts) {
     elements.physicals.resize(elements.tags.size());
     elements.entities.resize(elements.tags.size());
     for (const ElementBlock& block : file.blocks) {
@@ -80,7 +80,7 @@ void spread(File& file, Elements<K, N>& elements, Buffer<std::uint8_t>& dropped,
 
 /// Version 2 repeats simplices for further groups, reversed if the group has the entity reversed.
 template <int K, int N>
-bool is_again(const Elements<K, N>& elements, std::size_t a, std::size_t b) {
+bool is_repetition(const Elements<K, N>& elements, std::size_t a, std::size_t b) {
     if (elements.entities[a] != elements.entities[b] || elements.physicals[a] == elements.physicals[b]) return false;
     auto first = elements.nodes[a], second = elements.nodes[b];
     std::sort(first.begin(), first.end());
@@ -89,32 +89,32 @@ bool is_again(const Elements<K, N>& elements, std::size_t a, std::size_t b) {
 }
 
 template <int K, int N>
-bool lists_again(const Elements<K, N>& elements) {
+bool has_repetitions(const Elements<K, N>& elements) {
     for (std::size_t i = 1; i < elements.tags.size(); ++i)
-        if (is_again(elements, i - 1, i)) return true;
+        if (is_repetition(elements, i - 1, i)) return true;
     return false;
 }
 
 /// Rows in tag order; none: all, in file order. A repeated row adds its group to the first one.
 template <int K, int N>
-std::optional<Buffer<std::uint32_t>> kept_rows(File& file, Elements<K, N>& elements,
-                                               const Buffer<std::uint8_t>& dropped) {
+std::optional<Buffer<std::uint32_t>> selected_rows(File& file, Elements<K, N>& elements,
+                                                   const Buffer<std::uint8_t>& dropped) {
     const Buffer<std::uint32_t> order = rows_by_tag(elements.tags);
-    if (order.empty() && dropped.empty() && !(file.by_row && lists_again(elements))) return std::nullopt;
-    Buffer<std::uint32_t> kept;
+    if (order.empty() && dropped.empty() && !(file.by_row && has_repetitions(elements))) return std::nullopt;
+    Buffer<std::uint32_t> selected;
     for (std::size_t i = 0; i < elements.tags.size(); ++i) {
         const std::uint32_t row = order.empty() ? static_cast<std::uint32_t>(i) : order[i];
         if (!dropped.empty() && dropped[row] != 0) continue;
-        if (file.by_row && !kept.empty() && is_again(elements, kept.back(), row)) {
-            std::uint32_t& further = elements.further[kept.back()];
+        if (file.by_row && !selected.empty() && is_repetition(elements, selected.back(), row)) {
+            std::uint32_t& further = elements.further[selected.back()];
             std::vector<Reference> others = file.further_groups.list[further];
             others.push_back(elements.physicals[row]);
-            further = file.further_groups.number_of(without(elements.physicals[kept.back()], std::move(others)));
+            further = file.further_groups.number_of(without(elements.physicals[selected.back()], std::move(others)));
             continue;
         }
-        kept.push_back(row);
+        selected.push_back(row);
     }
-    return kept;
+    return selected;
 }
 
 /// Drops lines from a node to itself, written for curves of length zero.
@@ -137,12 +137,12 @@ void gather(Buffer<T>& column, const Buffer<std::uint32_t>& rows) {
 }
 
 template <int K, int N>
-void settle(File& file, Elements<K, N>& elements, Counts& counts) {
+void finish_elements(File& file, Elements<K, N>& elements, Counts& counts) {
     Buffer<std::uint8_t> dropped;
     elements.further.resize(elements.tags.size(), 0);
-    if (!file.by_row) spread(file, elements, dropped, counts);
+    if (!file.by_row) store_by_row(file, elements, dropped, counts);
     if constexpr (K == 1) drop_degenerate(elements, dropped, counts);
-    if (const auto rows = kept_rows(file, elements, dropped)) {
+    if (const auto rows = selected_rows(file, elements, dropped)) {
         gather(elements.tags, *rows);
         gather(elements.nodes, *rows);
         gather(elements.physicals, *rows);
@@ -192,7 +192,7 @@ class Places {
         on_points_.push_back({vertex, entity});
     }
 
-    void put_into(GivenGeometry<3>& geometry) && {
+    void put_into(InputGeometry<3>& geometry) && {
         geometry.on_points = sorted(std::move(on_points_));
         geometry.on_curves = sorted(std::move(on_curves_));
         geometry.on_surfaces = sorted(std::move(on_surfaces_));
@@ -249,8 +249,8 @@ Outcome<Done> add_points(const File& file, listing::Mesh<3>& mesh, Places& place
 }
 
 /// The file has no own references for them.
-void give_to_mid_nodes(const listing::Mesh<3>& mesh, Buffer<Reference>& references) {
-    const auto give = [&]<int K>(const listing::Simplices<K>& kind) -> Outcome<Done> {
+void set_mid_node_references(const listing::Mesh<3>& mesh, Buffer<Reference>& references) {
+    const auto append = [&]<int K>(const listing::Simplices<K>& kind) -> Outcome<Done> {
         for (const auto& nodes : kind.curved.nodes)
             for (int e = 0; e < edges_per_simplex<K>; ++e) {
                 const auto& [a, b] = local_edges<K>[e];
@@ -260,7 +260,7 @@ void give_to_mid_nodes(const listing::Mesh<3>& mesh, Buffer<Reference>& referenc
             }
         return Done{};
     };
-    static_cast<void>(listing::for_each_dimension(mesh, give));
+    static_cast<void>(listing::for_each_dimension(mesh, append));
 }
 
 std::vector<Notice> notices_of(const File& file, const Counts& counts, bool has_groups) {
@@ -269,9 +269,9 @@ std::vector<Notice> notices_of(const File& file, const Counts& counts, bool has_
     if (counts.degenerate_lines > 0)
         notices.push_back({std::to_string(counts.degenerate_lines) +
                            " lines from a node to itself were left out: they have no length"});
-    if (file.left_over > 0)
+    if (file.trailing_bytes > 0)
         notices.push_back(
-            {"all data after the last section was not read (" + std::to_string(file.left_over) + " bytes)"});
+            {"all data after the last section was not read (" + std::to_string(file.trailing_bytes) + " bytes)"});
     if (file.partitioned > 0) {
         std::string between;
         if (counts.between_partitions > 0)
@@ -288,7 +288,7 @@ std::vector<Notice> notices_of(const File& file, const Counts& counts, bool has_
 
 Outcome<DecodedMesh> mesh_of(File file, const std::string& name, const Execution& execution) {
     Counts counts;
-    std::apply([&](auto&... elements) { (settle(file, elements, counts), ...); }, file.elements);
+    std::apply([&](auto&... elements) { (finish_elements(file, elements, counts), ...); }, file.elements);
     auto& [points, lines_1, lines_2, triangles_1, triangles_2, tetrahedra_1, tetrahedra_2] = file.elements;
     const std::size_t simplices = lines_1.tags.size() + lines_2.tags.size() + triangles_1.tags.size() +
                                   triangles_2.tags.size() + tetrahedra_1.tags.size() + tetrahedra_2.tags.size();
@@ -296,7 +296,7 @@ Outcome<DecodedMesh> mesh_of(File file, const std::string& name, const Execution
     Buffer<Group> groups(file.groups.begin(), file.groups.end());
     find_dimensions(file, groups);
     std::vector<Notice> notices = notices_of(file, counts, has_groups);
-    give_references(file, groups, notices);
+    assign_references(file, groups, notices);
     Buffer<std::uint64_t> cell_tags;
     if (!file.fields.empty())
         for (const auto* tags : {&tetrahedra_2.tags, &tetrahedra_1.tags, &triangles_2.tags, &triangles_1.tags,
@@ -305,8 +305,8 @@ Outcome<DecodedMesh> mesh_of(File file, const std::string& name, const Execution
 
     // Degree 2 first, like `assembled`.
     std::array<Column<std::uint64_t>, 4> tags_of_simplices{
-        Column<std::uint64_t>(), told_tags({&lines_2.tags, &lines_1.tags}),
-        told_tags({&triangles_2.tags, &triangles_1.tags}), told_tags({&tetrahedra_2.tags, &tetrahedra_1.tags})};
+        Column<std::uint64_t>(), explicit_tags({&lines_2.tags, &lines_1.tags}),
+        explicit_tags({&triangles_2.tags, &triangles_1.tags}), explicit_tags({&tetrahedra_2.tags, &tetrahedra_1.tags})};
 
     listing::Mesh<3> mesh;
     mesh.name = name;
@@ -322,7 +322,7 @@ Outcome<DecodedMesh> mesh_of(File file, const std::string& name, const Execution
     Places places(file, mesh);
     places.add_blocks();
     if (auto added = add_points(file, mesh, places); !added) return fail(std::move(added.error()));
-    if (!std::get<0>(file.elements).tags.empty()) give_to_mid_nodes(mesh, mesh.point_references);
+    if (!std::get<0>(file.elements).tags.empty()) set_mid_node_references(mesh, mesh.point_references);
     std::move(places).put_into(mesh.geometry);
     mesh.groups = std::move(groups);
     if (!has_groups) drop_names(mesh.groups, notices);

@@ -20,9 +20,9 @@ namespace camber::msh {
 
 namespace {
 
-class Free {
+class FreeNumbers {
   public:
-    explicit Free(std::set<Reference>& used) : used_(used) {}
+    explicit FreeNumbers(std::set<Reference>& used) : used_(used) {}
     Reference take() {
         while (!used_.insert(next_).second) ++next_;
         return next_;
@@ -64,7 +64,7 @@ void number_references(std::span<const Reference> named, Unnumbered unnumbered, 
     };
     for (const Class& one : classes.list) enter(one.reference);
     for (const Reference reference : named) enter(reference);
-    Free free(used);
+    FreeNumbers free(used);
     const bool is_named = std::ranges::find(named, 0) != named.end();
     if (unnumbered == Unnumbered::in_no_group && !is_named && others.erase(0) > 0) classes.physical_of[0] = 0;
     for (const Reference reference : others) classes.physical_of[reference] = free.take();
@@ -97,7 +97,7 @@ void number_entities(std::span<const Reference> places, Classes& classes) {
             classes.tags.insert(entity);
         else
             others.insert(entity);
-    Free free(classes.tags);
+    FreeNumbers free(classes.tags);
     for (Class* one : left) one->tag = free.take();
     for (const Reference entity : others) classes.tag_of[entity] = free.take();
 }
@@ -129,16 +129,16 @@ Classes classes_of(std::span<const Reference> references, std::span<const Refere
 
 template <int D>
 Buffer<Place> places_of(const LinearMesh<D>& mesh) {
-    const GivenGeometry<D>& given = mesh.geometry;
-    if (given.on_points.empty() && given.on_curves.empty() && given.on_surfaces.empty()) return {};
+    const InputGeometry<D>& input = mesh.geometry;
+    if (input.on_points.empty() && input.on_curves.empty() && input.on_surfaces.empty()) return {};
     Buffer<Place> places(mesh.points.size(), Place{});
     const auto enter = [&](const auto& associations, int dimension) {
         for (std::size_t i = associations.size(); i-- > 0;)
             places[associations[i].item.index()] = {dimension, static_cast<std::uint32_t>(i)};
     };
-    enter(given.on_surfaces, 2);
-    enter(given.on_curves, 1);
-    enter(given.on_points, 0);
+    enter(input.on_surfaces, 2);
+    enter(input.on_curves, 1);
+    enter(input.on_points, 0);
     return places;
 }
 

@@ -24,11 +24,11 @@ constexpr std::string_view comments = "$Comments", end_of_comments = "$EndCommen
 
 std::optional<FormatLine> find_format(std::span<const std::byte> bytes) {
     Source source(bytes, {});
-    if (source.rest().starts_with("\xEF\xBB\xBF")) source.go_to(3);
+    if (source.rest().starts_with("\xEF\xBB\xBF")) source.seek(3);
     for (source.skip_blanks(); source.rest().starts_with(comments); source.skip_blanks()) {
         const std::size_t end = source.rest().find(end_of_comments);
         if (end == std::string_view::npos) return std::nullopt;
-        source.go_to(source.at() + end + end_of_comments.size());
+        source.seek(source.at() + end + end_of_comments.size());
     }
     const std::string_view first = source.line();
     if (first == "$NOD") {
@@ -65,8 +65,8 @@ namespace {
 
 /// Uppercase in version 1.
 std::string last_line(std::string_view name) {
-    const bool shouts = name == "NOD" || name == "ELM";
-    return (shouts ? "$END" : "$End") + std::string(name);
+    const bool is_upper_case = name == "NOD" || name == "ELM";
+    return (is_upper_case ? "$END" : "$End") + std::string(name);
 }
 
 }  // namespace
@@ -95,7 +95,7 @@ Outcome<Done> skip_section(Source& source, std::string_view name) {
     const std::string end = last_line(name);
     const std::size_t found = source.rest().find(end);
     if (found == std::string_view::npos) return source.error("the section has no " + end, "it seems to be cut off");
-    source.go_to(source.at() + found);
+    source.seek(source.at() + found);
     source.line();
     return Done{};
 }
@@ -137,7 +137,7 @@ Outcome<Generation> begin(Source& source, std::span<const std::byte> bytes) {
     if (!version)
         return fail(ErrorKind::unsupported, "MSH version " + line->version + " is not 1, 2 or 4", source.place(), {},
                     remedy);
-    source.go_to(line->end);
+    source.seek(line->end);
     source.binary = line->binary;
     if (line->data_size != sizeof(double))
         return fail(ErrorKind::unsupported,
@@ -192,8 +192,8 @@ Outcome<bool> read_section(Source& source, Generation version, std::string_view 
     return false;
 }
 
-Refused refused_of(const File& file) {
-    Refused refused;
+UnsupportedItems unsupported_items_of(const File& file) {
+    UnsupportedItems refused;
     for (const auto& [type, count] : file.refused) {
         const ElementType* const known = find_type(type);
         refused.count(known ? name_of(*known) : "elements of type " + std::to_string(type), count);
@@ -240,7 +240,7 @@ Outcome<File> read_file(Source& source, Generation version, const Execution& exe
     for (;;) {
         source.skip_blanks();
         if (file.nodes.listed && file.elements_listed && !source.rest().starts_with('$')) {
-            file.left_over = source.left();
+            file.trailing_bytes = source.left();
             break;
         }
         const auto name = next_section(source);
@@ -268,10 +268,11 @@ Outcome<DecodedMesh> decode_msh(std::span<const std::byte> bytes, std::string_vi
         if (!version) return fail(version.error());
         auto file = msh::read_file(source, *version, execution);
         if (!file) return fail(std::move(file.error()));
-        const Refused refused = msh::refused_of(*file);
-        if (auto held = refused.verdict(std::string(name), options.unheld); !held) return fail(std::move(held.error()));
+        const UnsupportedItems refused = msh::unsupported_items_of(*file);
+        if (auto supported = refused.verdict(std::string(name), options.unsupported_cells); !supported)
+            return fail(std::move(supported.error()));
         auto decoded = msh::mesh_of(std::move(*file), std::string(name), execution);
-        if (decoded) decoded->unheld = refused.counts();
+        if (decoded) decoded->unsupported_cells = refused.counts();
         return decoded;
     });
 }

@@ -85,8 +85,8 @@ Outcome<Done> read_rows(Source& source, const Head& head, File& file, const Exec
     if (!type) return unknown_type(source, head.type);
     const auto n = static_cast<std::size_t>(head.elements), tags = static_cast<std::size_t>(head.tags);
     const RowShape shape{1 + tags + type->nodes, 4, 0};
-    if (tags > source.left() || !source.has_room(n, shape)) return too_many(source, "$Elements", n);
-    if (!is_held(*type)) {
+    if (tags > source.left() || !source.can_contain_rows(n, shape)) return too_many(source, "$Elements", n);
+    if (!is_supported(*type)) {
         file.refused[type->number] += n;
         return source.rows(n, shape, execution, [](std::size_t, const auto&) {});
     }
@@ -106,7 +106,7 @@ Outcome<Done> read_rows(Source& source, const Head& head, File& file, const Exec
 
 void enter_line(const ElementType& type, std::size_t tags, const TextRow& row, File& file) {
     if (tags > 2 && row.integers[3] > 0) ++file.partitioned;
-    if (!is_held(type)) {
+    if (!is_supported(type)) {
         ++file.refused[type.number];
         return;
     }
@@ -157,7 +157,7 @@ Outcome<Done> read_nodes_2(Source& source, bool parametric, Nodes& nodes, const 
     std::size_t n = 0;
     if (!read_count(source, n)) return cut_off(source, "$Nodes");
     const RowShape shape{1, 4, 3};
-    if (!source.has_room(n, shape)) return too_many(source, "$Nodes", n);
+    if (!source.can_contain_rows(n, shape)) return too_many(source, "$Nodes", n);
     nodes.tags.resize(n);
     nodes.points.resize(n);
     if (!parametric) {
@@ -282,7 +282,7 @@ Outcome<Done> read_data(Source& source, bool of_nodes, File& file, const Executi
     DataHead head;
     if (!read_head(source, head)) return cut_off(source, of_nodes ? "$NodeData" : "$ElementData");
     const RowShape shape{1, 4, head.components};
-    if (!source.has_room(head.rows, shape))
+    if (!source.can_contain_rows(head.rows, shape))
         return source.error(
             "the field " + in_quotes(head.name) + " announces " + std::to_string(head.rows) + " rows, but fewer follow",
             "the file is cut off or damaged");
@@ -298,7 +298,7 @@ Outcome<Done> read_data(Source& source, bool of_nodes, File& file, const Executi
         file.fields.push_back(std::move(field));
     } else {
         file.fields[known->second] = std::move(field);
-        ++file.steps_left_out;
+        ++file.skipped_steps;
     }
     return Done{};
 }

@@ -89,7 +89,7 @@ Outcome<Done> read_node_block(Source& source, Generation version, const BlockHea
                               const Execution& execution) {
     const auto parameters = static_cast<std::size_t>(head.kind != 0 ? head.entity.dimension : 0);
     const RowShape tag{1, 8, 0}, place{0, 8, 3 + parameters}, both{1, 4, 3 + parameters};
-    if (!source.has_room(head.count, both))
+    if (!source.can_contain_rows(head.count, both))
         return source.error("$Nodes: a block announces " + std::to_string(head.count) + " nodes, but fewer follow",
                             "the file is cut off or damaged");
     const std::size_t before = nodes.tags.size(), n = head.count;
@@ -145,12 +145,12 @@ Outcome<Done> read_element_block(Source& source, Generation version, const Block
     if (!type) return unknown_type(source, head.kind);
     const std::size_t tag_bytes = version == Generation::v40 ? 4 : 8;
     const RowShape shape{type->nodes + 1, tag_bytes, 0};
-    if (!source.has_room(head.count, shape))
+    if (!source.can_contain_rows(head.count, shape))
         return source.error(
             "$Elements: a block announces " + std::to_string(head.count) + " elements, but fewer follow",
             "the file is cut off or damaged");
     const std::size_t n = head.count;
-    if (!is_held(*type)) {
+    if (!is_supported(*type)) {
         file.refused[type->number] += n;
         return source.rows(n, shape, execution, [](std::size_t, const auto&) {});
     }
@@ -216,15 +216,15 @@ std::optional<FieldKind> kind_of(std::size_t components) {
 /// Values by row of `index`; none if one is missing.
 std::optional<Buffer<double>> by_row(const Field& field, const TagIndex& index, std::size_t rows) {
     Buffer<double> values(rows * field.components);
-    Buffer<std::uint8_t> seen(rows, std::uint8_t{0});
+    Buffer<std::uint8_t> visited(rows, std::uint8_t{0});
     for (std::size_t i = 0; i < field.tags.size(); ++i) {
         const std::uint32_t row = index.find(field.tags[i]);
         if (row == no_row) continue;
-        seen[row] = 1;
+        visited[row] = 1;
         std::copy_n(field.values.data() + i * field.components, field.components,
                     values.data() + row * field.components);
     }
-    if (std::find(seen.begin(), seen.end(), 0) != seen.end()) return std::nullopt;
+    if (std::find(visited.begin(), visited.end(), 0) != visited.end()) return std::nullopt;
     return values;
 }
 
@@ -257,7 +257,7 @@ void drop_names(Buffer<Group>& groups, std::vector<Notice>& notices) {
         notices.push_back({std::to_string(dropped) + " names of physical groups were left out: no simplex is in them"});
 }
 
-Column<std::uint64_t> told_tags(std::initializer_list<const Buffer<std::uint64_t>*> parts) {
+Column<std::uint64_t> explicit_tags(std::initializer_list<const Buffer<std::uint64_t>*> parts) {
     Buffer<std::uint64_t> tags;
     bool counts = true;
     for (const auto* part : parts)
@@ -270,11 +270,11 @@ Column<std::uint64_t> told_tags(std::initializer_list<const Buffer<std::uint64_t
 
 Column<std::uint64_t> tags_of_vertices(const DecodedMesh& decoded, const Buffer<std::uint64_t>& nodes) {
     const std::size_t vertices = std::visit([](const auto& mesh) { return mesh.points.size(); }, decoded.mesh);
-    if (vertices == nodes.size()) return told_tags({&nodes});
+    if (vertices == nodes.size()) return explicit_tags({&nodes});
     const Column<std::uint32_t>& numbers = decoded.node_numbers;  // for degree 2 these are the tags
     if (numbers.size() < vertices) return {};
     const Buffer<std::uint64_t> of(numbers.begin(), numbers.begin() + static_cast<std::ptrdiff_t>(vertices));
-    return told_tags({&of});
+    return explicit_tags({&of});
 }
 
 MeshFields fields_of(const File& file, std::span<const std::uint64_t> cell_tags, std::vector<Notice>& notices) {
@@ -300,9 +300,9 @@ MeshFields fields_of(const File& file, std::span<const std::uint64_t> cell_tags,
             fields.push_back({field.name, field.of_nodes ? Centring::node : Centring::cell, *kind,
                               Column<double>(std::move(*values))});
     }
-    if (file.steps_left_out > 0)
+    if (file.skipped_steps > 0)
         notices.push_back({"fields have several time steps: the last one of each was used, " +
-                           std::to_string(file.steps_left_out) + " were left out"});
+                           std::to_string(file.skipped_steps) + " were left out"});
     return MeshFields(std::move(fields));
 }
 

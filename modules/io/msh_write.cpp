@@ -191,8 +191,8 @@ class Writer {
                 Row<Tag, 0, 3 + width> row;
                 const auto place = point(nodes[i]);
                 for (std::size_t c = 0; c < 3; ++c) row.reals[c] = place[c];
-                const auto& given = *associations[numbers_.places[nodes[i]].row].parameters;
-                for (std::size_t c = 0; c < width; ++c) row.reals[3 + c] = given[c];
+                const auto& input = *associations[numbers_.places[nodes[i]].row].parameters;
+                for (std::size_t c = 0; c < width; ++c) row.reals[3 + c] = input[c];
                 return row;
             });
         };

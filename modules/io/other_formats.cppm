@@ -194,7 +194,7 @@ export namespace camber {
 
 /// True if this build was configured with the CGNS library (Debian: libcgns-dev). It is located and loaded at the first
 /// read or write.
-[[nodiscard]] bool knows_cgns();
+[[nodiscard]] bool has_cgns_support();
 
 /// Decodes a CGNS file (HDF5 or ADF) with one base and unstructured zones.
 /// - All zones are joined, or one is chosen by the options. Coincident vertices are merged if the file has zone
@@ -237,7 +237,7 @@ namespace camber::cgns {
 [[nodiscard]] std::string plain_name(int dimension, Reference reference);
 
 [[nodiscard]] Error error_of(const char* said, ErrorKind kind, std::string_view doing, std::string_view name);
-[[nodiscard]] Error no_library(std::string_view why);
+[[nodiscard]] Error no_library(std::string_view cause);
 [[nodiscard]] Error no_folder(std::string_view root);
 
 }  // namespace camber::cgns

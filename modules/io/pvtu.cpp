@@ -97,7 +97,7 @@ Column<T> joined_rows(const Pieces& pieces, const std::vector<const MeshField*>&
 }
 
 MeshFields joined_fields(const Pieces& pieces) {
-    std::vector<MeshField> made;
+    std::vector<MeshField> all_fields;
     for (const MeshField& field : pieces.front().fields) {
         std::vector<const MeshField*> all;
         for (const auto& piece : pieces) {
@@ -113,12 +113,12 @@ MeshFields joined_fields(const Pieces& pieces) {
             joined.values = joined_rows<std::int32_t>(pieces, all, width);
         else
             joined.values = joined_rows<double>(pieces, all, width);
-        made.push_back(std::move(joined));
+        all_fields.push_back(std::move(joined));
     }
-    return MeshFields(std::move(made));
+    return MeshFields(std::move(all_fields));
 }
 
-listing::Mesh<3> behind_one_another(const Pieces& pieces, const std::string& name) {
+listing::Mesh<3> concatenated(const Pieces& pieces, const std::string& name) {
     listing::Mesh<3> mesh;
     mesh.name = name;
     const auto add = [](auto& to, const auto& from, std::size_t before) {
@@ -145,7 +145,8 @@ std::optional<std::vector<double>> numbers_of_nodes(const MeshFields& fields) {
 }
 
 Outcome<Done> read_pieces(const std::vector<std::string>& sources, const DecodeOptions& options, Pieces& pieces,
-                          std::vector<Notice>& notices, std::vector<CellCount>& unheld, const Execution& execution) {
+                          std::vector<Notice>& notices, std::vector<CellCount>& unsupported_cells,
+                          const Execution& execution) {
     for (const std::string& source : sources) {
         const auto bytes = options.beside(source);
         if (!bytes) return fail(bytes.error());
@@ -154,10 +155,10 @@ Outcome<Done> read_pieces(const std::vector<std::string>& sources, const DecodeO
         auto listed = check_sizes(*file).and_then([&](Done) { return listing_of(*file, options, execution); });
         if (!listed) return fail(std::move(listed.error()));
         pieces.push_back(std::move(listed->mesh));
-        for (const CellCount& kind : listed->unheld) {
-            const auto same = std::ranges::find(unheld, kind.kind, &CellCount::kind);
-            if (same == unheld.end())
-                unheld.push_back(kind);
+        for (const CellCount& kind : listed->unsupported_cells) {
+            const auto same = std::ranges::find(unsupported_cells, kind.kind, &CellCount::kind);
+            if (same == unsupported_cells.end())
+                unsupported_cells.push_back(kind);
             else
                 same->count += kind.count;
         }
@@ -170,16 +171,16 @@ Outcome<Done> read_pieces(const std::vector<std::string>& sources, const DecodeO
 
 Outcome<DecodedMesh> joined(const Pieces& pieces, const std::string& name, std::vector<Notice> notices,
                             const Execution& execution) {
-    listing::Mesh<3> mesh = behind_one_another(pieces, name);
+    listing::Mesh<3> mesh = concatenated(pieces, name);
     std::vector<std::size_t> ends;
     for (const auto& piece : pieces) ends.push_back((ends.empty() ? 0 : ends.back()) + piece.points.size());
     if (ends.back() > max_entities)
         return fail(ErrorKind::unsupported, "has more points than 32 bits can number", name);
     const auto numbers = numbers_of_nodes(mesh.fields);
-    const std::size_t gone =
+    const std::size_t removed =
         numbers ? listing::join_numbered(mesh, *numbers) : listing::join_coincident(mesh, std::span(ends));
-    notices.push_back({std::to_string(pieces.size()) + " pieces were joined into one mesh, at " + std::to_string(gone) +
-                       " points" + (numbers ? "" : " at the same places")});
+    notices.push_back({std::to_string(pieces.size()) + " pieces were joined into one mesh, at " +
+                       std::to_string(removed) + " points" + (numbers ? "" : " at the same places")});
     if (auto sound = listing::check(mesh, execution); !sound) return fail(std::move(sound.error()));
     return listing::assembled(std::move(mesh), listing::MidNodeKind::on_curve, std::move(notices), execution);
 }
@@ -209,11 +210,11 @@ Outcome<DecodedMesh> decode_pvtu(std::span<const std::byte> bytes, std::string_v
         if (!sources) return fail(sources.error());
         vtu::Pieces pieces;
         std::vector<Notice> notices;
-        std::vector<CellCount> unheld;
-        if (auto read = vtu::read_pieces(*sources, options, pieces, notices, unheld, execution); !read)
+        std::vector<CellCount> unsupported_cells;
+        if (auto read = vtu::read_pieces(*sources, options, pieces, notices, unsupported_cells, execution); !read)
             return fail(std::move(read.error()));
         auto decoded = vtu::joined(pieces, file, std::move(notices), execution);
-        if (decoded) decoded->unheld = std::move(unheld);
+        if (decoded) decoded->unsupported_cells = std::move(unsupported_cells);
         return decoded;
     });
 }

@@ -93,22 +93,22 @@ class Parser {
     [[nodiscard]] Entity entity() const { return triangle_of(file_.triangles.size() + file_.left_out + 1); }
     [[nodiscard]] std::string place() const { return line_place(name_, text_, at_); }
 
-    [[nodiscard]] Error unexpected(const std::string& wanted) const {
+    [[nodiscard]] Error unexpected(const std::string& expected) const {
         if (word_.empty())
-            return {ErrorKind::input, "the file ends where " + wanted + " is expected", place(), {}, cut};
+            return {ErrorKind::input, "the file ends where " + expected + " is expected", place(), {}, cut};
         return {ErrorKind::input,
-                "has no " + wanted + " where it is expected",
+                "has no " + expected + " where it is expected",
                 place(),
                 {},
                 "the file is cut off or damaged"};
     }
-    Outcome<Done> expect(std::string_view wanted) {
+    Outcome<Done> expect(std::string_view expected) {
         word_ = next();
-        if (word_ != wanted) return fail(unexpected(std::string(wanted)));
+        if (word_ != expected) return fail(unexpected(std::string(expected)));
         return Done{};
     }
-    Outcome<Done> expect_all(std::initializer_list<std::string_view> wanted) {
-        for (const std::string_view word : wanted)
+    Outcome<Done> expect_all(std::initializer_list<std::string_view> expected) {
+        for (const std::string_view word : expected)
             if (auto done = expect(word); !done) return done;
         return Done{};
     }
@@ -172,7 +172,7 @@ Outcome<File> read_binary(std::span<const std::byte> bytes, std::string_view nam
     if (count > max_entities)
         return fail(ErrorKind::unsupported, "has more triangles than 32 bits can number", at(header_bytes));
     File file{Triangles(static_cast<std::size_t>(count))};
-    FirstFault first;
+    FirstErrorRow first;
     auto done = each(
         execution, file.triangles.size(),
         [&](std::size_t t) {
@@ -271,22 +271,22 @@ std::map<Reference, std::string> solid_names(const Triangles& triangles, const C
         if (!names.contains(triangle.reference))
             names[triangle.reference] = solid_name(group_name(groups, triangle.reference));
     NameRule rule{.legal = solid_name};
-    std::vector<ListedName> wanted;
+    std::vector<ListedName> expected;
     for (auto& [reference, name] : names) {
         const std::string group = group_name(groups, reference);
         if (!name.empty()) {
-            wanted.push_back({group});
+            expected.push_back({group});
             continue;
         }
         rule.reserved.push_back(name = "reference_" + std::to_string(reference));
         if (!group.empty()) renamed.emplace_back(group, name);
     }
-    const auto legal = legal_names(wanted, rule);
+    const auto legal = legal_names(expected, rule);
     std::size_t named = 0;
     for (auto& [reference, name] : names) {
         if (solid_name(group_name(groups, reference)).empty()) continue;
         name = legal[named];
-        renamed.emplace_back(wanted[named++].name, name);
+        renamed.emplace_back(expected[named++].name, name);
     }
     return names;
 }

@@ -175,23 +175,23 @@ std::size_t round(Triangles& triangles) {
 
 template <class Mesh>
 Written written(const Mesh& mesh, const Column<Group>& groups, StlEncoding encoding) {
-    Written made{.triangles = triangles_of(mesh)};
+    Written result{.triangles = triangles_of(mesh)};
     if (encoding == StlEncoding::binary) {
-        made.rounded = round(made.triangles);
-        made.left_out = std::erase_if(made.triangles, has_equal_corners);
-        for (Triangle& triangle : made.triangles) triangle.reference = 1;
-        return made;
+        result.rounded = round(result.triangles);
+        result.left_out = std::erase_if(result.triangles, has_equal_corners);
+        for (Triangle& triangle : result.triangles) triangle.reference = 1;
+        return result;
     }
-    made.left_out = std::erase_if(made.triangles, has_equal_corners);
+    result.left_out = std::erase_if(result.triangles, has_equal_corners);
     Solids solids;
     std::map<Reference, Reference> numbers;
-    for (const auto& [reference, name] : solid_names(made.triangles, groups, made.renamed))
+    for (const auto& [reference, name] : solid_names(result.triangles, groups, result.renamed))
         numbers[reference] = solids.of(name);
-    for (Triangle& triangle : made.triangles) triangle.reference = numbers[triangle.reference];
-    std::stable_sort(made.triangles.begin(), made.triangles.end(),
+    for (Triangle& triangle : result.triangles) triangle.reference = numbers[triangle.reference];
+    std::stable_sort(result.triangles.begin(), result.triangles.end(),
                      [](const Triangle& a, const Triangle& b) { return a.reference < b.reference; });
-    made.groups = std::move(solids).groups();
-    return made;
+    result.groups = std::move(solids).groups();
+    return result;
 }
 
 namespace {

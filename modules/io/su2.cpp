@@ -48,7 +48,7 @@ struct PointRange {
 /// Appends rows `type nodes… [index]`; other simplices are counted in `refused`.
 template <int K>
 Outcome<Done> read_simplices(const Zone& zone, const Block& block, PointRange points, Reference reference,
-                             listing::Rows<K + 1>& into, Refused& refused) {
+                             listing::Rows<K + 1>& into, UnsupportedItems& refused) {
     Lines lines = block.rows;
     for (std::size_t i = 0; i < block.count; ++i) {
         const std::string_view line = *lines.next();
@@ -150,13 +150,13 @@ auto place_of_facets(const Zones& zones) {
 }
 
 template <int D>
-Outcome<DecodedMesh> read_mesh(const Zones& zones, std::vector<Notice> notices, Unheld unheld,
+Outcome<DecodedMesh> read_mesh(const Zones& zones, std::vector<Notice> notices, UnsupportedCells unsupported_cells,
                                const Execution& execution) {
     listing::Mesh<D> mesh;
     mesh.name = zones.front()->name;
     mesh.elements.straight.origin = {simplex_name<D>, {}, place_of_elements(zones)};
     mesh.facets.straight.origin = {simplex_name<D - 1>, {}, place_of_facets(zones)};
-    Refused refused;
+    UnsupportedItems refused;
     MarkerReferences<D> references{mesh.groups};
     std::size_t heights = 0;
     for (const Zone* const zone : zones) {
@@ -170,18 +170,19 @@ Outcome<DecodedMesh> read_mesh(const Zones& zones, std::vector<Notice> notices, 
         if (done) done = read_points<D>(*zone, *zone->points, mesh.points, heights);
         if (!done) return fail(std::move(done.error()));
     }
-    if (auto held = refused.verdict(mesh.name, unheld); !held) return fail(std::move(held.error()));
+    if (auto supported = refused.verdict(mesh.name, unsupported_cells); !supported)
+        return fail(std::move(supported.error()));
     if (heights > 0)
         notices.push_back(
             {std::to_string(heights) + " third coordinates were left out: NDIME is " + std::to_string(D)});
     mesh.point_references = Buffer<Reference>(mesh.points.size(), 0);
     if (auto checked = listing::check(mesh, execution); !checked) return fail(std::move(checked.error()));
     auto decoded = listing::assembled(std::move(mesh), listing::MidNodeKind::on_curve, std::move(notices), execution);
-    if (decoded) decoded->unheld = refused.counts();
+    if (decoded) decoded->unsupported_cells = refused.counts();
     return decoded;
 }
 
-void tell_of(const Zone& zone, std::vector<Notice>& notices) {
+void note_losses(const Zone& zone, std::vector<Notice>& notices) {
     if (!zone.markers_announced)  // Gmsh omits NMARK for meshes without groups; a truncated file looks the same
         notices.push_back({"the file has no NMARK, so it has no markers of the boundary"});
     if (zone.parallel_markers > 0)
@@ -195,16 +196,16 @@ void tell_of(const Zone& zone, std::vector<Notice>& notices) {
 }
 
 /// Errors: input (no zone of that number).
-Outcome<Zones> chosen(const File& file, const std::string& wanted) {
+Outcome<Zones> chosen(const File& file, const std::string& requested) {
     Zones zones;
     std::string numbers;
     for (const Zone& zone : file.zones) {
         const std::string number = std::to_string(zone.number);
         numbers += (numbers.empty() ? "" : ", ") + number;
-        if (wanted.empty() || wanted == number) zones.push_back(&zone);
+        if (requested.empty() || requested == number) zones.push_back(&zone);
     }
     if (!zones.empty()) return zones;
-    return fail(ErrorKind::input, "has no zone " + in_quotes(wanted), file.zones.front().name, {},
+    return fail(ErrorKind::input, "has no zone " + in_quotes(requested), file.zones.front().name, {},
                 "its zones are " + numbers);
 }
 
@@ -219,14 +220,14 @@ Outcome<DecodedMesh> read(std::string_view text, std::string_view name, const De
     if (zones->size() > 1)
         notices.push_back({std::to_string(zones->size()) +
                            " zones were joined into one mesh: the references of its elements are their numbers"});
-    for (const Zone* const zone : *zones) tell_of(*zone, notices);
+    for (const Zone* const zone : *zones) note_losses(*zone, notices);
     const std::int64_t dimension = *zones->front()->dimension;
     for (const Zone* const zone : *zones)
         if (*zone->dimension != dimension)
             return fail(ErrorKind::unsupported, "its zones are of different dimensions", std::string(name), {},
                         "choose one: camber convert FILE -o OUT --zone 1");
-    if (dimension == 2) return read_mesh<2>(*zones, std::move(notices), options.unheld, execution);
-    if (dimension == 3) return read_mesh<3>(*zones, std::move(notices), options.unheld, execution);
+    if (dimension == 2) return read_mesh<2>(*zones, std::move(notices), options.unsupported_cells, execution);
+    if (dimension == 3) return read_mesh<3>(*zones, std::move(notices), options.unsupported_cells, execution);
     return fail(ErrorKind::input, "NDIME is " + std::to_string(dimension) + ", not 2 or 3", std::string(name), {},
                 damaged);
 }

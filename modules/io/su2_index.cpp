@@ -61,7 +61,7 @@ class Index {
 
     Outcome<Done> take(std::string_view line) {
         const auto [key, value] = entry_of(line);
-        if (key.empty()) return row_of_nothing(line);
+        if (key.empty()) return unexpected_row(line);
         if (key == "MARKER_TAG") return marker(value);
         if (key == "NDIME") return single(line, value, zone_.dimension);
         if (key == "NMARK") return single(line, value, zone_.markers_announced);
@@ -75,7 +75,7 @@ class Index {
     }
 
     /// Unknown blocks may have rows; other rows without a header are errors.
-    Outcome<Done> row_of_nothing(std::string_view line) {
+    Outcome<Done> unexpected_row(std::string_view line) {
         if (in_foreign_) return Done{};
         return fail_at(zone_.place(line), "is neither a keyword with = nor one of the announced rows");
     }
@@ -120,20 +120,20 @@ class Index {
             return fail(ErrorKind::unsupported, "has more rows than 32 bits can number", zone_.place(line));
         Lines ahead = lines_;  // a SEND_RECEIVE marker has a line between its count and its rows
         if (const auto row = ahead.next(); row && entry_of(*row).key == "SEND_TO") lines_ = ahead;
-        Block made{static_cast<std::size_t>(count), lines_};
-        for (std::size_t i = 0; i < made.count; ++i) {
+        Block result{static_cast<std::size_t>(count), lines_};
+        for (std::size_t i = 0; i < result.count; ++i) {
             const auto row = lines_.next();
             if (!row || row->find('=') != std::string_view::npos)
                 return fail_at(row ? zone_.place(*row) : zone_.end(),
                                "row " + std::to_string(i + 1) + " of " + std::to_string(count) + " is missing");
         }
-        return made;
+        return result;
     }
 
     Outcome<Done> block(std::string_view line, std::string_view value, std::optional<Block>& into) {
         if (into) return fail_at(zone_.place(line), "occurs a second time", "remove one, or begin a zone (IZONE=)");
-        return rows(line, value).map([&](Block made) {
-            into = std::move(made);
+        return rows(line, value).map([&](Block result) {
+            into = std::move(result);
             return Done{};
         });
     }
@@ -142,12 +142,12 @@ class Index {
         const auto line = lines_.next();
         if (!line || entry_of(*line).key != "MARKER_ELEMS")
             return fail_at(line ? zone_.place(*line) : zone_.end(), "MARKER_TAG is not followed by MARKER_ELEMS");
-        return rows(*line, entry_of(*line).value).map([&](Block made) {
-            made.tag = std::string(tag);
+        return rows(*line, entry_of(*line).value).map([&](Block result) {
+            result.tag = std::string(tag);
             if (tag == "SEND_RECEIVE")
                 ++zone_.parallel_markers;
             else
-                zone_.markers.push_back(std::move(made));
+                zone_.markers.push_back(std::move(result));
             return Done{};
         });
     }

@@ -103,7 +103,7 @@ inline constexpr const char* simplices_remedy =
     "a program that splits them";
 
 /// Unsupported items by kind, in order of first occurrence.
-class Refused {
+class UnsupportedItems {
   public:
     /// `kind`: in the plural.
     void count(const std::string& kind, std::size_t number = 1) {
@@ -125,9 +125,9 @@ class Refused {
         return counts;
     }
 
-    /// With `Unheld::count` no error; else as below.
-    [[nodiscard]] Outcome<Done> verdict(std::string where, Unheld unheld) const {
-        return unheld == Unheld::count ? Outcome<Done>(Done{}) : verdict(std::move(where));
+    /// With `UnsupportedCells::count` no error; else as below.
+    [[nodiscard]] Outcome<Done> verdict(std::string where, UnsupportedCells unsupported_cells) const {
+        return unsupported_cells == UnsupportedCells::count ? Outcome<Done>(Done{}) : verdict(std::move(where));
     }
     /// Error of kind unsupported that names all kinds, if there are any.
     [[nodiscard]] Outcome<Done> verdict(std::string where) const {
@@ -149,11 +149,11 @@ class Refused {
 };
 
 /// The first faulty row, for any number of threads.
-class FirstFault {
+class FirstErrorRow {
   public:
     void note(std::size_t row) {
-        std::size_t seen = row_.load(std::memory_order_relaxed);
-        while (row < seen && !row_.compare_exchange_weak(seen, row, std::memory_order_relaxed)) {
+        std::size_t observed = row_.load(std::memory_order_relaxed);
+        while (row < observed && !row_.compare_exchange_weak(observed, row, std::memory_order_relaxed)) {
         }
     }
     [[nodiscard]] bool any() const { return row() != std::numeric_limits<std::size_t>::max(); }
@@ -196,7 +196,7 @@ class TagIndex {
 };
 
 /// Mesh data that a format can hold, besides nodes and simplices.
-struct Holds {
+struct FormatCapabilities {
     bool groups = false;        ///< names of references
     bool entities = false;      ///< of simplices
     bool associations = false;  ///< entities and parameters of vertices
@@ -208,7 +208,8 @@ struct Holds {
 
 /// A notice for each kind of data that the format cannot hold, with the number of items.
 template <int D>
-[[nodiscard]] std::vector<Notice> not_held(const LinearMesh<D>& mesh, Holds holds, std::string_view format);
+[[nodiscard]] std::vector<Notice> unsupported_data(const LinearMesh<D>& mesh, FormatCapabilities capabilities,
+                                                   std::string_view format);
 
 /// For formats with one name for each reference: simplices in further groups.
 template <int D>

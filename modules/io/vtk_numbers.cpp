@@ -155,8 +155,8 @@ Outcome<FieldValues> values_of(const Buffer<From>& from, const Column<std::uint3
 Outcome<std::optional<Buffer<Reference>>> as_references(const Numbers& numbers, const Execution& execution) {
     return std::visit(
         [&](const auto& values) -> Outcome<std::optional<Buffer<Reference>>> {
-            FirstFault first;
-            auto made = map_each(
+            FirstErrorRow first;
+            auto result = map_each(
                 execution, values.size(),
                 [&](std::size_t i) {
                     const auto reference = whole_number<Reference>(values[i]);
@@ -164,9 +164,9 @@ Outcome<std::optional<Buffer<Reference>>> as_references(const Numbers& numbers, 
                     return reference.value_or(0);
                 },
                 row_grain);
-            if (!made) return fail(std::move(made.error()));
+            if (!result) return fail(std::move(result.error()));
             if (first.any()) return std::nullopt;
-            return std::move(*made);
+            return std::move(*result);
         },
         numbers);
 }

@@ -101,8 +101,8 @@ class Parser {
         const std::string type = lower(source_.word());
         if (!n) return source_.wrong("the number of points is missing or malformed");
         file_.points = *n;
-        return source_.numbers(type, *n, 3).map([&](vtu::Numbers made) {
-            file_.point_arrays = {array("Points", 3, std::move(made))};
+        return source_.numbers(type, *n, 3).map([&](vtu::Numbers result) {
+            file_.point_arrays = {array("Points", 3, std::move(result))};
             return Done{};
         });
     }
@@ -156,8 +156,8 @@ class Parser {
     Outcome<Done> cell_types() {
         const auto n = source_.count();
         if (!n) return source_.wrong("the number of CELL_TYPES is missing or malformed");
-        return source_.numbers("int", *n, 1).map([&](vtu::Numbers made) {
-            file_.cell_arrays.push_back(array("types", 1, std::move(made)));
+        return source_.numbers("int", *n, 1).map([&](vtu::Numbers result) {
+            file_.cell_arrays.push_back(array("types", 1, std::move(result)));
             return Done{};
         });
     }
@@ -194,9 +194,9 @@ class Parser {
             const auto components = source_.count(), rows = source_.count();
             if (!components || !rows)
                 return source_.wrong("FIELD: array " + std::to_string(i + 1) + " has no valid size");
-            auto made = source_.numbers(lower(source_.word()), *rows, *components);
-            if (!made) return fail(std::move(made.error()));
-            add(name, *components, std::move(*made));
+            auto result = source_.numbers(lower(source_.word()), *rows, *components);
+            if (!result) return fail(std::move(result.error()));
+            add(name, *components, std::move(*result));
         }
         return Done{};
     }
@@ -212,19 +212,19 @@ class Parser {
         if (key == "color_scalars") {
             const auto components = source_.count();
             if (!components) return source_.wrong("COLOR_SCALARS has no number of components");
-            return keep(name, *components, source_.binary ? "unsigned_char" : "float");
+            return store_array(name, *components, source_.binary ? "unsigned_char" : "float");
         }
         if (key == "scalars") return scalars(name);
         if (key == "texture_coordinates") {
             const auto components = source_.count();
             if (!components) return source_.wrong("TEXTURE_COORDINATES has no number of components");
-            return keep(name, *components, lower(source_.word()));
+            return store_array(name, *components, lower(source_.word()));
         }
-        if (key == "vectors" || key == "normals") return keep(name, 3, lower(source_.word()));
-        if (key == "tensors") return keep(name, 9, lower(source_.word()));
-        if (key == "tensors6") return keep(name, 6, lower(source_.word()));
+        if (key == "vectors" || key == "normals") return store_array(name, 3, lower(source_.word()));
+        if (key == "tensors") return store_array(name, 9, lower(source_.word()));
+        if (key == "tensors6") return store_array(name, 6, lower(source_.word()));
         if (key == "global_ids" || key == "pedigree_ids" || key == "edge_flags")
-            return keep(name, 1, lower(source_.word()));
+            return store_array(name, 1, lower(source_.word()));
         return source_.wrong(in_quotes(key) + " is not a keyword of VTK");
     }
 
@@ -232,8 +232,8 @@ class Parser {
         const std::string type = lower(source_.word());
         std::uint64_t components = 1;
         std::size_t before = source_.at;
-        if (const auto given = source_.count())
-            components = *given;
+        if (const auto input = source_.count())
+            components = *input;
         else
             source_.at = before;
         before = source_.at;
@@ -241,13 +241,13 @@ class Parser {
             source_.word();
         else
             source_.at = before;
-        return keep(name, components, type);
+        return store_array(name, components, type);
     }
 
-    Outcome<Done> keep(const std::string& name, std::uint64_t components, const std::string& type) {
-        auto made = source_.numbers(type, rows_, components);
-        if (!made) return fail(std::move(made.error()));
-        add(name, components, std::move(*made));
+    Outcome<Done> store_array(const std::string& name, std::uint64_t components, const std::string& type) {
+        auto result = source_.numbers(type, rows_, components);
+        if (!result) return fail(std::move(result.error()));
+        add(name, components, std::move(*result));
         return Done{};
     }
     static Outcome<Done> discard(const Outcome<vtu::Numbers>& numbers) {
@@ -256,16 +256,16 @@ class Parser {
     }
 
     vtu::DataArray array(std::string name, std::size_t components, vtu::Numbers numbers) const {
-        vtu::DataArray made;
-        made.name = std::move(name);
-        made.components = components;
-        made.at = source_.keyword;
-        made.numbers = std::make_shared<const vtu::Numbers>(std::move(numbers));
-        return made;
+        vtu::DataArray result;
+        result.name = std::move(name);
+        result.components = components;
+        result.at = source_.keyword;
+        result.numbers = std::make_shared<const vtu::Numbers>(std::move(numbers));
+        return result;
     }
     void add(const std::string& name, std::size_t components, vtu::Numbers numbers) {
         if (owner_ == Owner::whole) {
-            ++file_.arrays_of_the_whole;
+            ++file_.field_data_arrays;
             return;
         }
         auto& arrays = owner_ == Owner::points ? file_.point_data : file_.cell_data;

@@ -263,7 +263,7 @@ Outcome<Chunks> encode_vtk(const Mesh<D>& mesh, const MeshFields& fields, VtkEnc
 
 template <int D>
 std::vector<Notice> not_in_vtk(const Mesh<D>& mesh) {
-    return not_held(straight_simplices(mesh), {.entities = true}, "VTK");
+    return unsupported_data(straight_simplices(mesh), {.entities = true}, "VTK");
 }
 
 #define CAMBER_INSTANTIATE(D)                                                                                 \

@@ -113,7 +113,7 @@ struct DataArray {
     std::size_t offset = 0;                       ///< in the appended data
     std::string_view text = {};                   ///< data that is not appended
     std::size_t at = 0;                           ///< byte of the element in the file
-    std::vector<DataArray> of_other_pieces = {};  ///< the same array of other pieces
+    std::vector<DataArray> other_pieces = {};     ///< the same array of other pieces
     std::shared_ptr<const Numbers> numbers = {};  ///< of files read at once (legacy VTK)
 };
 
@@ -135,7 +135,7 @@ struct File {
                   cells = 0;  ///< of all pieces; not yet compared with the arrays
     std::vector<PieceSize> pieces = {};
     std::vector<DataArray> point_data = {}, cell_data = {}, point_arrays = {}, cell_arrays = {};
-    std::size_t arrays_of_the_whole = 0;        ///< in FieldData
+    std::size_t field_data_arrays = 0;          ///< in FieldData
     std::shared_ptr<const void> document = {};  ///< owns the `text` of arrays
 };
 
@@ -219,7 +219,7 @@ class Bytes {
 
     /// Upper bound of the remaining bytes.
     [[nodiscard]] std::size_t most() const {
-        return encoding_ == Encoding::raw ? text_.size() : text_.size() / 4 * 3 + held_;
+        return encoding_ == Encoding::raw ? text_.size() : text_.size() / 4 * 3 + pending_bytes_;
     }
 
     /// None if there are fewer than n.
@@ -232,9 +232,9 @@ class Bytes {
             return out;
         }
         for (std::size_t i = 0; i < n; ++i) {
-            while (held_ == 0)
+            while (pending_bytes_ == 0)
                 if (!next_group()) return std::nullopt;
-            out[i] = group_[size_ - held_--];
+            out[i] = group_[size_ - pending_bytes_--];
         }
         return out;
     }
@@ -255,14 +255,14 @@ class Bytes {
         }
         if (padded > 2) return false;
         for (std::size_t i = 0; i < 3; ++i) group_[i] = static_cast<std::byte>(bits >> (16 - 8 * i) & 0xffU);
-        size_ = held_ = 3 - padded;
+        size_ = pending_bytes_ = 3 - padded;
         return true;
     }
 
     std::string_view text_;
     Encoding encoding_;
     std::array<std::byte, 3> group_{};
-    std::size_t size_ = 0, held_ = 0;  ///< of the current group, and not yet taken
+    std::size_t size_ = 0, pending_bytes_ = 0;  ///< of the current group, and not yet taken
 };
 
 /// Marks cells of other pieces.
@@ -273,29 +273,30 @@ struct Cells {
     static constexpr std::size_t kinds = 6;
     /// Elements, facets, edges, each with degree 2 first.
     std::array<Column<std::uint32_t>, kinds> of_kind;
-    Column<std::uint32_t> order;         ///< all kinds concatenated
-    Buffer<std::uint64_t> starts;        ///< of each file cell in `connectivity`, and the end
-    Buffer<std::uint32_t> connectivity;  ///< points; the number of an invalid VertexId means none
-    std::size_t at = 0;                  ///< in the file
-    std::vector<CellCount> unheld = {};  ///< unsupported kinds
+    Column<std::uint32_t> order;                    ///< all kinds concatenated
+    Buffer<std::uint64_t> starts;                   ///< of each file cell in `connectivity`, and the end
+    Buffer<std::uint32_t> connectivity;             ///< points; the number of an invalid VertexId means none
+    std::size_t at = 0;                             ///< in the file
+    std::vector<CellCount> unsupported_cells = {};  ///< unsupported kinds
 
     [[nodiscard]] static constexpr int dimension(std::size_t kind) { return 3 - static_cast<int>(kind / 2); }
 };
 
-struct Listed {
+struct ListedPieces {
     listing::Mesh<3> mesh;
     std::vector<Notice> notices = {};
-    std::vector<CellCount> unheld = {};
+    std::vector<CellCount> unsupported_cells = {};
 };
-[[nodiscard]] Outcome<Listed> listing_of(const File& file, const DecodeOptions& options, const Execution& execution);
+[[nodiscard]] Outcome<ListedPieces> listing_of(const File& file, const DecodeOptions& options,
+                                               const Execution& execution);
 
 /// Errors: input (inconsistent arrays), unsupported (more than 32 bits can number).
 [[nodiscard]] Outcome<Buffer<Vec<3>>> read_points(const File& file, const Execution& execution);
 
 /// Keeps node numbers; vertex cells are dropped with a notice. Errors: input (inconsistent arrays), unsupported (other
 /// cells).
-[[nodiscard]] Outcome<Cells> read_cells(const File& file, Unheld unheld, std::vector<Notice>& notices,
-                                        const Execution& execution);
+[[nodiscard]] Outcome<Cells> read_cells(const File& file, UnsupportedCells unsupported_cells,
+                                        std::vector<Notice>& notices, const Execution& execution);
 
 [[nodiscard]] Outcome<Done> place_cells(const File& file, const Cells& cells, listing::Mesh<3>& mesh,
                                         const Execution& execution);

@@ -183,9 +183,9 @@ class Sorter {
         return Done{};
     }
 
-    Outcome<Done> finish(Cells& cells, Unheld unheld, std::vector<Notice>& notices) && {
-        if (auto held = refused_.verdict(place(file_, at_), unheld); !held) return held;
-        cells.unheld = refused_.counts();
+    Outcome<Done> finish(Cells& cells, UnsupportedCells unsupported_cells, std::vector<Notice>& notices) && {
+        if (auto supported = refused_.verdict(place(file_, at_), unsupported_cells); !supported) return supported;
+        cells.unsupported_cells = refused_.counts();
         if (left_out_ghosts_ > 0)
             notices.push_back({std::to_string(left_out_ghosts_) + " ghost cells (vtkGhostType) were left out"});
         if (vertices_ > 0) notices.push_back({std::to_string(vertices_) + " cells that are vertices were left out"});
@@ -201,7 +201,7 @@ class Sorter {
   private:
     const File& file_;
     std::size_t at_;
-    Refused refused_;
+    UnsupportedItems refused_;
     Buffer<std::uint8_t> ghosts_;
     std::size_t vertices_ = 0, left_out_ghosts_ = 0;
     std::array<Buffer<std::uint32_t>, Cells::kinds> of_kind_;
@@ -256,7 +256,8 @@ Outcome<Buffer<Vec<3>>> read_points(const File& file, const Execution& execution
         *numbers);
 }
 
-Outcome<Cells> read_cells(const File& file, Unheld unheld, std::vector<Notice>& notices, const Execution& execution) {
+Outcome<Cells> read_cells(const File& file, UnsupportedCells unsupported_cells, std::vector<Notice>& notices,
+                          const Execution& execution) {
     Cells cells;
     if (!file.cell_arrays.empty()) cells.at = file.cell_arrays.front().at;
     if (file.cells == 0) return cells;
@@ -286,7 +287,7 @@ Outcome<Cells> read_cells(const File& file, Unheld unheld, std::vector<Notice>& 
         auto added = sorter.add(c, (*types)[c], cells.starts[c + 1] - cells.starts[c]);
         if (!added) return fail(std::move(added.error()));
     }
-    return std::move(sorter).finish(cells, unheld, notices).map([&](Done) { return std::move(cells); });
+    return std::move(sorter).finish(cells, unsupported_cells, notices).map([&](Done) { return std::move(cells); });
 }
 
 Outcome<Done> place_cells(const File& file, const Cells& cells, listing::Mesh<3>& mesh, const Execution& execution) {

@@ -31,7 +31,7 @@ namespace {
 constexpr const char* cut_off = "it seems to be cut off";
 constexpr std::string_view blanks = " \t\r\n";
 /// An impossible offset.
-constexpr std::size_t nowhere = std::numeric_limits<std::size_t>::max();
+constexpr std::size_t no_position = std::numeric_limits<std::size_t>::max();
 
 auto fail_at(const File& file, std::size_t at, std::string what, std::string remedy = {}) {
     return fail(ErrorKind::input, std::move(what), place(file, at), {}, std::move(remedy));
@@ -129,7 +129,7 @@ std::vector<DataArray> arrays_in(const pugi::xml_node& section) {
                           .type = node.attribute("type").as_string(),
                           .components = number(node, "NumberOfComponents").value_or(1),
                           .format = node.attribute("format").as_string(),
-                          .offset = number(node, "offset").value_or(nowhere),
+                          .offset = number(node, "offset").value_or(no_position),
                           .text = node.text().get(),
                           .at = at(node)});
     }
@@ -143,7 +143,7 @@ void join_arrays(std::vector<DataArray>& arrays, std::vector<DataArray> more) {
             return a.name == array.name && a.type == array.type && a.components == array.components;
         });
         if (same == more.end()) return true;
-        array.of_other_pieces.push_back(std::move(*same));
+        array.other_pieces.push_back(std::move(*same));
         same->name = std::string(1, '\0');  // prevents a second match
         return false;
     });
@@ -152,7 +152,7 @@ void join_arrays(std::vector<DataArray>& arrays, std::vector<DataArray> more) {
 Outcome<Done> read_piece(File& file, const pugi::xml_node& piece) {
     const auto points = number(piece, "NumberOfPoints"), cells = number(piece, "NumberOfCells");
     if (!points || !cells) return fail_at(file, at(piece), "the Piece has no NumberOfPoints or no NumberOfCells");
-    file.arrays_of_the_whole += arrays_in(piece.child("FieldData")).size();
+    file.field_data_arrays += arrays_in(piece.child("FieldData")).size();
     const bool first = file.pieces.empty();
     const std::uint64_t room = std::numeric_limits<std::uint64_t>::max();
     if (*points > room - file.points || *cells > room - file.cells)
@@ -175,7 +175,7 @@ Outcome<Done> read_piece(File& file, const pugi::xml_node& piece) {
 /// Skips empty pieces unless all are empty.
 Outcome<Done> read_pieces(File& file, const pugi::xml_node& root) {
     const pugi::xml_node grid = root.child("UnstructuredGrid");
-    file.arrays_of_the_whole = arrays_in(grid.child("FieldData")).size();
+    file.field_data_arrays = arrays_in(grid.child("FieldData")).size();
     const auto pieces = grid.children("Piece");
     if (pieces.begin() == pieces.end()) return fail_at(file, at(root), "has no Piece", "the file is damaged");
     const auto is_empty = [](const pugi::xml_node& piece) {

@@ -67,34 +67,34 @@ std::optional<FieldKind> kind_with(std::size_t components) {
 }
 
 /// Dropped arrays, with the first name.
-struct LeftOut {
-    const char* why;
+struct DroppedArrays {
+    const char* reason;
     std::size_t count = 0;
     std::string names = {};
 
-    void add(const std::string& given) {
-        const std::string name = printable(given);
+    void add(const std::string& input) {
+        const std::string name = printable(input);
         constexpr std::size_t most = 5;
         if (count < most) names += (count == 0 ? "" : ", ") + name.substr(0, 80);
         if (count++ == most) names += " …";
     }
-    void tell(std::vector<Notice>& notices) const {
+    void add_notices(std::vector<Notice>& notices) const {
         if (count > 0)
-            notices.push_back({std::to_string(count) + " arrays were left out, since " + why + ": " + names});
+            notices.push_back({std::to_string(count) + " arrays were left out, since " + reason + ": " + names});
     }
 };
 
 /// A later array replaces one of the same name, as in VTK.
-std::vector<const DataArray*> last_of_names(std::span<const DataArray> arrays, LeftOut& repeated) {
+std::vector<const DataArray*> last_of_names(std::span<const DataArray> arrays, DroppedArrays& repeated) {
     std::map<std::string_view, const DataArray*> last;
     for (const DataArray& array : arrays) last.insert_or_assign(array.name, &array);
-    std::vector<const DataArray*> kept;
+    std::vector<const DataArray*> selected;
     for (const DataArray& array : arrays)
         if (array.name.empty() || last.at(array.name) == &array)
-            kept.push_back(&array);
+            selected.push_back(&array);
         else
             repeated.add(array.name);
-    return kept;
+    return selected;
 }
 
 class MeshReader {
@@ -104,11 +104,11 @@ class MeshReader {
         mesh_.name = file.name;
     }
 
-    Outcome<Listed> read() && {
+    Outcome<ListedPieces> read() && {
         auto points = read_points(file_, execution_);
         if (!points) return fail(std::move(points.error()));
         mesh_.points = std::move(*points);
-        auto cells = read_cells(file_, options_.unheld, notices_, execution_);
+        auto cells = read_cells(file_, options_.unsupported_cells, notices_, execution_);
         if (!cells) return fail(std::move(cells.error()));
         cells_ = std::move(*cells);
         for (auto part : {&MeshReader::nodes, &MeshReader::point_data, &MeshReader::cell_data}) {
@@ -119,8 +119,8 @@ class MeshReader {
         auto sound = listing::check(mesh_, execution_);
         if (sound && file_.pieces.size() > 1) sound = join_pieces();
         if (!sound) return fail(std::move(sound.error()));
-        tell();
-        return Listed{std::move(mesh_), std::move(notices_), std::move(cells_.unheld)};
+        add_notices();
+        return ListedPieces{std::move(mesh_), std::move(notices_), std::move(cells_.unsupported_cells)};
     }
 
   private:
@@ -188,7 +188,7 @@ class MeshReader {
 
     /// One a file cell; zeros without an array of references.
     Outcome<Buffer<Reference>> references_of_cells(std::span<const DataArray* const> arrays) {
-        if (!options_.reference_array.empty()) return asked_references(arrays);
+        if (!options_.reference_array.empty()) return requested_references(arrays);
         for (const std::string_view name : names_of_references)
             for (const DataArray* const array : arrays) {
                 if (plain_name(array->name) != name) continue;
@@ -196,9 +196,9 @@ class MeshReader {
                 if (!references) return fail(std::move(references.error()));
                 if (!*references) continue;
                 array_of_references_ = array;
-                constexpr std::size_t of_programs_that_mean_it = 5;
+                constexpr std::size_t min_references = 5;
                 if (std::ranges::find(names_of_references, name) - names_of_references.begin() >=
-                    static_cast<std::ptrdiff_t>(of_programs_that_mean_it))
+                    static_cast<std::ptrdiff_t>(min_references))
                     notices_.push_back({"the references of the cells are the array " + printable(array->name)});
                 return std::move(**references);
             }
@@ -206,7 +206,7 @@ class MeshReader {
     }
 
     /// The array that the caller names. Errors: input (no such array of 32-bit integers).
-    Outcome<Buffer<Reference>> asked_references(std::span<const DataArray* const> arrays) {
+    Outcome<Buffer<Reference>> requested_references(std::span<const DataArray* const> arrays) {
         std::string names;
         for (const DataArray* const array : arrays) {
             names += (names.empty() ? "" : ", ") + printable(array->name);
@@ -223,8 +223,8 @@ class MeshReader {
     }
 
     Outcome<Done> entities_of_cells(const DataArray& array, Buffer<Reference>& entities) {
-        return whole_scalars(array, file_.cells).map([&](std::optional<Buffer<Reference>> made) {
-            if (made) entities = std::move(*made);
+        return whole_scalars(array, file_.cells).map([&](std::optional<Buffer<Reference>> result) {
+            if (result) entities = std::move(*result);
             return Done{};
         });
     }
@@ -233,11 +233,11 @@ class MeshReader {
     Outcome<Done> dimensions(const DataArray& array) {
         auto numbers = whole_scalars(array, file_.cells);
         if (!numbers) return fail(std::move(numbers.error()));
-        bool ours = numbers->has_value();
-        for (std::size_t kind = 0; kind < Cells::kinds && ours; ++kind)
+        bool is_own = numbers->has_value();
+        for (std::size_t kind = 0; kind < Cells::kinds && is_own; ++kind)
             for (const std::uint32_t cell : cells_.of_kind[kind])
-                ours = ours && (**numbers)[cell] == Cells::dimension(kind);
-        if (!ours) taken_names_.add(array.name);
+                is_own = is_own && (**numbers)[cell] == Cells::dimension(kind);
+        if (!is_own) taken_names_.add(array.name);
         return Done{};
     }
 
@@ -250,8 +250,8 @@ class MeshReader {
         if (array.components != 1 || !is_number(array)) return none();
         const auto numbers = read_rows(file_, array, rows, execution_);
         if (!numbers) return fail(numbers.error());
-        auto made = as_references(*numbers, execution_);
-        if (!made || *made) return made;
+        auto result = as_references(*numbers, execution_);
+        if (!result || *result) return result;
         return none();
     }
 
@@ -270,25 +270,25 @@ class MeshReader {
         return Done{};
     }
 
-    static Outcome<Done> left_out(LeftOut& list, const DataArray& array) {
+    static Outcome<Done> left_out(DroppedArrays& list, const DataArray& array) {
         list.add(array.name);
         return Done{};
     }
 
     [[nodiscard]] static Buffer<Reference> chosen(const Buffer<Reference>& of_file,
                                                   const Column<std::uint32_t>& cells) {
-        Buffer<Reference> made;
-        if (of_file.empty()) return made;
-        made.reserve(cells.size());
-        for (const std::uint32_t cell : cells) made.push_back(of_file[cell]);
-        return made;
+        Buffer<Reference> result;
+        if (of_file.empty()) return result;
+        result.reserve(cells.size());
+        for (const std::uint32_t cell : cells) result.push_back(of_file[cell]);
+        return result;
     }
 
-    void tell() {
-        for (const LeftOut* list : {&repeated_, &no_numbers_, &nameless_, &other_components_, &taken_names_})
-            list->tell(notices_);
-        if (file_.arrays_of_the_whole > 0)
-            notices_.push_back({std::to_string(file_.arrays_of_the_whole) + " arrays of FieldData were left out"});
+    void add_notices() {
+        for (const DroppedArrays* list : {&repeated_, &no_numbers_, &nameless_, &other_components_, &taken_names_})
+            list->add_notices(notices_);
+        if (file_.field_data_arrays > 0)
+            notices_.push_back({std::to_string(file_.field_data_arrays) + " arrays of FieldData were left out"});
     }
 
     const File& file_;
@@ -299,14 +299,14 @@ class MeshReader {
     std::vector<MeshField> fields_;
     std::vector<Notice> notices_;
     const DataArray* array_of_references_ = nullptr;
-    LeftOut repeated_{"a later array has the same name"}, no_numbers_{"they are not numeric"},
+    DroppedArrays repeated_{"a later array has the same name"}, no_numbers_{"they are not numeric"},
         nameless_{"they have no name"}, other_components_{"they have neither 1, 3, 6 nor 9 components"},
         taken_names_{"their values differ from those that Camber writes under these names"};
 };
 
 }  // namespace
 
-Outcome<Listed> listing_of(const File& file, const DecodeOptions& options, const Execution& execution) {
+Outcome<ListedPieces> listing_of(const File& file, const DecodeOptions& options, const Execution& execution) {
     return MeshReader(file, options, execution).read();
 }
 
@@ -315,7 +315,7 @@ Outcome<DecodedMesh> mesh_of(const File& file, const DecodeOptions& options, con
     if (!listed) return fail(std::move(listed.error()));
     auto decoded = listing::assembled(std::move(listed->mesh), listing::MidNodeKind::on_curve,
                                       std::move(listed->notices), execution);
-    if (decoded) decoded->unheld = std::move(listed->unheld);
+    if (decoded) decoded->unsupported_cells = std::move(listed->unsupported_cells);
     return decoded;
 }
 

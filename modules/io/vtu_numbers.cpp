@@ -109,7 +109,7 @@ Outcome<Buffer<std::byte>> unpacked(const File& file, const DataArray& array, By
     const auto packed = bytes.take(last.begin + last.packed);
     if (!packed) return damaged(file, array, "its compressed data end too soon");
     Buffer<std::byte> out(last.to + last.size);
-    FirstFault first;
+    FirstErrorRow first;
     auto done = each(
         execution, blocks->size(),
         [&](std::size_t b) {
@@ -284,7 +284,7 @@ Outcome<Done> check_sizes(const File& file) {
     for (const auto* const section : {&file.point_data, &file.cell_data, &file.point_arrays, &file.cell_arrays})
         for (const DataArray& array : *section) {
             if (auto sound = check_size(file, array, budget); !sound) return sound;
-            for (const DataArray& other : array.of_other_pieces)
+            for (const DataArray& other : array.other_pieces)
                 if (auto sound = check_size(file, other, budget); !sound) return sound;
         }
     return Done{};
@@ -298,7 +298,7 @@ Outcome<Numbers> read_array(const File& file, const DataArray& array, std::uint6
     if (type == nullptr)
         return fail(ErrorKind::unsupported, "the array " + array.name + " is not numeric", place(file, array.at));
     auto numbers = type->read(file, array, rows, execution);
-    for (const DataArray& other : array.of_other_pieces) {
+    for (const DataArray& other : array.other_pieces) {
         if (!numbers) break;
         const auto more = type->read(file, other, rows, execution);
         if (!more) return more;

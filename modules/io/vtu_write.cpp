@@ -82,7 +82,7 @@ Outcome<std::string> AppendedArrays::append(std::string_view type, const ArrayNa
                                             const std::function<void(std::size_t, std::size_t, std::byte*)>& fill) {
     const std::size_t in_block = block_bytes / size;
     const std::size_t blocks = (n + in_block - 1) / in_block;
-    auto made = map_each(
+    auto result = map_each(
         execution_, blocks,
         [&](std::size_t b) {
             const std::size_t first = b * in_block, last = std::min(n, first + in_block);
@@ -91,11 +91,11 @@ Outcome<std::string> AppendedArrays::append(std::string_view type, const ArrayNa
             return compressed(raw);
         },
         1);
-    if (!made) return fail(std::move(made.error()));
+    if (!result) return fail(std::move(result.error()));
 
     std::vector<std::uint64_t> header{blocks, block_bytes, n * size % block_bytes};
     header.reserve(3 + blocks);
-    std::transform(made->begin(), made->end(), std::back_inserter(header),
+    std::transform(result->begin(), result->end(), std::back_inserter(header),
                    [](const Buffer<std::byte>& block) { return std::uint64_t{block.size()}; });
     Buffer<std::byte> head(header.size() * sizeof(std::uint64_t));
     std::memcpy(head.data(), header.data(), head.size());
@@ -104,7 +104,7 @@ Outcome<std::string> AppendedArrays::append(std::string_view type, const ArrayNa
     chunks_.reserve(chunks_.size() + blocks + 1);
     bytes_ += head.size();
     chunks_.push_back(std::move(head));
-    for (Buffer<std::byte>& block : *made) {
+    for (Buffer<std::byte>& block : *result) {
         bytes_ += block.size();
         chunks_.push_back(std::move(block));
     }
@@ -172,9 +172,9 @@ class Writer {
             return fail(std::move(fits.error()));
         std::string xml = begin();
         for (auto part : {&Writer::point_data, &Writer::cell_data, &Writer::points, &Writer::cells}) {
-            auto made = (this->*part)();
-            if (!made) return fail(std::move(made.error()));
-            xml += *made;
+            auto result = (this->*part)();
+            if (!result) return fail(std::move(result.error()));
+            xml += *result;
         }
         return std::move(arrays_).finish(xml + "</Piece>\n</UnstructuredGrid>\n");
     }
@@ -232,9 +232,9 @@ class Writer {
     Outcome<std::string> data(const std::string& tag, std::string xml, Centring centring) {
         for (const MeshField& field : fields_) {
             if (field.centring != centring) continue;
-            auto made = std::visit([&](const auto& values) { return array_of(field, values); }, field.values);
-            if (!made) return made;
-            xml += *made;
+            auto result = std::visit([&](const auto& values) { return array_of(field, values); }, field.values);
+            if (!result) return result;
+            xml += *result;
         }
         const bool numbered = centring == Centring::node && fields_.find(global_nodes, centring) != nullptr;
         const std::string ids = numbered ? " GlobalIds=\"" + std::string(global_nodes) + "\"" : std::string();

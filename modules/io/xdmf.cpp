@@ -212,7 +212,7 @@ bool is_xdmf(std::span<const std::byte> bytes) {
 template <int D>
 std::vector<Notice> not_in_xdmf(const Mesh<D>& all) {
     const LinearMesh<D> mesh = straight_simplices(all);
-    std::vector<Notice> notices = not_held(mesh, {.feature_edges = all.degree == 1}, "XDMF");
+    std::vector<Notice> notices = unsupported_data(mesh, {.feature_edges = all.degree == 1}, "XDMF");
     if (all.degree == 2 && mesh.elements.size() > 0 && mesh.facets.size() > 0)
         notices.push_back({"XDMF allows only one kind of cells of degree 2 in a grid: " +
                            std::to_string(mesh.facets.size()) + " facets are left out"});

@@ -178,7 +178,7 @@ template <int D>
 Outcome<BackMesh<D>> make_back_mesh(const LinearMesh<D>& mesh, const Incidence<ElementId>& balls,
                                     Column<LogMetric<D>> log_metrics, const Execution& execution) {
     if constexpr (D == 3)
-        if (is_surface_alone(mesh))
+        if (is_standalone_surface(mesh))
             return make_surface_back(mesh, std::move(log_metrics), execution).map([](SurfaceBack surface) {
                 return BackMesh<D>(std::move(surface));
             });
@@ -228,7 +228,7 @@ void StraightBack<D>::sample_with_recovered_gradients(std::span<const Vec<D>> po
 }
 
 template <int D>
-void StraightBack<D>::see(std::span<const BackEdge> edges, std::span<EdgeEnds<D>> out) const {
+void StraightBack<D>::sample_edges(std::span<const BackEdge> edges, std::span<EdgeEnds<D>> out) const {
     for (std::size_t i = 0; i < edges.size(); ++i) {
         const auto& [a, b, shell] = edges[i];
         out[i] = {{log_metrics[a]}, {log_metrics[b]}, false};
@@ -350,7 +350,7 @@ void SurfaceBack::sample_with_recovered_gradients(std::span<const Vec<3>> points
     }
 }
 
-void SurfaceBack::see(std::span<const BackEdge> edges, std::span<EdgeEnds<3>> out) const {
+void SurfaceBack::sample_edges(std::span<const BackEdge> edges, std::span<EdgeEnds<3>> out) const {
     for (std::size_t i = 0; i < edges.size(); ++i) {
         const auto& [a, b, shell] = edges[i];
         out[i] = {{log_metrics[a]}, {log_metrics[b]}, false};

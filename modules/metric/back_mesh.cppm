@@ -67,7 +67,7 @@ struct EdgeEnd {
 template <int D>
 struct EdgeEnds {
     EdgeEnd<D> a, b;
-    bool is_bent = false;  ///< true if a Jacobian is not the identity
+    bool is_curved = false;  ///< true if a Jacobian is not the identity
 };
 
 /// Element of an edge's shell: the field's gradient in it, and the inward normals, of any length, of its two faces that
@@ -117,7 +117,7 @@ class BackModel {
                                                  std::span<FieldSample<D>> out) const = 0;
 
     /// Samples the field at both ends of each edge.
-    virtual void see(std::span<const BackEdge> edges, std::span<EdgeEnds<D>> out) const = 0;
+    virtual void sample_edges(std::span<const BackEdge> edges, std::span<EdgeEnds<D>> out) const = 0;
 
     /// Returns the data for searches in packs. Without it, edges are searched one by one.
     [[nodiscard]] virtual PackedField<D> packed() const { return {}; }
@@ -152,10 +152,10 @@ class BackMesh {
 };
 
 /// Selects which vertex gradients a curved back mesh stores. Without `recovered`, recovered gradients are the gradients
-/// in the elements; without `seen`, edges sample a constant field.
-enum class KeptGradients : std::uint8_t {
+/// in the elements; without `sampled`, edges sample a constant field.
+enum class StoredGradients : std::uint8_t {
     recovered,  ///< gradients for `sample_with_recovered_gradients`
-    seen,       ///< gradients for `see`, used to compute offsets of edge nodes
+    sampled,    ///< gradients for `sample_edges`, used to compute offsets of edge nodes
     all,
 };
 
@@ -179,7 +179,7 @@ template <int D>
 template <int D>
 [[nodiscard]] Outcome<BackMesh<D>> make_curved_back_mesh(QuadraticMesh<D> mesh, const Incidence<ElementId>& balls,
                                                          Column<LogMetric<D>> log_metrics, const Execution& execution,
-                                                         KeptGradients kept = KeptGradients::all);
+                                                         StoredGradients stored = StoredGradients::all);
 
 /// Makes a field with values only (no gradients) from other log-metrics on the straight mesh of a back mesh, and shares
 /// its location data. Errors: the number of rows is not that of the vertices; no straight mesh (internal).

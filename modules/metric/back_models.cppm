@@ -136,7 +136,7 @@ class StraightBack final : public BackModel<D> {
                                std::span<FieldSample<D>> out) const override;
     void sample_with_recovered_gradients(std::span<const Vec<D>> points, ElementId hint,
                                          std::span<FieldSample<D>> out) const override;
-    void see(std::span<const BackEdge> edges, std::span<EdgeEnds<D>> out) const override;
+    void sample_edges(std::span<const BackEdge> edges, std::span<EdgeEnds<D>> out) const override;
     [[nodiscard]] PackedField<D> packed() const override { return {this, nullptr}; }
     [[nodiscard]] std::size_t vertex_count() const override { return mesh.points.size(); }
     [[nodiscard]] BackVertex<D> vertex(VertexId v) const override { return {mesh.points[v], log_metrics[v]}; }
@@ -201,7 +201,7 @@ class SurfaceBack final : public BackModel<3> {
                                std::span<FieldSample<3>> out) const override;
     void sample_with_recovered_gradients(std::span<const Vec<3>> points, ElementId hint,
                                          std::span<FieldSample<3>> out) const override;
-    void see(std::span<const BackEdge> edges, std::span<EdgeEnds<3>> out) const override;
+    void sample_edges(std::span<const BackEdge> edges, std::span<EdgeEnds<3>> out) const override;
     [[nodiscard]] std::size_t vertex_count() const override { return mesh.points.size(); }
     [[nodiscard]] BackVertex<3> vertex(VertexId v) const override { return {mesh.points[v], log_metrics[v]}; }
     [[nodiscard]] BackSector<3> sector(ElementId e, VertexId a, VertexId b) const override;
@@ -220,7 +220,7 @@ class SurfaceBack final : public BackModel<3> {
                                                                         const Execution& execution);
 
 template <int D>
-struct Bent {
+struct MappedPoint {
     Vec<D> point;     ///< x(X)
     Mat<D> jacobian;  ///< F = ∂x/∂X
 };
@@ -242,14 +242,14 @@ class CurvedBack final : public BackModel<D> {
                                std::span<FieldSample<D>> out) const override;
     void sample_with_recovered_gradients(std::span<const Vec<D>> points, ElementId hint,
                                          std::span<FieldSample<D>> out) const override;
-    void see(std::span<const BackEdge> pack, std::span<EdgeEnds<D>> out) const override;
+    void sample_edges(std::span<const BackEdge> pack, std::span<EdgeEnds<D>> out) const override;
     [[nodiscard]] PackedField<D> packed() const override { return {&reference, this}; }
     [[nodiscard]] std::size_t vertex_count() const override { return reference.vertex_count(); }
     [[nodiscard]] BackVertex<D> vertex(VertexId v) const override { return reference.vertex(v); }
     [[nodiscard]] BackSector<D> sector(ElementId e, VertexId a, VertexId b) const override;
 
-    [[nodiscard]] bool is_bent(ElementId e) const;
-    [[nodiscard]] Bent<D> at(const Location<D>& location) const;
+    [[nodiscard]] bool is_curved(ElementId e) const;
+    [[nodiscard]] MappedPoint<D> at(const Location<D>& location) const;
 };
 
 /// Quadratic K-simplex in D dimensions, relative to its vertex 0:
@@ -411,7 +411,7 @@ template <int D>
 
 /// Returns false if all Bézier points of the element lie on one side of the point: a fast test before Newton's method.
 template <int D>
-[[nodiscard]] bool may_hold(const CurvedSimplex<D, D>& element, const Vec<D>& r);
+[[nodiscard]] bool may_contain(const CurvedSimplex<D, D>& element, const Vec<D>& r);
 
 enum class Membership { inside, not_inside, undecided };
 template <int D>
@@ -439,7 +439,7 @@ class NodalBack final : public BackModel<D> {
                                std::span<FieldSample<D>> out) const override;
     void sample_with_recovered_gradients(std::span<const Vec<D>> points, ElementId hint,
                                          std::span<FieldSample<D>> out) const override;
-    void see(std::span<const BackEdge> edges, std::span<EdgeEnds<D>> out) const override;
+    void sample_edges(std::span<const BackEdge> edges, std::span<EdgeEnds<D>> out) const override;
     [[nodiscard]] std::size_t vertex_count() const override { return places.mesh.linear.points.size(); }
     [[nodiscard]] BackVertex<D> vertex(VertexId v) const override {
         return {places.mesh.linear.points[v], logs.vertices[v]};
@@ -465,8 +465,8 @@ template <int D>
 /// Returns ∂ξ/∂p of the point of a face nearest to p, one row for each of ξ_1 … ξ_D. If the nearest point is on an edge
 /// or vertex of the face, it moves only along that edge or vertex.
 template <int D>
-[[nodiscard]] std::array<Vec<D>, D> slide_along_face(const CurvedLocator<D>& back, const Location<D>& location,
-                                                     const Vec<D>& p);
+[[nodiscard]] std::array<Vec<D>, D> nearest_point_derivative(const CurvedLocator<D>& back, const Location<D>& location,
+                                                             const Vec<D>& p);
 
 }  // namespace camber
 
@@ -544,13 +544,13 @@ template <class Part, int D>
         Buffer<Parts> parts(std::min(n, ball_block));
         for (std::size_t first = 0; first < n; first += ball_block) {
             const std::size_t last = std::min(n, first + ball_block);
-            auto made = each_chunk(
+            auto result = each_chunk(
                 silent, last - first,
                 [&](std::size_t begin, std::size_t end) {
                     make(first + begin, first + end, std::span<Parts>(parts).subspan(begin, end - begin));
                 },
                 grain);
-            if (!made) return made;
+            if (!result) return result;
             auto added = each(
                 silent, last - first,
                 [&](std::size_t i) {

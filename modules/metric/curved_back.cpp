@@ -69,13 +69,13 @@ Vec<D> displacement_at_centre(const CurvedBack<D>& back, ElementId e) {
 }  // namespace
 
 template <int D>
-bool CurvedBack<D>::is_bent(ElementId e) const {
+bool CurvedBack<D>::is_curved(ElementId e) const {
     return std::ranges::any_of(edges.of_elements[e], [&](EdgeId edge) { return displacements[edge] != Vec<D>{}; });
 }
 
 template <int D>
-Bent<D> CurvedBack<D>::at(const Location<D>& location) const {
-    Bent<D> bent{reference_point(*this, location), Mat<D>::identity()};
+MappedPoint<D> CurvedBack<D>::at(const Location<D>& location) const {
+    MappedPoint<D> bent{reference_point(*this, location), Mat<D>::identity()};
     const auto gradients = barycentric_gradients(reference.mesh, location.element);
     for (int k = 0; k < edges_per_simplex<D>; ++k) {
         const Vec<D>& u = displacements[edges.of_elements[location.element][k]];
@@ -90,11 +90,11 @@ Bent<D> CurvedBack<D>::at(const Location<D>& location) const {
 template <int D>
 Location<D> CurvedBack<D>::locate(const Vec<D>& p, ElementId hint) const {
     if (!is_finite(p)) return reference.locate(p, hint);
-    Vec<D> seen = hint.valid() ? p - displacement_at_centre(*this, hint) : p;
-    Location<D> found = reference.locate(seen, hint);
-    if (found.placement != Placement::inside) seen = reference_point(*this, found);
+    Vec<D> relative = hint.valid() ? p - displacement_at_centre(*this, hint) : p;
+    Location<D> found = reference.locate(relative, hint);
+    if (found.placement != Placement::inside) relative = reference_point(*this, found);
     for (int step = 0; step < max_steps; ++step) {
-        const Bent<D> bent = at(found);
+        const MappedPoint<D> bent = at(found);
         const Vec<D> move = inverse(bent.jacobian) * (p - bent.point);
         if (!is_finite(move)) break;
         const auto gradients = barycentric_gradients(reference.mesh, found.element);
@@ -102,10 +102,11 @@ Location<D> CurvedBack<D>::locate(const Vec<D>& p, ElementId hint) const {
             for (int i = 0; i <= D; ++i) found.xi[i] += dot(gradients[i], move);
             break;
         }
-        found = reference.locate(seen + move, found.element);
-        const Vec<D> before = seen;
-        seen = found.placement == Placement::inside ? seen + move : reference_point(*this, found);
-        if (found.placement != Placement::inside && share_of_element<D>(gradients, seen - before) < small_step) break;
+        found = reference.locate(relative + move, found.element);
+        const Vec<D> before = relative;
+        relative = found.placement == Placement::inside ? relative + move : reference_point(*this, found);
+        if (found.placement != Placement::inside && share_of_element<D>(gradients, relative - before) < small_step)
+            break;
     }
     return found;
 }
@@ -135,17 +136,17 @@ void CurvedBack<D>::sample_with_recovered_gradients(std::span<const Vec<D>> poin
 }
 
 template <int D>
-void CurvedBack<D>::see(std::span<const BackEdge> pack, std::span<EdgeEnds<D>> out) const {
+void CurvedBack<D>::sample_edges(std::span<const BackEdge> pack, std::span<EdgeEnds<D>> out) const {
     for (std::size_t i = 0; i < pack.size(); ++i) {
         const auto& [a, b, shell] = pack[i];
         out[i] = {{reference.log_metrics[a]}, {reference.log_metrics[b]}, std::ranges::any_of(shell, [&](ElementId e) {
-                      return is_bent(e);
+                      return is_curved(e);
                   })};
         if (!relative_gradients.empty()) {
             out[i].a.gradient = relative_gradients[a];
             out[i].b.gradient = relative_gradients[b];
         }
-        if (!out[i].is_bent) continue;
+        if (!out[i].is_curved) continue;
         out[i].a.jacobian = out[i].b.jacobian = {};
         for (const ElementId e : shell) {
             const auto gradients = barycentric_gradients(reference.mesh, e);
@@ -160,7 +161,7 @@ void CurvedBack<D>::see(std::span<const BackEdge> pack, std::span<EdgeEnds<D>> o
 template <int D>
 BackSector<D> CurvedBack<D>::sector(ElementId e, VertexId a, VertexId b) const {
     BackSector<D> sector = reference.sector(e, a, b);
-    if (!is_bent(e)) return sector;
+    if (!is_curved(e)) return sector;
     Location<D> middle{.element = e, .xi = {}};
     for (int i = 0; i <= D; ++i)
         if (const VertexId v = reference.mesh.elements.vertices[e][i]; v == a || v == b) middle.xi[i] = 0.5;
@@ -174,9 +175,10 @@ BackSector<D> CurvedBack<D>::sector(ElementId e, VertexId a, VertexId b) const {
 template <int D>
 Outcome<BackMesh<D>> make_curved_back_mesh(QuadraticMesh<D> mesh, const Incidence<ElementId>& balls,
                                            Column<LogMetric<D>> log_metrics, const Execution& execution,
-                                           KeptGradients kept) {
+                                           StoredGradients stored) {
     // A curved surface is close to its triangles, and the field of a surface is constant along their normals.
-    if (is_surface_alone(mesh.linear)) return make_back_mesh(mesh.linear, balls, std::move(log_metrics), execution);
+    if (is_standalone_surface(mesh.linear))
+        return make_back_mesh(mesh.linear, balls, std::move(log_metrics), execution);
     auto displacements = map_each(part_of(execution, 0, 0.03), mesh.edges.size(), [&](std::size_t e) {
         const auto& [a, b] = mesh.edges.vertices[e];
         return mesh.mid_nodes[e].point - midpoint(mesh.linear.points[a], mesh.linear.points[b]);
@@ -187,7 +189,7 @@ Outcome<BackMesh<D>> make_curved_back_mesh(QuadraticMesh<D> mesh, const Incidenc
         return make_back_mesh(mesh.linear, balls, std::move(log_metrics), part_of(execution, 0.03, 1));
     auto straight = make_straight_back(mesh.linear, balls, std::move(log_metrics), part_of(execution, 0.03, 0.35));
     if (!straight) return fail(straight.error());
-    if (kept != KeptGradients::seen) {
+    if (stored != StoredGradients::sampled) {
         auto recovered = mean_gradients(*straight, balls, part_of(execution, 0.35, 0.6));
         if (!recovered) return fail(recovered.error());
         straight->nodal_gradients = std::move(*recovered);
@@ -196,10 +198,11 @@ Outcome<BackMesh<D>> make_curved_back_mesh(QuadraticMesh<D> mesh, const Incidenc
     back.reference = std::move(*straight);
     back.edges = mesh.edges;
     back.displacements = std::move(*displacements);
-    if (kept == KeptGradients::recovered) return BackMesh<D>(std::move(back));
-    auto seen = relative_gradients(back, balls, part_of(execution, kept == KeptGradients::seen ? 0.35 : 0.6, 1));
-    if (!seen) return fail(seen.error());
-    back.relative_gradients = std::move(*seen);
+    if (stored == StoredGradients::recovered) return BackMesh<D>(std::move(back));
+    auto relative =
+        relative_gradients(back, balls, part_of(execution, stored == StoredGradients::sampled ? 0.35 : 0.6, 1));
+    if (!relative) return fail(relative.error());
+    back.relative_gradients = std::move(*relative);
     return BackMesh<D>(std::move(back));
 }
 
@@ -260,7 +263,7 @@ struct DecomposedField {
 };
 
 template <int D>
-struct BentElement {
+struct CurvedElementInput {
     std::array<Vec<D>, D + 1> gradients;
     std::array<LogMetric<D>, D + 1> log_metrics;
     std::array<EigenSystem<D>, D + 1> systems;
@@ -269,10 +272,10 @@ struct BentElement {
 };
 
 template <int D>
-BentElement<D> bent_element(const DecomposedField<D>& field, ElementId e) {
+CurvedElementInput<D> curved_element_input(const DecomposedField<D>& field, ElementId e) {
     const CurvedBack<D>& back = field.back;
     const LinearMesh<D>& mesh = back.reference.mesh;
-    BentElement<D> element{barycentric_gradients(mesh, e), {}, {}, {}, volume_of(mesh, e)};
+    CurvedElementInput<D> element{barycentric_gradients(mesh, e), {}, {}, {}, volume_of(mesh, e)};
     for (int i = 0; i <= D; ++i) {
         const VertexId v = mesh.elements.vertices[e][i];
         element.log_metrics[i] = back.reference.log_metrics[v];
@@ -327,8 +330,9 @@ template <int D>
 
 /// Transforms a gradient to physical space: derivatives by F⁻ᵀ, tensors from the frame of M̂ to that of M.
 template <int D>
-[[nodiscard, gnu::always_inline]] inline GradientPack<D> brought(const GradientPack<D>& gradient,
-                                                                 const MatPack<D>& jacobian, const MatPack<D>& axes) {
+[[nodiscard, gnu::always_inline]] inline GradientPack<D> pushed_forward(const GradientPack<D>& gradient,
+                                                                        const MatPack<D>& jacobian,
+                                                                        const MatPack<D>& axes) {
     const MatPack<D> back = inverse(jacobian);
     MatPack<D> rows;
     for (int i = 0; i < D; ++i)
@@ -343,9 +347,9 @@ template <int D>
 }
 
 template <int D>
-[[gnu::always_inline]] inline void parts_of_pack(std::span<const BentElement<D>> elements, std::size_t begin,
+[[gnu::always_inline]] inline void parts_of_pack(std::span<const CurvedElementInput<D>> elements, std::size_t begin,
                                                  const auto& parts_of) {
-    using Element = BentElement<D>;
+    using Element = CurvedElementInput<D>;
     std::array<VecPack<D>, D + 1> gradients;
     std::array<VecPack<D>, edges_per_simplex<D>> displacements;
     for (int i = 0; i <= D; ++i)
@@ -359,7 +363,7 @@ template <int D>
     const Pack volume =
         gathered(elements, begin, [](const Element& e) __attribute__((always_inline)) { return e.volume; });
     std::array<MatPack<D>, D + 1> jacobians;
-    std::array<SeenPack<D>, D + 1> seen;
+    std::array<PulledBackPack<D>, D + 1> relative;
     for (int i = 0; i <= D; ++i) {
         jacobians[i] = jacobian_at<D>(i, gradients, displacements);
         const EigenPack<D> metric{
@@ -369,7 +373,7 @@ template <int D>
             gathered_mat<D>(elements, begin, [&](const Element& e) __attribute__((always_inline)) -> const Mat<D>& {
                 return e.systems[i].vectors;
             })};
-        seen[i] = seen_through<D>(
+        relative[i] = pull_back_pack<D>(
             gathered_sym<D>(elements, begin,
                             [&](const Element& e)
                                 __attribute__((always_inline)) -> const Sym<D>& { return e.log_metrics[i].l; }),
@@ -378,12 +382,12 @@ template <int D>
     GradientPack<D> gradient{};
     for (int a = 1; a <= D; ++a)
         for (int k = 0; k < sym_size<D>; ++k) {
-            const Pack difference = seen[a].log_metric.c[k] - seen[0].log_metric.c[k];
+            const Pack difference = relative[a].log_metric.c[k] - relative[0].log_metric.c[k];
             for (int i = 0; i < D; ++i) gradient[i].c[k] += gradients[a][i] * difference;
         }
     const std::size_t n = std::min<std::size_t>(pack_size, elements.size() - begin);
     for (int v = 0; v <= D; ++v) {
-        const GradientPack<D> here = brought<D>(gradient, jacobians[v], seen[v].axes);
+        const GradientPack<D> here = pushed_forward<D>(gradient, jacobians[v], relative[v].axes);
         for (std::size_t lane = 0; lane < n; ++lane) parts_of(begin + lane)[v].volume = volume[lane];
         for (int i = 0; i < D; ++i)
             for (int k = 0; k < sym_size<D>; ++k) {
@@ -397,16 +401,16 @@ template <int D>
 template <int D>
 void make_parts(const DecomposedField<D>& field, std::size_t begin, std::size_t end, std::span<Parts<D>> parts) {
     const CurvedBack<D>& back = field.back;
-    std::vector<BentElement<D>> elements;
+    std::vector<CurvedElementInput<D>> elements;
     std::vector<std::size_t> places;
     elements.reserve(end - begin);
     places.reserve(end - begin);
     for (std::size_t e = begin; e < end; ++e) {
-        if (!back.is_bent(ElementId(e))) {
+        if (!back.is_curved(ElementId(e))) {
             add_straight(back, ElementId(e), parts[e - begin]);
             continue;
         }
-        elements.push_back(bent_element(field, ElementId(e)));
+        elements.push_back(curved_element_input(field, ElementId(e)));
         places.push_back(e - begin);
     }
     with_instructions(widest_instructions(), [&]() __attribute__((always_inline)) {
@@ -472,7 +476,7 @@ Outcome<Buffer<LogGradient<D>>> relative_gradients(const CurvedBack<D>& back, co
 #define CAMBER_INSTANTIATE(D)                                                                                         \
     template class CurvedBack<D>;                                                                                     \
     template Outcome<BackMesh<D>> make_curved_back_mesh<D>(QuadraticMesh<D>, const Incidence<ElementId>&,             \
-                                                           Column<LogMetric<D>>, const Execution&, KeptGradients);    \
+                                                           Column<LogMetric<D>>, const Execution&, StoredGradients);  \
     template Mat<D> jacobian_at_corner<D>(const CurvedBack<D>&, ElementId, VertexId,                                  \
                                           const std::array<Vec<D>, D + 1>&);                                          \
     template Outcome<Buffer<LogGradient<D>>> relative_gradients<D>(const CurvedBack<D>&, const Incidence<ElementId>&, \

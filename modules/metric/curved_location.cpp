@@ -90,7 +90,7 @@ Vec<D> rounding(const CurvedSimplex<D, D>& element, const Vec<D>& r, const Baryc
 template <int D>
 struct Scaled {
     Mat<D> b;  ///< B = ∂ξ/∂z, about J⁻¹ Q W, with Q the frame along the thinnest direction and W the units
-    Mat<D> p;                      ///< W⁻¹ Qᵀ, applied to the residual r − F(ξ)
+    Mat<D> p;  ///< W⁻¹ Qᵀ, applied to the residual r − F(ξ)
     std::array<Mat<D>, D> second;  ///< second[k]: second derivatives by z of coordinate k of W⁻¹ Qᵀ F
 };
 template <int D>
@@ -316,7 +316,7 @@ Root<D> newton_root(const CurvedSimplex<D, D>& element, const Vec<D>& r, const B
 }
 
 template <int D>
-bool may_hold(const CurvedSimplex<D, D>& element, const Vec<D>& r) {
+bool may_contain(const CurvedSimplex<D, D>& element, const Vec<D>& r) {
     Part<D> whole;
     for (int i = 0; i <= D; ++i) whole.corners[i][i] = 1;
     const Mat<D> jacobian = jacobian_at(element, whole.centre());
@@ -332,8 +332,8 @@ Found<D> find_in_element(const CurvedSimplex<D, D>& element, const Vec<D>& r) {
     for (int i = 0; i <= D; ++i) whole.corners[i][i] = 1;
     std::vector<Part<D>> parts{whole};
     Found<D> found{Membership::not_inside, {}};
-    for (int seen = 0; !parts.empty(); ++seen) {
-        if (seen == max_parts) return {Membership::undecided, found.root};
+    for (int visited = 0; !parts.empty(); ++visited) {
+        if (visited == max_parts) return {Membership::undecided, found.root};
         const Part<D> part = parts.back();
         parts.pop_back();
         const Mat<D> jacobian = jacobian_at(element, part.centre());
@@ -377,7 +377,7 @@ Location<D> at_root(ElementId e, const Root<D>& root) {
 /// Newton's method. The result is `lost` if the walk leaves the mesh or takes too many steps.
 template <int D>
 Location<D> walk(const CurvedLocator<D>& back, const Vec<D>& p, ElementId start) {
-    Location<D> seen{
+    Location<D> located{
         .element = start.valid() ? start : ElementId(std::size_t{0}), .xi = centre<D>(), .placement = Placement::lost};
     ElementId at = start, before;
     for (int step = 0; step < short_walk && at.valid(); ++step) {
@@ -402,7 +402,7 @@ Location<D> walk(const CurvedLocator<D>& back, const Vec<D>& p, ElementId start)
         before = at;
         at = next;
     }
-    return seen;
+    return located;
 }
 
 template <int D>
@@ -425,7 +425,7 @@ Looked<D> look_at_all(const CurvedLocator<D>& back, const Vec<D>& p) {
         });
     };
     look([](const CurvedSimplex<D, D>& element, const Vec<D>& r) {
-        if (!may_hold<D>(element, r)) return Found<D>{Membership::not_inside, {}};
+        if (!may_contain<D>(element, r)) return Found<D>{Membership::not_inside, {}};
         const Root<D> root = newton_root<D>(element, r, centre<D>());
         return Found<D>{root.is_inside() ? Membership::inside : Membership::not_inside, root};
     });
@@ -481,7 +481,7 @@ std::optional<double> root_radius(const QuadraticMesh<D>& mesh, const Location<D
     template Root<D> proven_root<D>(const CurvedSimplex<D, D>&, const Vec<D>&, const Barycentrics<D>&, const Mat<D>&); \
     template RootIterate<D> newton<D>(const CurvedSimplex<D, D>&, const Vec<D>&, const Barycentrics<D>&);              \
     template Root<D> newton_root<D>(const CurvedSimplex<D, D>&, const Vec<D>&, const Barycentrics<D>&);                \
-    template bool may_hold<D>(const CurvedSimplex<D, D>&, const Vec<D>&);                                              \
+    template bool may_contain<D>(const CurvedSimplex<D, D>&, const Vec<D>&);                                           \
     template Found<D> find_in_element<D>(const CurvedSimplex<D, D>&, const Vec<D>&);                                   \
     template Location<D> CurvedLocator<D>::locate(const Vec<D>&, ElementId) const;                                     \
     template std::optional<double> root_radius<D>(const QuadraticMesh<D>&, const Location<D>&, const Vec<D>&);

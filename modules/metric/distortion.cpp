@@ -234,7 +234,7 @@ Mat<D> exponential_of_nonnegative(Mat<D> p) {
 
 /// Part of an element, in a frame in which the metric at the part's centre is the identity: M_mid = frameᵀ frame.
 template <int D>
-struct SeenPart {
+struct FramedPart {
     std::array<Mat<D>, D + 1> jacobians;  ///< frame J W⁻¹ at the corners; linear between the corners
     std::array<Sym<D>, D + 1> logs;       ///< log M along the axes of M_mid
     Vec<D> log_values;                    ///< log-eigenvalues of M_mid
@@ -243,12 +243,13 @@ template <int D>
 using Corners = std::array<Barycentric<D>, D + 1>;
 
 template <int D>
-SeenPart<D> seen(const QuadraticNodes<D>& nodes, const VertexLogMetrics<D>& vertices, const Corners<D>& corners) {
+FramedPart<D> framed_part(const QuadraticNodes<D>& nodes, const VertexLogMetrics<D>& vertices,
+                          const Corners<D>& corners) {
     Barycentric<D> middle{};
     for (const auto& corner : corners)
         for (int i = 0; i <= D; ++i) middle[i] += corner[i] / (D + 1);
     const EigenSystem<D> e = eigen_system(shape_between<D>(vertices, middle));
-    SeenPart<D> part;
+    FramedPart<D> part;
     part.log_values = e.values;
     const Mat<D> axes = transposed(e.vectors);
     for (int i = 0; i <= D; ++i) {
@@ -263,7 +264,7 @@ SeenPart<D> seen(const QuadraticNodes<D>& nodes, const VertexLogMetrics<D>& vert
 /// Returns entrywise bounds of |M| in the part's frame. L = log M is a mean of its corner values, and |e^L| ≤ e^P if
 /// |L_ab| ≤ P_ab for a ≠ b and L_aa ≤ P_aa (proof: shift the diagonals and compare the series).
 template <int D>
-Sym<D> largest_metric(const SeenPart<D>& part) {
+Sym<D> largest_metric(const FramedPart<D>& part) {
     Mat<D> p;
     for (int a = 0; a < D; ++a)
         for (int b = 0; b < D; ++b) {
@@ -284,7 +285,7 @@ Sym<D> largest_metric(const SeenPart<D>& part) {
 /// Returns an upper bound of tr(AᵀA) = Σ_ab M_ab S_ab, S = (J W⁻¹)(J W⁻¹)ᵀ: the largest Bézier coefficient with the
 /// bounds `metric` of M.
 template <int D>
-double largest_square(const SeenPart<D>& part, const Sym<D>& metric) {
+double largest_square(const FramedPart<D>& part, const Sym<D>& metric) {
     double largest = 0;
     for (int i = 0; i <= D; ++i)
         for (int j = 0; j <= i; ++j) {
@@ -307,7 +308,7 @@ double largest_square(const SeenPart<D>& part, const Sym<D>& metric) {
 /// Returns the smallest Bézier coefficient of the determinant. The coefficient of a multi-index is a mean over all
 /// orders of the corners that it contains.
 template <int D>
-double min_determinant(const SeenPart<D>& part) {
+double min_determinant(const FramedPart<D>& part) {
     const auto& m = part.jacobians;
     double least = det(m[0]);
     if constexpr (D == 2) {
@@ -332,7 +333,7 @@ double min_determinant(const SeenPart<D>& part) {
 
 /// Returns the change of A and M along an edge of the part, relative to A and M_mid.
 template <int D>
-double change_along(const SeenPart<D>& part, int i, int j) {
+double change_along(const FramedPart<D>& part, int i, int j) {
     double of_a = 0, size = 0, of_m = 0;
     for (int a = 0; a < D; ++a)
         for (int b = 0; b < D; ++b) {
@@ -349,7 +350,7 @@ double change_along(const SeenPart<D>& part, int i, int j) {
     return (size > 0 ? of_a / size : 0) + of_m / D;
 }
 template <int D>
-int bent_edge(const SeenPart<D>& part) {
+int bent_edge(const FramedPart<D>& part) {
     double largest = -1;
     int bent = 0;
     for (int e = 0; e < edges_per_simplex<D>; ++e) {
@@ -372,7 +373,7 @@ struct Part {
 
 template <int D>
 Part<D> bounded(const QuadraticNodes<D>& nodes, const VertexLogMetrics<D>& vertices, const Corners<D>& corners) {
-    const SeenPart<D> part = seen<D>(nodes, vertices, corners);
+    const FramedPart<D> part = framed_part<D>(nodes, vertices, corners);
     const double least = min_determinant<D>(part);
     const double square = largest_square<D>(part, largest_metric<D>(part));
     const double size = D == 2 ? least : cbrt(least * least);
@@ -383,9 +384,9 @@ Part<D> bounded(const QuadraticNodes<D>& nodes, const VertexLogMetrics<D>& verti
 }  // namespace
 
 template <int D>
-LeastQuality bound_quality(const QuadraticNodes<D>& nodes, const VertexLogMetrics<D>& vertices,
+QualityBound bound_quality(const QuadraticNodes<D>& nodes, const VertexLogMetrics<D>& vertices,
                            const BoundEffort& effort) {
-    LeastQuality found;
+    QualityBound found;
     const auto look = [&](const Barycentric<D>& at) {
         found.attained = std::min(found.attained, quality_at<D>(nodes, vertices, at));
     };
@@ -423,24 +424,24 @@ LeastQuality bound_quality(const QuadraticNodes<D>& nodes, const VertexLogMetric
 }
 
 template <int D>
-Outcome<Buffer<double>> bent_lengths(const QuadraticMesh<D>& mesh, std::span<const LogMetric<D>> log_metrics,
-                                     const Execution& execution) {
+Outcome<Buffer<double>> quadratic_edge_lengths(const QuadraticMesh<D>& mesh, std::span<const LogMetric<D>> log_metrics,
+                                               const Execution& execution) {
     const auto metrics = map_each(part_of(execution, 0, 0.5), log_metrics.size(),
                                   [&](std::size_t v) { return MeasuringMetric<D>(log_metrics[v]); });
     if (!metrics) return fail(metrics.error());
-    const auto end = [&](VertexId v) { return BentEnd<D>{log_metrics[v.index()], (*metrics)[v.index()]}; };
+    const auto end = [&](VertexId v) { return EdgeEndMetric<D>{log_metrics[v.index()], (*metrics)[v.index()]}; };
     return map_each(part_of(execution, 0.5, 1), mesh.edges.size(), [&](std::size_t e) {
         const auto& [a, b] = mesh.edges.vertices[e];
         const Vec<D>& p = mesh.linear.points[a];
         const Vec<D>& q = mesh.linear.points[b];
-        return bent_length<D>(end(a), end(b), q - p, mesh.mid_nodes[e].point - midpoint(p, q));
+        return quadratic_edge_length<D>(end(a), end(b), q - p, mesh.mid_nodes[e].point - midpoint(p, q));
     });
 }
 
 template <int D>
 Outcome<CurvedMeasures> measure_curved(const QuadraticMesh<D>& mesh, std::span<const LogMetric<D>> log_metrics,
                                        int bisections, const Execution& execution) {
-    auto lengths = bent_lengths(mesh, log_metrics, part_of(execution, 0, 0.1));
+    auto lengths = quadratic_edge_lengths(mesh, log_metrics, part_of(execution, 0, 0.1));
     if (!lengths) return fail(lengths.error());
     const std::size_t n = mesh.linear.elements.size();
     auto qualities = map_each(part_of(execution, 0.1, 0.2), n, [&](std::size_t e) {
@@ -450,7 +451,7 @@ Outcome<CurvedMeasures> measure_curved(const QuadraticMesh<D>& mesh, std::span<c
     if (!qualities) return fail(qualities.error());
     const auto look = [&](std::size_t e, const BoundEffort& effort) {
         const ElementInMetric<D> element = element_in_metric<D>(mesh, log_metrics, ElementId(e));
-        LeastQuality found = bound_quality<D>(element.nodes, element.metrics, effort);
+        QualityBound found = bound_quality<D>(element.nodes, element.metrics, effort);
         found.attained = std::min(found.attained, (*qualities)[e].least);
         found.bound = std::min(found.bound, found.attained);
         return found;
@@ -459,9 +460,9 @@ Outcome<CurvedMeasures> measure_curved(const QuadraticMesh<D>& mesh, std::span<c
         map_each(part_of(execution, 0.2, 0.5), n, [&](std::size_t e) { return look(e, BoundEffort{.bisections = 0}); });
     if (!least) return fail(least.error());
     double lowest = 1;
-    for (const LeastQuality& found : *least) lowest = std::min(lowest, found.attained);
+    for (const QualityBound& found : *least) lowest = std::min(lowest, found.attained);
     auto refined = each(part_of(execution, 0.5, 1), n, [&](std::size_t e) {
-        LeastQuality& found = (*least)[e];
+        QualityBound& found = (*least)[e];
         if (lowest > 0 && found.bound < lowest) found = look(e, {.enough = lowest, .bisections = bisections});
     });
     if (!refined) return fail(refined.error());
@@ -470,16 +471,16 @@ Outcome<CurvedMeasures> measure_curved(const QuadraticMesh<D>& mesh, std::span<c
     return CurvedMeasures{std::move(*lengths), std::move(*means), std::move(*least)};
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                                         \
-    template ElementMetric<D> element_metric<D>(const VertexLogMetrics<D>&, Instructions);                            \
-    template CurvedQuality curved_quality<D>(const QuadraticNodes<D>&, const ElementMetric<D>&, Instructions);        \
-    template CurvedQualityGradient<D> curved_quality_gradient<D>(const QuadraticNodes<D>&, const ElementMetric<D>&,   \
-                                                                 Instructions);                                       \
-    template double quality_at<D>(const QuadraticNodes<D>&, const VertexLogMetrics<D>&, const Barycentric<D>&);       \
-    template LeastQuality bound_quality<D>(const QuadraticNodes<D>&, const VertexLogMetrics<D>&, const BoundEffort&); \
-    template Outcome<Buffer<double>> bent_lengths<D>(const QuadraticMesh<D>&, std::span<const LogMetric<D>>,          \
-                                                     const Execution&);                                               \
-    template Outcome<CurvedMeasures> measure_curved<D>(const QuadraticMesh<D>&, std::span<const LogMetric<D>>, int,   \
+#define CAMBER_INSTANTIATE(D)                                                                                          \
+    template ElementMetric<D> element_metric<D>(const VertexLogMetrics<D>&, Instructions);                             \
+    template CurvedQuality curved_quality<D>(const QuadraticNodes<D>&, const ElementMetric<D>&, Instructions);         \
+    template CurvedQualityGradient<D> curved_quality_gradient<D>(const QuadraticNodes<D>&, const ElementMetric<D>&,    \
+                                                                 Instructions);                                        \
+    template double quality_at<D>(const QuadraticNodes<D>&, const VertexLogMetrics<D>&, const Barycentric<D>&);        \
+    template QualityBound bound_quality<D>(const QuadraticNodes<D>&, const VertexLogMetrics<D>&, const BoundEffort&);  \
+    template Outcome<Buffer<double>> quadratic_edge_lengths<D>(const QuadraticMesh<D>&, std::span<const LogMetric<D>>, \
+                                                               const Execution&);                                      \
+    template Outcome<CurvedMeasures> measure_curved<D>(const QuadraticMesh<D>&, std::span<const LogMetric<D>>, int,    \
                                                        const Execution&);
 
 CAMBER_INSTANTIATE(2)

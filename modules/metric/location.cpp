@@ -27,9 +27,9 @@ constexpr unsigned long_walk = 100000;
 /// `lost` if the walk leaves the mesh or takes too many steps.
 template <int D>
 Location<D> walk(const StraightBack<D>& back, const Vec<D>& x, ElementId start) {
-    Location<D> seen{
+    Location<D> last{
         .element = start.valid() ? start : ElementId(std::size_t{0}), .xi = {}, .placement = Placement::lost};
-    seen.xi.fill(1.0 / (D + 1));
+    last.xi.fill(1.0 / (D + 1));
     ElementId at = start;
     for (int step = 0; step < short_walk && at.valid(); ++step) {
         const ElementFrame<D> frame(back.mesh, at);
@@ -46,7 +46,7 @@ Location<D> walk(const StraightBack<D>& back, const Vec<D>& x, ElementId start) 
         }
         at = next;
     }
-    return seen;
+    return last;
 }
 
 /// Walks along the segment from the point `from` in element `start` to x. If the segment is in the mesh, only rounding
@@ -200,9 +200,9 @@ Location<D> StraightBack<D>::locate(const Vec<D>& p, ElementId hint) const {
     const NearestOnBoundary<D> nearest = nearest_on_boundary(back, p);
     // The ball around p that touches its nearest boundary point contains no boundary inside, so nothing lies between
     // them.
-    const ElementId seen = element_towards(back, nearest, p);
-    if (!seen.valid()) return on_face<D>(nearest);
-    const Location<D> far = walk_along(back, nearest.point, p, seen);
+    const ElementId last = element_towards(back, nearest, p);
+    if (!last.valid()) return on_face<D>(nearest);
+    const Location<D> far = walk_along(back, nearest.point, p, last);
     if (far.placement == Placement::inside) return far;
     // p is outside the element by no more than the rounding error of the test that found it inside.
     if (far.xi[lowest<D>(far.xi)] > -1e-6) return clamped<D>(far);

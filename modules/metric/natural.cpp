@@ -42,7 +42,7 @@ struct Part {
 };
 template <int D, int N>
 using Parts = std::array<Part<D, N>, D + 1>;
-constexpr double no_say = -1;
+constexpr double no_weight = -1;
 
 /// Computes N means at the vertices; `make` computes the parts as in `sum_over_balls`.
 template <int D, int N>
@@ -124,23 +124,23 @@ template <int D>
     return tangents;
 }
 
-/// Stores a log-metric times the volume as the part of mean `which` at a corner.
+/// Stores a log-metric times the volume as the part of mean `form` at a corner.
 template <int D, int N>
 [[gnu::always_inline]] inline void put(const SymPack<D>& log_metric, Pack volume, std::size_t begin, int corner,
-                                       int which, std::span<Parts<D, N>> parts) {
+                                       int form, std::span<Parts<D, N>> parts) {
     Pack trace = log_metric(0, 0);
     for (int i = 1; i < D; ++i) trace += log_metric(i, i);
-    const Pack weight = select(abs(trace) < 1e300, volume, packed(no_say));
+    const Pack weight = select(abs(trace) < 1e300, volume, packed(no_weight));
     const std::size_t lanes = std::min<std::size_t>(pack_size, parts.size() - begin);
-    for (std::size_t lane = 0; lane < lanes; ++lane) parts[begin + lane][corner].volume[which] = weight[lane];
+    for (std::size_t lane = 0; lane < lanes; ++lane) parts[begin + lane][corner].volume[form] = weight[lane];
     for (int k = 0; k < sym_size<D>; ++k) {
         const Pack weighted = volume * log_metric.c[k];
         for (std::size_t lane = 0; lane < lanes; ++lane)
-            parts[begin + lane][corner].weighted[which].c[k] = weighted[lane];
+            parts[begin + lane][corner].weighted[form].c[k] = weighted[lane];
     }
 }
 
-enum Which : std::uint8_t { straight, curved };
+enum MetricForm : std::uint8_t { straight, curved };
 
 /// Computes the contributions of eight elements to their corners. Iterations start from the straight element's singular
 /// vectors.
@@ -202,7 +202,7 @@ template <int D>
 Outcome<Buffer<LogMetric<D>>> natural_log_metrics(const LinearMesh<D>& mesh, const Incidence<ElementId>& balls,
                                                   const Execution& execution) {
     if constexpr (D == 3)
-        if (is_surface_alone(mesh)) return natural_surface_log_metrics(mesh, execution);
+        if (is_standalone_surface(mesh)) return natural_surface_log_metrics(mesh, execution);
     auto mean =
         means<D, 1>(mesh, balls, execution, [&](std::size_t begin, std::size_t end, std::span<Parts<D, 1>> parts) {
             std::vector<Corners<D>> simplices;
@@ -213,7 +213,7 @@ Outcome<Buffer<LogMetric<D>>> natural_log_metrics(const LinearMesh<D>& mesh, con
             for (std::size_t i = 0; i < parts.size(); ++i) {
                 const double volume = std::abs(determinant<D>(simplices[i]));
                 const bool counts = std::isfinite(trace(logs[i].l));
-                parts[i].fill({{volume * logs[i].l}, {counts ? volume : no_say}});
+                parts[i].fill({{volume * logs[i].l}, {counts ? volume : no_weight}});
             }
         });
     if (!mean) return fail(mean.error());

@@ -77,9 +77,9 @@ Outcome<Buffer<LogGradient<D>>> recovered_gradients(const NodalBack<D>& back, co
 
 template <int D>
 Outcome<Done> check_nodes(const QuadraticMesh<D>& mesh, const NodalLogs<D>& logs) {
-    const auto refuse = [](std::size_t rows, std::size_t wanted, const char* what) {
+    const auto refuse = [](std::size_t rows, std::size_t expected, const char* what) {
         return fail(ErrorKind::usage,
-                    "the metric has " + std::to_string(rows) + " rows for " + std::to_string(wanted) + " " + what);
+                    "the metric has " + std::to_string(rows) + " rows for " + std::to_string(expected) + " " + what);
     };
     if (logs.vertices.size() != mesh.linear.points.size())
         return refuse(logs.vertices.size(), mesh.linear.points.size(), "vertices");
@@ -126,9 +126,10 @@ void NodalBack<D>::sample_with_gradients(std::span<const Vec<D>> points, Element
     sample_values(points, hint, out);
     for (std::size_t n = 0; n < points.size(); ++n) {
         const Location<D>& at = out[n].location;
-        out[n].gradient = at.placement == Placement::inside ? gradient_at(at.element, at.xi)
-                                                            : in_space<D>(reference_gradient(*this, at.element, at.xi),
-                                                                          slide_along_face(places, at, points[n]));
+        out[n].gradient = at.placement == Placement::inside
+                              ? gradient_at(at.element, at.xi)
+                              : in_space<D>(reference_gradient(*this, at.element, at.xi),
+                                            nearest_point_derivative(places, at, points[n]));
     }
 }
 
@@ -147,7 +148,7 @@ void NodalBack<D>::sample_with_recovered_gradients(std::span<const Vec<D>> point
 }
 
 template <int D>
-void NodalBack<D>::see(std::span<const BackEdge> edges, std::span<EdgeEnds<D>> out) const {
+void NodalBack<D>::sample_edges(std::span<const BackEdge> edges, std::span<EdgeEnds<D>> out) const {
     for (std::size_t i = 0; i < edges.size(); ++i) {
         const auto& [a, b, shell] = edges[i];
         out[i] = {{logs.vertices[a]}, {logs.vertices[b]}, false};
@@ -216,7 +217,7 @@ Outcome<BackMesh<D>> make_nodal_back_mesh(QuadraticMesh<D> mesh, const Incidence
 
 namespace {
 
-constexpr int points_a_direction = 5;
+constexpr int points_per_direction = 5;
 
 /// Gauss rule of the cube, mapped to the simplex by the Duffy transformation.
 template <int D>
@@ -226,7 +227,7 @@ struct Weighted {
 };
 template <int D>
 auto folded_rule() {
-    constexpr int n = points_a_direction;
+    constexpr int n = points_per_direction;
     const Quadrature line = gauss_legendre(n);
     std::array<Weighted<D>, D == 2 ? n * n : n * n * n> rule{};
     for (std::size_t m = 0; m < rule.size(); ++m) {

@@ -171,7 +171,8 @@ NearestOnCurved<D> nearest_on_boundary(const CurvedLocator<D>& back, const Vec<D
 }
 
 template <int D>
-std::array<Vec<D>, D> slide_along_face(const CurvedLocator<D>& back, const Location<D>& location, const Vec<D>& p) {
+std::array<Vec<D>, D> nearest_point_derivative(const CurvedLocator<D>& back, const Location<D>& location,
+                                               const Vec<D>& p) {
     std::array<int, D + 1> support{};
     int n = 0;
     for (int i = 0; i <= D; ++i)
@@ -214,9 +215,10 @@ std::array<Vec<D>, D> slide_along_face(const CurvedLocator<D>& back, const Locat
     return out;
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                   \
-    template NearestOnCurved<D> nearest_on_boundary<D>(const CurvedLocator<D>&, const Vec<D>&); \
-    template std::array<Vec<D>, D> slide_along_face<D>(const CurvedLocator<D>&, const Location<D>&, const Vec<D>&);
+#define CAMBER_INSTANTIATE(D)                                                                               \
+    template NearestOnCurved<D> nearest_on_boundary<D>(const CurvedLocator<D>&, const Vec<D>&);             \
+    template std::array<Vec<D>, D> nearest_point_derivative<D>(const CurvedLocator<D>&, const Location<D>&, \
+                                                               const Vec<D>&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

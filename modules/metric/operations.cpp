@@ -239,7 +239,7 @@ template <int D>
 Outcome<double> complexity(const LinearMesh<D>& mesh, const Column<LogMetric<D>>& field, const Execution& execution) {
     if (field.size() != mesh.points.size()) return fail(ErrorKind::usage, "the metric belongs to another mesh");
     if constexpr (D == 3)
-        if (is_surface_alone(mesh)) return surface_complexity(mesh, field, execution);
+        if (is_standalone_surface(mesh)) return surface_complexity(mesh, field, execution);
     const std::size_t n = mesh.elements.size();
     constexpr std::size_t grain = 512;
     return reduce_each(
@@ -279,7 +279,7 @@ Outcome<Column<LogMetric<D>>> scale_to_complexity(const LinearMesh<D>& mesh, con
     if (!(*now > 0) || !std::isfinite(*now))
         return fail(ErrorKind::usage, "the metric's complexity is " + std::to_string(*now) + ": it cannot be scaled",
                     {}, {}, "bound its sizes first");
-    const int dimension = is_surface_alone(mesh) ? 2 : D;
+    const int dimension = is_standalone_surface(mesh) ? 2 : D;
     const Sym<D> shift = 2.0 / dimension * log(target / *now) * Sym<D>::identity();
     return as_column<D>(map_each(part_of(execution, 0.9, 1), field.size(),
                                  [&](std::size_t v) { return LogMetric<D>{field[v].l + shift}; }));
@@ -457,10 +457,10 @@ Outcome<Column<LogMetric<D>>> surface_log_metrics(const VertexNormals<D>& normal
     auto logs = map_each(execution, normals.size(), [&](std::size_t v) {
         LogMetric<D> out{-2 * log(volume_size) * Sym<D>::identity()};
         bool on_boundary = false;
-        for (const Vec<D>& given : normals[v]) {
-            const double length = norm(given);
+        for (const Vec<D>& direction : normals[v]) {
+            const double length = norm(direction);
             if (!(length > 0)) continue;
-            const LogMetric<D> side = thin_along(given / length, options.tangent_size, options.normal_size);
+            const LogMetric<D> side = thin_along(direction / length, options.tangent_size, options.normal_size);
             out = on_boundary ? intersection(out, side) : side;
             on_boundary = true;
         }

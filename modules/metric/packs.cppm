@@ -268,16 +268,16 @@ template <int D>
 
 /// Metric pulled back by F: log M̂ = log(Fᵀ M F), and O = M^{1/2} F M̂^{-1/2}.
 export template <int D>
-struct SeenPack {
+struct PulledBackPack {
     SymPack<D> log_metric;
     MatPack<D> axes;
 };
 /// Uses Λ^{1/2} Rᵀ F = V Σ Uᵀ, which is accurate for needles: M̂ = U Σ² Uᵀ, O = R V Uᵀ. If F is singular, M is returned
 /// unchanged.
 export template <int D>
-[[nodiscard, gnu::always_inline]] inline SeenPack<D> seen_through(const SymPack<D>& log_metric,
-                                                                  const EigenPack<D>& metric,
-                                                                  const MatPack<D>& jacobian) {
+[[nodiscard, gnu::always_inline]] inline PulledBackPack<D> pull_back_pack(const SymPack<D>& log_metric,
+                                                                          const EigenPack<D>& metric,
+                                                                          const MatPack<D>& jacobian) {
     MatPack<D> factor;
     for (int i = 0; i < D; ++i) {
         const Pack root = exp(metric.values[i] / 2);
@@ -296,20 +296,21 @@ export template <int D>
         for (int k = 0; k < D; ++k) turned(k, i) *= scale;
     }
     const Mask lanes = abs(sum) < 1e300;
-    SeenPack<D> seen{composed(s.vectors, logs), {}};
-    for (int k = 0; k < sym_size<D>; ++k) seen.log_metric.c[k] = select(lanes, seen.log_metric.c[k], log_metric.c[k]);
+    PulledBackPack<D> pulled_back{composed(s.vectors, logs), {}};
+    for (int k = 0; k < sym_size<D>; ++k)
+        pulled_back.log_metric.c[k] = select(lanes, pulled_back.log_metric.c[k], log_metric.c[k]);
     for (int i = 0; i < D; ++i)
         for (int j = 0; j < D; ++j) {
             Pack axis = turned(i, 0) * s.vectors(j, 0);
             for (int k = 1; k < D; ++k) axis += turned(i, k) * s.vectors(j, k);
-            seen.axes(i, j) = select(lanes, axis, packed(i == j ? 1 : 0));
+            pulled_back.axes(i, j) = select(lanes, axis, packed(i == j ? 1 : 0));
         }
-    return seen;
+    return pulled_back;
 }
 export template <int D>
-[[nodiscard, gnu::always_inline]] inline SeenPack<D> seen_through(const SymPack<D>& log_metric,
-                                                                  const MatPack<D>& jacobian) {
-    return seen_through<D>(log_metric, eigen_system<D>(log_metric), jacobian);
+[[nodiscard, gnu::always_inline]] inline PulledBackPack<D> pull_back_pack(const SymPack<D>& log_metric,
+                                                                          const MatPack<D>& jacobian) {
+    return pull_back_pack<D>(log_metric, eigen_system<D>(log_metric), jacobian);
 }
 
 }  // namespace camber

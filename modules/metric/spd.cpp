@@ -72,22 +72,22 @@ void natural_log_metrics(std::span<const std::array<Vec<D>, D + 1>> simplices, s
 }
 
 template <int D>
-void see_through(std::span<const LogMetric<D>> metrics, std::span<const Mat<D>> jacobians,
-                 std::span<SeenMetric<D>> seen, Instructions set) {
+void pull_back_metrics(std::span<const LogMetric<D>> metrics, std::span<const Mat<D>> jacobians,
+                       std::span<PulledBackMetric<D>> pulled_back, Instructions set) {
     with_instructions(set, [&]() __attribute__((always_inline)) {
-        each_pack(seen.size(), [&](std::size_t begin) __attribute__((always_inline)) {
+        each_pack(pulled_back.size(), [&](std::size_t begin) __attribute__((always_inline)) {
             const SymPack<D> metric = gathered_sym<D>(
                 metrics, begin,
                 [](const LogMetric<D>& m) __attribute__((always_inline)) -> const Sym<D>& { return m.l; });
             const MatPack<D> jacobian = gathered_mat<D>(
                 jacobians, begin, [](const Mat<D>& m) __attribute__((always_inline)) -> const Mat<D>& { return m; });
-            const SeenPack<D> pack = seen_through<D>(metric, jacobian);
-            scatter_sym<D>(pack.log_metric, begin, seen.size(),
+            const PulledBackPack<D> pack = pull_back_pack<D>(metric, jacobian);
+            scatter_sym<D>(pack.log_metric, begin, pulled_back.size(),
                            [&](std::size_t i)
-                               __attribute__((always_inline)) -> Sym<D>& { return seen[i].log_metric.l; });
-            for (std::size_t lane = 0; lane < pack_size && begin + lane < seen.size(); ++lane)
+                               __attribute__((always_inline)) -> Sym<D>& { return pulled_back[i].log_metric.l; });
+            for (std::size_t lane = 0; lane < pack_size && begin + lane < pulled_back.size(); ++lane)
                 for (int i = 0; i < D; ++i)
-                    for (int j = 0; j < D; ++j) seen[begin + lane].axes(i, j) = pack.axes(i, j)[lane];
+                    for (int j = 0; j < D; ++j) pulled_back[begin + lane].axes(i, j) = pack.axes(i, j)[lane];
         });
     });
 }
@@ -203,14 +203,14 @@ Outcome<TensorLogs<D>> log_metrics_of_tensors(std::span<const double> rows, Tens
     return out;
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                                      \
-    template void metric_norms<D>(std::span<const LogMetric<D>>, std::span<const Vec<D>>, std::span<double>,       \
-                                  Instructions);                                                                   \
-    template void natural_log_metrics<D>(std::span<const std::array<Vec<D>, D + 1>>, std::span<LogMetric<D>>,      \
-                                         Instructions);                                                            \
-    template void see_through<D>(std::span<const LogMetric<D>>, std::span<const Mat<D>>, std::span<SeenMetric<D>>, \
-                                 Instructions);                                                                    \
-    template Outcome<TensorLogs<D>> log_metrics_of_tensors<D>(std::span<const double>, TensorPrecision,            \
+#define CAMBER_INSTANTIATE(D)                                                                                 \
+    template void metric_norms<D>(std::span<const LogMetric<D>>, std::span<const Vec<D>>, std::span<double>,  \
+                                  Instructions);                                                              \
+    template void natural_log_metrics<D>(std::span<const std::array<Vec<D>, D + 1>>, std::span<LogMetric<D>>, \
+                                         Instructions);                                                       \
+    template void pull_back_metrics<D>(std::span<const LogMetric<D>>, std::span<const Mat<D>>,                \
+                                       std::span<PulledBackMetric<D>>, Instructions);                         \
+    template Outcome<TensorLogs<D>> log_metrics_of_tensors<D>(std::span<const double>, TensorPrecision,       \
                                                               const Execution&);
 
 CAMBER_INSTANTIATE(2)

@@ -250,16 +250,16 @@ void natural_log_metrics(std::span<const std::array<Vec<D>, D + 1>> simplices, s
 
 /// Metric pulled back by a map F.
 template <int D>
-struct SeenMetric {
+struct PulledBackMetric {
     LogMetric<D> log_metric;           ///< log M̂, M̂ = Fᵀ M F
     Mat<D> axes = Mat<D>::identity();  ///< O = M^{1/2} F M̂^{-1/2}, orthogonal; maps the frame of M̂ to the frame of M
-    friend bool operator==(const SeenMetric&, const SeenMetric&) = default;
+    friend bool operator==(const PulledBackMetric&, const PulledBackMetric&) = default;
 };
 /// Pulls each metric M back by its Jacobian F, using singular values (accurate for needles). If F is singular, M is
 /// returned unchanged.
 template <int D>
-void see_through(std::span<const LogMetric<D>> metrics, std::span<const Mat<D>> jacobians,
-                 std::span<SeenMetric<D>> seen, Instructions set = widest_instructions());
+void pull_back_metrics(std::span<const LogMetric<D>> metrics, std::span<const Mat<D>> jacobians,
+                       std::span<PulledBackMetric<D>> pulled_back, Instructions set = widest_instructions());
 
 /// Derivative of exp at L = log M in the eigenvector frame R of M, where it acts on each entry: (Rᵀ D exp(L)[E] R)_ij =
 /// Φ_ij (Rᵀ E R)_ij with Φ_ij = (e^{λ_i} − e^{λ_j})/(λ_i − λ_j). `direction` is Rᵀ E R. In other frames

@@ -118,7 +118,7 @@ template <int D>
 }
 
 template <int D>
-struct BentEnd {
+struct EdgeEndMetric {
     const LogMetric<D>& log_metric;
     const MeasuringMetric<D>& measure;
 };
@@ -130,14 +130,14 @@ template <int D>
 [[nodiscard]] EigenSystem<D> frame_mean(const LogMetric<D>& a, const Vec<D>& log_sizes_a, const LogMetric<D>& b,
                                         const Vec<D>& log_sizes_b) {
     EigenSystem<D> e = eigen_system(0.5 * (a.l + b.l));
-    const auto unlikeness = [](const Vec<D>& sizes) {
+    const auto anisotropy_spread = [](const Vec<D>& sizes) {
         double sum = 0, squares = 0;
         for (const double x : sizes.c) sum += x, squares += x * x;
         return std::sqrt(std::max(squares - sum * sum / D, 0.0));
     };
-    const double most = (unlikeness(log_sizes_a) + unlikeness(log_sizes_b)) / 2;
+    const double most = (anisotropy_spread(log_sizes_a) + anisotropy_spread(log_sizes_b)) / 2;
     if (!(most > 0)) return e;
-    const double share = std::clamp((unlikeness(e.values) / most - 0.5) / 0.3, 0.0, 1.0);
+    const double share = std::clamp((anisotropy_spread(e.values) / most - 0.5) / 0.3, 0.0, 1.0);
     std::array<int, D> order{};
     for (int i = 0; i < D; ++i) order[i] = i;
     std::ranges::sort(order, {}, [&](int i) { return e.values[i]; });
@@ -152,7 +152,8 @@ template <int D>
 /// The first term is exact for straight edges with common axes, where l_m = sqrt(l_a l_b). The second is Simpson's
 /// correction.
 template <int D>
-[[nodiscard]] double bent_length(const BentEnd<D>& a, const BentEnd<D>& b, const Vec<D>& chord, const Vec<D>& offset) {
+[[nodiscard]] double quadratic_edge_length(const EdgeEndMetric<D>& a, const EdgeEndMetric<D>& b, const Vec<D>& chord,
+                                           const Vec<D>& offset) {
     const double l_a = std::sqrt(a.measure.length_squared(chord + 4.0 * offset));
     const double l_b = std::sqrt(b.measure.length_squared(chord - 4.0 * offset));
     const EigenSystem<D> middle = frame_mean(a.log_metric, a.measure.log_sizes, b.log_metric, b.measure.log_sizes);
@@ -312,9 +313,9 @@ export namespace camber {
 
 /// Bounds of the minimum of 1/η: it is at least `bound` (up to rounding), and at a sampled point it is `attained`. If
 /// det J is not proven positive, `bound` is −1, which is below any quality.
-struct LeastQuality {
+struct QualityBound {
     double bound = -1, attained = 1;
-    friend bool operator==(const LeastQuality&, const LeastQuality&) = default;
+    friend bool operator==(const QualityBound&, const QualityBound&) = default;
 };
 
 /// Limits of the refinement: it stops if the bound reaches `enough` or the fraction `share` of the attained quality, or
@@ -330,7 +331,7 @@ inline constexpr int max_bisections = 128;
 /// Bisects the part with the lowest bound, along the edge on which A and M change most, at most `max_bisections` times.
 /// The bound converges to the minimum; without bisection it is exact on straight elements in a constant metric.
 template <int D>
-[[nodiscard]] LeastQuality bound_quality(const QuadraticNodes<D>& nodes, const VertexLogMetrics<D>& vertices,
+[[nodiscard]] QualityBound bound_quality(const QuadraticNodes<D>& nodes, const VertexLogMetrics<D>& vertices,
                                          const BoundEffort& effort = {});
 
 }  // namespace camber
@@ -356,16 +357,16 @@ template <int D>
     return element;
 }
 
-/// Computes `bent_length` of each edge. Errors: stopped, memory.
+/// Computes `quadratic_edge_length` of each edge. Errors: stopped, memory.
 template <int D>
-[[nodiscard]] Outcome<Buffer<double>> bent_lengths(const QuadraticMesh<D>& mesh,
-                                                   std::span<const LogMetric<D>> log_metrics,
-                                                   const Execution& execution);
+[[nodiscard]] Outcome<Buffer<double>> quadratic_edge_lengths(const QuadraticMesh<D>& mesh,
+                                                             std::span<const LogMetric<D>> log_metrics,
+                                                             const Execution& execution);
 
 /// Edge lengths, mean qualities of the elements, and bounds of their minimum qualities.
 struct CurvedMeasures {
     Buffer<double> lengths, qualities;
-    Buffer<LeastQuality> least;
+    Buffer<QualityBound> least;
 };
 
 /// Measures edges and elements. A bound below the mesh's lowest attained quality is refined, by at most `bisections`,

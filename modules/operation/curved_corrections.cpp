@@ -26,7 +26,7 @@ namespace {
 /// True if no coefficient of det J exceeds its rounding error. Such elements count as invalid, because a decision in
 /// extended precision is expensive.
 template <int D>
-bool is_flat_to_rounding(const NodalSimplex<D>& element, const LowJacobian& jacobian) {
+bool is_flat_to_rounding(const NodalSimplex<D>& element, const JacobianSummary& jacobian) {
     if (!(std::abs(jacobian.straight) <= jacobian.error && std::abs(jacobian.lowest) <= jacobian.error)) return false;
     const BoundedJacobian<D> all = bounded_jacobian(element);
     return std::ranges::all_of(all.coefficients, [&](double x) { return std::abs(x) <= all.error; });
@@ -41,7 +41,7 @@ void CurvedNodes<D>::begin_elements() {
     w_.outside.clear();
     bound_ = limits_.min_jacobian;
     has_raised_ = false;
-    w_.programmes = 0;
+    w_.optimisation_problems = 0;
 }
 
 /// Uses the lower bound `lowest_jacobian` if a new element is invalid and a removed element violates `min_jacobian`.
@@ -78,8 +78,8 @@ double CurvedNodes<D>::length_to(std::size_t s) const {
     Spoke<D>& spoke = w_.spokes[s];
     if (spoke.length >= 0 && spoke.measured == spoke.node) return spoke.length;
     spoke.measured = spoke.node;
-    return spoke.length = bent_length<D>(end_of(request_.metric), end_of(r_.vertices.metrics[vertex(s)]),
-                                         end(s) - request_.place, spoke.node - middle(s));
+    return spoke.length = quadratic_edge_length<D>(end_of(request_.metric), end_of(r_.vertices.metrics[vertex(s)]),
+                                                   end(s) - request_.place, spoke.node - middle(s));
 }
 
 template <int D>
@@ -91,7 +91,7 @@ bool CurvedNodes<D>::correct(RejectionReason reason) {
 }
 
 template <int D>
-void CurvedNodes<D>::give(Patch<D>& patch) const {
+void CurvedNodes<D>::set_edges(Patch<D>& patch) const {
     for (const Spoke<D>& spoke : w_.spokes) patch.nodes.push_back({spoke.node});
     for (const RimEdge<D>& edge : w_.rim) patch.following.push_back({edge.edge, {edge.node}});
     for (const OutsideElement<D>& outside : w_.outside) patch.reshaped.push_back(outside.element);
@@ -127,18 +127,18 @@ void CurvedNodes<D>::refresh_stale() {
     w_.stale.clear();
     for (std::size_t j = 0; j < w_.cones.size(); ++j)
         if (w_.cones[j].is_stale) w_.stale.push_back(j);
-    each_low_jacobian<D>(
+    each_jacobian_summary<D>(
         0, w_.stale.size(),
         [&](std::size_t i) {
             Cone<D>& cone = w_.cones[w_.stale[i]];
             put_nodes(cone);
             return NodalSimplex<D>{cone.nodes};
         },
-        [&](std::size_t i, const LowJacobian& jacobian) { decide_cone(w_.cones[w_.stale[i]], jacobian); });
+        [&](std::size_t i, const JacobianSummary& jacobian) { decide_cone(w_.cones[w_.stale[i]], jacobian); });
 }
 
 template <int D>
-void CurvedNodes<D>::decide_cone(Cone<D>& cone, const LowJacobian& jacobian) const {
+void CurvedNodes<D>::decide_cone(Cone<D>& cone, const JacobianSummary& jacobian) const {
     const NodalSimplex<D> element{cone.nodes};
     if (is_clear(jacobian, bound_))
         cone.verdict = Verdict::valid;
@@ -159,7 +159,7 @@ double CurvedNodes<D>::shape_of_cone(Cone<D>& cone) const {
 }
 
 template <int D>
-bool CurvedNodes<D>::is_flat(const NodalSimplex<D>& element, const LowJacobian& jacobian) const {
+bool CurvedNodes<D>::is_flat(const NodalSimplex<D>& element, const JacobianSummary& jacobian) const {
     std::array<Vec<D>, D + 1> corners;
     std::copy_n(element.nodes.begin(), D + 1, corners.begin());
     if (is_above_rounding<D>(jacobian.lowest - jacobian.error, corners)) return false;
@@ -169,7 +169,7 @@ bool CurvedNodes<D>::is_flat(const NodalSimplex<D>& element, const LowJacobian& 
 
 template <int D>
 bool CurvedNodes<D>::may_stay_invalid(std::size_t joined) const {
-    return limits_.invalid_before == InvalidBefore::may_stay &&
+    return limits_.invalid_replacement == InvalidReplacement::may_stay &&
            decide(NodalSimplex<D>{nodes_of(r_.mesh, out_.star.joined[joined].element)}, bound_) != Verdict::valid;
 }
 
@@ -183,7 +183,7 @@ bool CurvedNodes<D>::replaces_worse() const {
     const auto& elements = out_.removed.elements;
     const auto element = [&](std::size_t i) { return NodalSimplex<D>{nodes_of(r_.mesh, elements[i])}; };
     bool is_worse = false;
-    each_low_jacobian<D>(0, elements.size(), element, [&](std::size_t i, const LowJacobian& jacobian) {
+    each_jacobian_summary<D>(0, elements.size(), element, [&](std::size_t i, const JacobianSummary& jacobian) {
         is_worse = is_worse || (!is_clear(jacobian, limits_.min_jacobian) &&
                                 decide(element(i), limits_.min_jacobian) != Verdict::valid);
     });
@@ -204,9 +204,9 @@ bool CurvedNodes<D>::draw_back(RejectionReason reason) {
             Spoke<D>& spoke = w_.spokes[cone.spokes[i]];
             if (spoke.kind != EdgeKind::volume || spoke.share == 0) continue;
             extend(cone.spokes[i]);
-            if (spoke.wanted == spoke.extended) continue;
+            if (spoke.target == spoke.extended) continue;
             spoke.share = spoke.share > 0.5 ? 0.5 : 0;
-            spoke.node = spoke.extended + spoke.share * (spoke.wanted - spoke.extended);
+            spoke.node = spoke.extended + spoke.share * (spoke.target - spoke.extended);
             drawn = true;
         }
     }
@@ -226,7 +226,7 @@ template <int D>
 bool CurvedNodes<D>::may_leave(std::ptrdiff_t joined) const {
     const auto& elements = out_.removed.elements;
     const auto at = std::ranges::find(elements, out_.star.joined[joined].element) - elements.begin();
-    return request_.holders > 0 && static_cast<std::size_t>(at) >= request_.holders;
+    return request_.fixed_element_count > 0 && static_cast<std::size_t>(at) >= request_.fixed_element_count;
 }
 
 template <int D>
@@ -239,8 +239,8 @@ bool CurvedNodes<D>::raise() {
         bool raised = false;
         for (int i = 0; i <= D && is_broken(*broken); ++i) {
             if (i == broken->point || !is_free(broken->spokes[i])) continue;
-            if (w_.programmes == limits_.programmes) return false;
-            ++w_.programmes;
+            if (w_.optimisation_problems == limits_.optimisation_problems) return false;
+            ++w_.optimisation_problems;
             raised |= raise(broken->spokes[i]);
         }
         if (!raised) return false;
@@ -252,7 +252,7 @@ bool CurvedNodes<D>::raise(std::uint32_t s) {
     const EdgeShell<D> shell = shell_of(s);
     constexpr double worthwhile = 1e-3;
     const double before = smallest_scaled_jacobian(shell, shell.node, bound_);
-    const auto highest = highest_node(shell, {.max_cuts = 0, .enough = 2 * bound_, .least = before + worthwhile});
+    const auto highest = max_min_node(shell, {.max_cuts = 0, .enough = 2 * bound_, .least = before + worthwhile});
     if (!highest) return false;
     w_.spokes[s].share = 0;
     put(s, highest->node.point);
@@ -280,16 +280,16 @@ template <int D>
 void CurvedNodes<D>::approach() {
     w_.short_of_place.clear();
     for (std::uint32_t s = 0; s < w_.spokes.size() && std::ssize(w_.short_of_place) < limits_.approaching; ++s)
-        if (w_.spokes[s].share < 1 && is_free(s) && w_.spokes[s].node != w_.spokes[s].wanted)
+        if (w_.spokes[s].share < 1 && is_free(s) && w_.spokes[s].node != w_.spokes[s].target)
             w_.short_of_place.push_back(s);
     if (w_.short_of_place.empty()) return;
-    ++w_.programmes;
-    const JointProgramme<D> programme = approaching_programme();
-    const std::vector<Vec<D>> none(programme.unknowns.size());
-    const std::vector<Vec<D>> offsets = solve(programme, none).offsets;
+    ++w_.optimisation_problems;
+    const JointProblem<D> problem = approach_problem();
+    const std::vector<Vec<D>> none(problem.unknowns.size());
+    const std::vector<Vec<D>> offsets = solve(problem, none).offsets;
     const auto cost = [&](double share) {
         double sum = 0;
-        for (std::size_t i = 0; i < offsets.size(); ++i) sum += programme.unknowns[i](share * offsets[i]);
+        for (std::size_t i = 0; i < offsets.size(); ++i) sum += problem.unknowns[i](share * offsets[i]);
         return sum;
     };
     std::vector<Vec<D>> before;
@@ -309,7 +309,7 @@ void CurvedNodes<D>::approach() {
 
 /// Returns the sum of the metrics at both ends, so the order of the ends does not matter.
 template <int D>
-Sym<D> CurvedNodes<D>::distance_seen_along(const EndMetrics& ends) {
+Sym<D> CurvedNodes<D>::sum_of_end_metrics(const EndMetrics& ends) {
     Sym<D> sum;
     for (const VertexMetric<D>* metric : ends)
         for (const Vec<D>& row : metric->measure.rows)
@@ -319,31 +319,31 @@ Sym<D> CurvedNodes<D>::distance_seen_along(const EndMetrics& ends) {
 }
 
 template <int D>
-JointProgramme<D> CurvedNodes<D>::approaching_programme() const {
-    JointProgramme<D> programme;
-    std::vector<int> unknown_of(w_.spokes.size(), JointProgramme<D>::fixed);
+JointProblem<D> CurvedNodes<D>::approach_problem() const {
+    JointProblem<D> problem;
+    std::vector<int> unknown_of(w_.spokes.size(), JointProblem<D>::fixed);
     for (const std::uint32_t s : w_.short_of_place) {
-        unknown_of[s] = static_cast<int>(programme.unknowns.size());
-        programme.unknowns.push_back({w_.spokes[s].wanted - w_.spokes[s].node, distance_seen_along(spoke_metrics(s))});
+        unknown_of[s] = static_cast<int>(problem.unknowns.size());
+        problem.unknowns.push_back({w_.spokes[s].target - w_.spokes[s].node, sum_of_end_metrics(spoke_metrics(s))});
     }
     for (const Cone<D>& cone : w_.cones) {
         if (cone.verdict != Verdict::valid) continue;
-        typename JointProgramme<D>::Element element;
-        element.unknowns.fill(JointProgramme<D>::fixed);
+        typename JointProblem<D>::Element element;
+        element.unknowns.fill(JointProblem<D>::fixed);
         bool is_moved = false;
         for (int i = 0; i <= D; ++i)
             if (i != cone.point) {
                 const int unknown = unknown_of[cone.spokes[i]];
                 element.unknowns[D + 1 + edge_between<D>[i][cone.point]] = unknown;
-                is_moved |= unknown != JointProgramme<D>::fixed;
+                is_moved |= unknown != JointProblem<D>::fixed;
             }
         if (!is_moved) continue;
         constexpr double margin = 1e-3;  // certificates include the rounding of coefficients
         element.bezier = bezier_form(NodalSimplex<D>{cone.nodes});
         element.floor = bound_ * (1 + margin);
-        programme.elements.push_back(element);
+        problem.elements.push_back(element);
     }
-    return programme;
+    return problem;
 }
 
 template <int D>
@@ -381,14 +381,14 @@ bool CurvedNodes<D>::bend_together(int rim) {
     gather_rim(rim);
     if (rim > 0 && w_.rim.empty()) return false;
     std::vector<Vec<D>> before;
-    const JointProgramme<D> programme = bending_programme();
-    if (programme.unknowns.size() < 2) return false;
-    ++w_.programmes;
-    before.reserve(programme.unknowns.size());
+    const JointProblem<D> problem = bending_problem();
+    if (problem.unknowns.size() < 2) return false;
+    ++w_.optimisation_problems;
+    before.reserve(problem.unknowns.size());
     for (const std::uint32_t s : w_.short_of_place) before.push_back(w_.spokes[s].node);
     for (const RimEdge<D>& edge : w_.rim) before.push_back(edge.before);
     const std::vector<Vec<D>> none(before.size());
-    bend(before, solve(programme, none).offsets);
+    bend(before, solve(problem, none).offsets);
     if (is_bent_well()) {
         for (const std::uint32_t s : w_.short_of_place) w_.spokes[s].share = 0;
         return true;
@@ -403,7 +403,7 @@ template <int D>
 void CurvedNodes<D>::gather_rim(int rim) {
     w_.rim.clear();
     w_.outside.clear();
-    const auto is_there = [&](EdgeId edge) {
+    const auto is_present = [&](EdgeId edge) {
         return std::ranges::find(w_.rim, edge, &RimEdge<D>::edge) != w_.rim.end();
     };
     for (std::size_t j = 0; j < w_.cones.size(); ++j) {
@@ -411,7 +411,7 @@ void CurvedNodes<D>::gather_rim(int rim) {
         const auto& [element, opposite] = out_.star.joined[j];
         each_outer_edge<D>(static_cast<int>(opposite), [&](int k) {
             const EdgeId edge = r_.mesh.edges_of[element][k];
-            if (std::ssize(w_.rim) >= rim || is_there(edge)) return;
+            if (std::ssize(w_.rim) >= rim || is_present(edge)) return;
             shell(r_.mesh, element, k, w_.around);
             const std::size_t outside = w_.outside.size();
             const auto is_movable = [&](ElementId e) {
@@ -421,7 +421,7 @@ void CurvedNodes<D>::gather_rim(int rim) {
             };
             if (std::ranges::all_of(w_.around, is_movable)) {
                 const Vec<D> node = r_.mesh.nodes[edge].point;
-                w_.rim.push_back({edge, node, wanted_node_of(edge), node});
+                w_.rim.push_back({edge, node, target_node_of(edge), node});
             } else {
                 w_.outside.resize(outside);
             }
@@ -441,10 +441,11 @@ bool CurvedNodes<D>::gather_outside(ElementId e) {
     return true;
 }
 
-/// Target of the edge's node by `goal_.wanted` or in closed form. If the goal searches for nodes, the current node.
+/// Target of the edge's node by `goal_.target_nodes` or in closed form. If the goal searches for nodes, the current
+/// node.
 template <int D>
-Vec<D> CurvedNodes<D>::wanted_node_of(EdgeId edge) const {
-    if (!goal_.wanted.empty()) return goal_.wanted[edge].point;
+Vec<D> CurvedNodes<D>::target_node_of(EdgeId edge) const {
+    if (!goal_.target_nodes.empty()) return goal_.target_nodes[edge].point;
     if (goal_.search) return r_.mesh.nodes[edge].point;
     const auto& [a, b] = r_.mesh.edges[edge];
     const std::array<Vec<D>, 1> chord{r_.mesh.points[b] - r_.mesh.points[a]};
@@ -457,36 +458,36 @@ Vec<D> CurvedNodes<D>::wanted_node_of(EdgeId edge) const {
 
 /// Returns the problem that minimises the distances of nodes from their targets while the elements meet their bounds.
 template <int D>
-JointProgramme<D> CurvedNodes<D>::bending_programme() {
-    using Programme = JointProgramme<D>;
-    Programme programme;
-    programme.first_penalty = Programme::strong;
+JointProblem<D> CurvedNodes<D>::bending_problem() {
+    using Problem = JointProblem<D>;
+    Problem problem;
+    problem.first_penalty = Problem::strong;
     constexpr double margin = 1e-3;  // certificates include the rounding of coefficients
-    std::vector<int> unknown_of(w_.spokes.size(), Programme::fixed);
+    std::vector<int> unknown_of(w_.spokes.size(), Problem::fixed);
     w_.short_of_place.clear();
     for (std::uint32_t s = 0; s < w_.spokes.size() && w_.short_of_place.size() < max_together; ++s) {
         if (!is_free(s)) continue;
-        unknown_of[s] = static_cast<int>(programme.unknowns.size());
+        unknown_of[s] = static_cast<int>(problem.unknowns.size());
         w_.short_of_place.push_back(s);
-        programme.unknowns.push_back({w_.spokes[s].wanted - w_.spokes[s].node, distance_seen_along(spoke_metrics(s))});
+        problem.unknowns.push_back({w_.spokes[s].target - w_.spokes[s].node, sum_of_end_metrics(spoke_metrics(s))});
     }
-    const int first_of_rim = static_cast<int>(programme.unknowns.size());
+    const int first_of_rim = static_cast<int>(problem.unknowns.size());
     for (const RimEdge<D>& edge : w_.rim)
-        programme.unknowns.push_back(
-            {edge.wanted - edge.before, distance_seen_along({&r_.vertices.metrics[r_.mesh.edges[edge.edge][0]],
-                                                             &r_.vertices.metrics[r_.mesh.edges[edge.edge][1]]})});
+        problem.unknowns.push_back(
+            {edge.target - edge.before, sum_of_end_metrics({&r_.vertices.metrics[r_.mesh.edges[edge.edge][0]],
+                                                            &r_.vertices.metrics[r_.mesh.edges[edge.edge][1]]})});
     const auto rim_unknown = [&](EdgeId edge) {
         const auto at = std::ranges::find(w_.rim, edge, &RimEdge<D>::edge) - w_.rim.begin();
-        return at == std::ssize(w_.rim) ? Programme::fixed : first_of_rim + static_cast<int>(at);
+        return at == std::ssize(w_.rim) ? Problem::fixed : first_of_rim + static_cast<int>(at);
     };
     const auto add = [&](const QuadraticNodes<D>& nodes, double bound, const auto& unknown) {
-        typename Programme::Element element;
-        element.unknowns.fill(Programme::fixed);
+        typename Problem::Element element;
+        element.unknowns.fill(Problem::fixed);
         for (int k = 0; k < edges_per_simplex<D>; ++k) element.unknowns[D + 1 + k] = unknown(k);
-        if (std::ranges::all_of(element.unknowns, [](int u) { return u == Programme::fixed; })) return;
+        if (std::ranges::all_of(element.unknowns, [](int u) { return u == Problem::fixed; })) return;
         element.bezier = bezier_form(NodalSimplex<D>{nodes});
         element.floor = bound * (1 + margin);
-        programme.elements.push_back(element);
+        problem.elements.push_back(element);
     };
     for (std::size_t j = 0; j < w_.cones.size(); ++j) {
         const Cone<D>& cone = w_.cones[j];
@@ -499,7 +500,7 @@ JointProgramme<D> CurvedNodes<D>::bending_programme() {
     }
     for (const OutsideElement<D>& outside : w_.outside)
         add(outside.nodes, outside.bound, [&](int k) { return rim_unknown(r_.mesh.edges_of[outside.element][k]); });
-    return programme;
+    return problem;
 }
 
 template <int D>
@@ -556,10 +557,10 @@ bool CurvedNodes<D>::is_bent_well() {
     template double CurvedNodes<D>::length_to(std::size_t) const;     \
     template bool CurvedNodes<D>::correct(RejectionReason);           \
     template void CurvedNodes<D>::approach();                         \
-    template void CurvedNodes<D>::give(Patch<D>&) const;              \
+    template void CurvedNodes<D>::set_edges(Patch<D>&) const;         \
     template void CurvedNodes<D>::mark_stale();                       \
     template void CurvedNodes<D>::refresh_stale();                    \
-    template Sym<D> CurvedNodes<D>::distance_seen_along(const EndMetrics&);
+    template Sym<D> CurvedNodes<D>::sum_of_end_metrics(const EndMetrics&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

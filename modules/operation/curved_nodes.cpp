@@ -137,8 +137,9 @@ void look_at(const std::array<Vec<D>, K + 1>& corners, const std::array<Vec<D>, 
     xi[0] = 1;
     for (int i = 1; i <= K; ++i) xi[0] -= xi[i];
     const double least = *std::ranges::min_element(xi);
-    if (!(rank > best.rank ? std::isfinite(least) : least > best.least)) return;  // for zero area, `least` is infinite
-                                                                                  // or NaN
+    if (!(rank > best.rank ? std::isfinite(least) : least > best.least))
+        return;  // for zero area, `least` is infinite
+                 // or NaN
     best = {p, rank, least};
     double sum = 0;
     for (double& c : xi) sum += c = std::max(c, 0.0);
@@ -155,7 +156,7 @@ constexpr std::uint32_t no_spoke = std::numeric_limits<std::uint32_t>::max();
 template <int D>
 void CurvedNodes<D>::place_inner() {
     begin_spokes();
-    put_wanted();
+    place_targets();
 }
 
 template <int D>
@@ -166,7 +167,7 @@ bool CurvedNodes<D>::place_others() {
         Spoke<D>& spoke = w_.spokes[s];
         if (spoke.kind == EdgeKind::fixed || is_free(s)) continue;
         extend(s);
-        spoke.wanted = spoke.node = spoke.extended;
+        spoke.target = spoke.node = spoke.extended;
     }
     put_on_geometry();
     are_all_placed_ = true;
@@ -197,33 +198,33 @@ void CurvedNodes<D>::begin_spokes() {
             spoke.kind = EdgeKind::ridge;
             spoke.line = line;
         }
-    for (const ElementFace& face : out_.star.kept) {
+    for (const ElementFace& face : out_.star.preserved) {
         const auto& vertices = r_.mesh.elements.vertices[face.element];
-        const int held = local_vertex(vertices, request_.point);
+        const int point_index = local_vertex(vertices, request_.point);
         for (int i = 0; i <= D; ++i) {
-            if (i == held || i == static_cast<int>(face.opposite)) continue;
+            if (i == point_index || i == static_cast<int>(face.opposite)) continue;
             const std::uint32_t at = star_.vertices.find(vertices[i]);
             if (at == no_spoke) continue;
             w_.spokes[at].kind = EdgeKind::fixed;
-            w_.spokes[at].node = r_.mesh.nodes[r_.mesh.edges_of[face.element][edge_between<D>[i][held]]].point;
+            w_.spokes[at].node = r_.mesh.nodes[r_.mesh.edges_of[face.element][edge_between<D>[i][point_index]]].point;
         }
     }
 }
 
 template <int D>
 Vec<D> CurvedNodes<D>::old_place_of(const Vec<D>& p, VertexId v) const {
-    const auto holders = std::span(out_.removed.elements).first(request_.holders);
+    const auto fixed_elements = std::span(out_.removed.elements).first(request_.fixed_element_count);
     const OldElement<D>* best = nullptr;
     for (const OldElement<D>& piece : w_.old_elements) {
         if (best != nullptr && !(piece.size > best->size)) continue;
         if (v.valid() && local_vertex(r_.mesh.elements.vertices[piece.element], v) < 0) continue;
-        if (std::ranges::find(holders, piece.element) != holders.end()) best = &piece;
+        if (std::ranges::find(fixed_elements, piece.element) != fixed_elements.end()) best = &piece;
     }
     return best == nullptr ? old_map(w_.old_elements, p) : old_map(*best, p);
 }
 
 template <int D>
-EdgeId CurvedNodes<D>::edge_there(VertexId v) const {
+EdgeId CurvedNodes<D>::target_edge(VertexId v) const {
     if (!request_.point.valid()) return {};
     for (const ElementId e : out_.removed.elements) {
         const auto& vertices = r_.mesh.elements.vertices[e];
@@ -235,9 +236,9 @@ EdgeId CurvedNodes<D>::edge_there(VertexId v) const {
 }
 
 template <int D>
-std::optional<Vec<D>> CurvedNodes<D>::node_there(const Vec<D>& origin, VertexId v) const {
+std::optional<Vec<D>> CurvedNodes<D>::old_edge_node(const Vec<D>& origin, VertexId v) const {
     if (!request_.point.valid() || origin != r_.mesh.points[request_.point]) return {};
-    const EdgeId edge = edge_there(v);
+    const EdgeId edge = target_edge(v);
     return edge.valid() ? std::optional(r_.mesh.nodes[edge].point) : std::nullopt;
 }
 
@@ -248,7 +249,7 @@ void CurvedNodes<D>::extend(std::size_t s) {
     spoke.is_extended = true;
     const Vec<D> origin = request_.origin.value_or(request_.place);
     const Vec<D> half = midpoint(origin, end(s));
-    if (const auto node = node_there(origin, vertex(s)))
+    if (const auto node = old_edge_node(origin, vertex(s)))
         spoke.extended = *node;
     else if (!is_bent_)
         spoke.extended = middle(s);
@@ -294,23 +295,23 @@ Vec<D> CurvedNodes<D>::old_place_on_sides(std::size_t s, const Vec<D>& p) const 
 
 template <int D>
 void CurvedNodes<D>::put_on_geometry() {
-    if (!goal_.geometry && goal_.wanted.empty()) return;
+    if (!goal_.geometry && goal_.target_nodes.empty()) return;
     for (std::size_t s = 0; s < w_.spokes.size(); ++s) {
         Spoke<D>& spoke = w_.spokes[s];
         if (spoke.kind != EdgeKind::surface && spoke.kind != EdgeKind::ridge) continue;
         const std::optional<Vec<D>> target = target_on_geometry(s);
         if (!target) continue;
-        if (request_.share == 1 && !goal_.wanted.empty())
+        if (request_.share == 1 && !goal_.target_nodes.empty())
             spoke.extended = *target;  // avoids the rounding of the sum below
         else
             spoke.extended += request_.share * (*target - spoke.extended);
-        spoke.wanted = spoke.node = spoke.extended;
+        spoke.target = spoke.node = spoke.extended;
     }
 }
 
 template <int D>
 std::optional<Vec<D>> CurvedNodes<D>::target_on_geometry(std::size_t s) const {
-    if (!goal_.wanted.empty()) return goal_.wanted[edge_there(vertex(s))].point;
+    if (!goal_.target_nodes.empty()) return goal_.target_nodes[target_edge(vertex(s))].point;
     const auto& geometry = *goal_.geometry;
     const LineId line = w_.spokes[s].line;
     EdgeSite<D> site{{}, w_.spokes[s].kind, {request_.place, end(s)}, {}};
@@ -326,8 +327,8 @@ std::optional<Vec<D>> CurvedNodes<D>::target_on_geometry(std::size_t s) const {
 }
 
 template <int D>
-void CurvedNodes<D>::put_wanted() {
-    const bool is_closed_form = goal_.wanted.empty() && !goal_.search;
+void CurvedNodes<D>::place_targets() {
+    const bool is_closed_form = goal_.target_nodes.empty() && !goal_.search;
     if (is_closed_form) {
         take_bent(request_.bent);
         take_bent(w_.bent);
@@ -337,13 +338,13 @@ void CurvedNodes<D>::put_wanted() {
         if (is_free(s) && !(w_.spokes[s].length >= 0)) w_.free.push_back(s);
     if (w_.free.empty()) return;
     if (is_closed_form) return bend_free();
-    return goal_.wanted.empty() ? search_free() : take_wanted();
+    return goal_.target_nodes.empty() ? search_free() : take_targets();
 }
 
 template <int D>
-void CurvedNodes<D>::take_wanted() {
+void CurvedNodes<D>::take_targets() {
     for (const std::uint32_t s : w_.free)
-        w_.spokes[s].wanted = w_.spokes[s].node = goal_.wanted[edge_there(vertex(s))].point;
+        w_.spokes[s].target = w_.spokes[s].node = goal_.target_nodes[target_edge(vertex(s))].point;
 }
 
 template <int D>
@@ -356,7 +357,7 @@ void CurvedNodes<D>::take_bent(const std::vector<BentSpoke<D>>& bent) {
 template <int D>
 void CurvedNodes<D>::put_bent(std::size_t s, const Vec<D>& offset, double length) {
     Spoke<D>& spoke = w_.spokes[s];
-    spoke.wanted = spoke.node = spoke.measured = middle(s) + offset;
+    spoke.target = spoke.node = spoke.measured = middle(s) + offset;
     spoke.length = length;
 }
 
@@ -367,8 +368,8 @@ void CurvedNodes<D>::bend_free() {
     for (const std::uint32_t s : w_.free) {
         const VertexId v = vertex(s);
         w_.chords.push_back(end(s) - request_.place);
-        w_.ends.push_back(
-            {sight_of(request_.metric, request_.gradient), sight_of(r_.vertices.metrics[v], r_.vertices.gradients[v])});
+        w_.ends.push_back({end_sample_of(request_.metric, request_.gradient),
+                           end_sample_of(r_.vertices.metrics[v], r_.vertices.gradients[v])});
     }
     w_.offsets.resize(w_.free.size());
     w_.lengths.resize(w_.free.size());
@@ -396,13 +397,13 @@ void CurvedNodes<D>::search_free() {
     w_.found.resize(w_.free.size());
     minimise_edges<D>(goal_.field, w_.searched, rules, options, w_.found);
     for (std::size_t i = 0; i < w_.free.size(); ++i)
-        w_.spokes[w_.free[i]].wanted = w_.spokes[w_.free[i]].node = w_.found[i].node.point;
+        w_.spokes[w_.free[i]].target = w_.spokes[w_.free[i]].node = w_.found[i].node.point;
 }
 
 #define CAMBER_INSTANTIATE(D)                     \
     template void CurvedNodes<D>::place_inner();  \
     template bool CurvedNodes<D>::place_others(); \
-    template EdgeId CurvedNodes<D>::edge_there(VertexId) const;
+    template EdgeId CurvedNodes<D>::target_edge(VertexId) const;
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

@@ -23,7 +23,7 @@ namespace camber {
 inline constexpr std::size_t no_face = std::numeric_limits<std::size_t>::max();
 
 /// A fault of a star, and the index in `Star::joined` of the faulty element's face, or `no_face`.
-struct StarFault {
+struct StarDefect {
     RejectionReason reason = RejectionReason::none;
     std::size_t joined = no_face;
     double worst_shape = std::numeric_limits<double>::infinity();  ///< lowest quality of an element, if there is no
@@ -42,7 +42,7 @@ template <class ToPoint, class Nodes>
 [[nodiscard]] bool lengths_fit(std::span<const ToPoint> to_point, bool point_moves, const PatchLimits& limits,
                                const Nodes& nodes) {
     for (std::size_t s = 0; s < to_point.size(); ++s) {
-        if (to_point[s].is_there && !point_moves) continue;  // the edge exists and does not change
+        if (to_point[s].is_present && !point_moves) continue;  // the edge exists and does not change
         if (!nodes.is_placed(s)) continue;
         const double length = nodes.length_to(s);
         if (!(length >= limits.shortest && length <= limits.longest)) return false;
@@ -52,39 +52,39 @@ template <class ToPoint, class Nodes>
 
 /// Returns the element's first fault in the order `volume`, `height`, `quality`, or `none`.
 template <int D>
-[[nodiscard]] RejectionReason fault_of(const ElementState& e, QualityBar<D>& bar) {
+[[nodiscard]] RejectionReason rejection_of(const ElementState& e, QualityCriterion<D>& bar) {
     if (e.is_tolerated) return RejectionReason::none;
     if (!e.is_valid) return RejectionReason::volume;
     if (e.is_flat) return RejectionReason::height;
     return bar.is_met(e.shape) ? RejectionReason::none : RejectionReason::quality;
 }
 
-/// Returns the most serious fault, or the first fault if `is_judged_by_element`. `faulty`: indices of the checked
+/// Returns the most serious fault, or the first fault if `is_judged_by_element`. `defective`: indices of the checked
 /// elements with this fault. `shapes`: qualities of the elements, complete only without a fault.
 template <int D, class Nodes>
-[[nodiscard]] StarFault find_faults(std::size_t elements, const Nodes& nodes, QualityBar<D>& bar,
-                                    std::vector<std::size_t>& faulty, std::vector<double>& shapes) {
+[[nodiscard]] StarDefect find_defects(std::size_t elements, const Nodes& nodes, QualityCriterion<D>& bar,
+                                      std::vector<std::size_t>& defective, std::vector<double>& shapes) {
     shapes.clear();
-    faulty.clear();
-    StarFault found;
+    defective.clear();
+    StarDefect found;
     const auto rank = [](RejectionReason reason) {
         return reason == RejectionReason::volume ? 0 : reason == RejectionReason::height ? 1 : 2;
     };
     const auto add = [&](RejectionReason reason, std::size_t j) {
         if (found.reason == RejectionReason::none || rank(reason) < rank(found.reason)) {
             found = {reason, j};
-            faulty.clear();
+            defective.clear();
         }
-        if (rank(reason) == rank(found.reason)) faulty.push_back(j);
+        if (rank(reason) == rank(found.reason)) defective.push_back(j);
     };
     if constexpr (!Nodes::is_judged_by_element) {  // validity is checked first: it needs no qualities
         for (std::size_t j = 0; j < elements; ++j)
             if (nodes.is_broken(j)) add(RejectionReason::volume, j);
-        if (!faulty.empty()) return found;
+        if (!defective.empty()) return found;
     }
     for (std::size_t j = 0; j < elements; ++j) {
         const ElementState element = nodes.element(j);
-        if (const RejectionReason reason = fault_of(element, bar); reason != RejectionReason::none) {
+        if (const RejectionReason reason = rejection_of(element, bar); reason != RejectionReason::none) {
             add(reason, j);
             if (Nodes::is_judged_by_element) return found;
             continue;
@@ -112,7 +112,7 @@ struct JudgedRequest {
 ///    of the way, then fully. The removed elements map the middle of the new chord, from their straight to their curved
 ///    shapes, to its place on the old curves. If nothing else bends or moves, the halves of a split edge reproduce it.
 /// 3. If elements are still invalid, their inner nodes move one by one to maximise the smallest Jacobian around the
-///    edge, by at most `limits.programmes` linear programs (`highest_node`).
+///    edge, by at most `limits.optimisation_problems` linear programs (`max_min_node`).
 /// 4. If that fails, one problem moves all inner nodes together. A second problem also moves at most
 ///    `limits.bend_around` nodes on the invalid elements' outer faces, and checks the elements outside with these
 ///    edges.
@@ -120,7 +120,8 @@ struct JudgedRequest {
 template <int D>
 class CurvedNodes {
   public:
-    CurvedNodes(const JudgedRequest<D>& judged, OperationWorkspace<D>& workspace, Patch<D>& patch, QualityBar<D>& bar)
+    CurvedNodes(const JudgedRequest<D>& judged, OperationWorkspace<D>& workspace, Patch<D>& patch,
+                QualityCriterion<D>& bar)
         : r_(judged.mesh),
           goal_(judged.goal),
           request_(judged.request),
@@ -149,9 +150,9 @@ class CurvedNodes {
     [[nodiscard]] bool correct(RejectionReason reason);
     /// Moves relaxed nodes together towards their targets while the elements stay valid and of sufficient quality.
     void approach();
-    void give(Patch<D>& patch) const;
-    [[nodiscard]] int programmes() const { return w_.programmes; }
-    [[nodiscard]] bool has_drawn_back() const {
+    void set_edges(Patch<D>& patch) const;
+    [[nodiscard]] int optimisation_problems() const { return w_.optimisation_problems; }
+    [[nodiscard]] bool has_relaxed() const {
         return std::ranges::any_of(w_.spokes, [](const Spoke<D>& s) { return s.share < 1; });
     }
 
@@ -166,9 +167,9 @@ class CurvedNodes {
     /// such element, `p` may be anywhere and the nearest element is used.
     [[nodiscard]] Vec<D> old_place_of(const Vec<D>& p, VertexId v) const;
     /// Returns the cavity's edge from the point to `v`; invalid if there is none.
-    [[nodiscard]] EdgeId edge_there(VertexId v) const;
+    [[nodiscard]] EdgeId target_edge(VertexId v) const;
     /// Returns the node of the cavity's edge from the point to `v`, if the point does not move.
-    [[nodiscard]] std::optional<Vec<D>> node_there(const Vec<D>& origin, VertexId v) const;
+    [[nodiscard]] std::optional<Vec<D>> old_edge_node(const Vec<D>& origin, VertexId v) const;
     /// Computes the spoke's `extended`: a position on the old curves plus half of the point's offset from them.
     void extend(std::size_t spoke);
     /// Returns x(p) by the maps of removed facets of the spoke's surfaces, or of removed edges of its line. The maps of
@@ -177,8 +178,8 @@ class CurvedNodes {
     void put_on_geometry();
     /// Target of a boundary node. Empty without a surface at the spoke, except on embedded lines.
     [[nodiscard]] std::optional<Vec<D>> target_on_geometry(std::size_t s) const;
-    void put_wanted();
-    void take_wanted();
+    void place_targets();
+    void take_targets();
     /// Reuses nodes and lengths of edges that are bent already: they do not depend on the cavity.
     void take_bent(const std::vector<BentSpoke<D>>& bent);
     void put_bent(std::size_t spoke, const Vec<D>& offset, double length);
@@ -188,11 +189,11 @@ class CurvedNodes {
     void begin_cones();
     void put_nodes(Cone<D>& cone) const;
     void refresh_stale();
-    void decide_cone(Cone<D>& cone, const LowJacobian& jacobian) const;
+    void decide_cone(Cone<D>& cone, const JacobianSummary& jacobian) const;
     [[nodiscard]] double shape_of_cone(Cone<D>& cone) const;
     [[nodiscard]] bool replaces_worse_where_invalid() const;
     /// True if det J may fall below `rounding_floor`, the limit for linear elements.
-    [[nodiscard]] bool is_flat(const NodalSimplex<D>& element, const LowJacobian& jacobian) const;
+    [[nodiscard]] bool is_flat(const NodalSimplex<D>& element, const JacobianSummary& jacobian) const;
     /// True if the limits allow invalid elements to stay and the removed element at the joined face is invalid. The new
     /// element has the same vertices.
     [[nodiscard]] bool may_stay_invalid(std::size_t joined) const;
@@ -216,16 +217,16 @@ class CurvedNodes {
     void gather_rim(int rim);
     /// Adds an element to `w_.outside` unless the cavity removes it. Returns false if it violates `lowest_jacobian`.
     [[nodiscard]] bool gather_outside(ElementId e);
-    [[nodiscard]] Vec<D> wanted_node_of(EdgeId edge) const;
-    [[nodiscard]] JointProgramme<D> bending_programme();
+    [[nodiscard]] Vec<D> target_node_of(EdgeId edge) const;
+    [[nodiscard]] JointProblem<D> bending_problem();
     void bend(const std::vector<Vec<D>>& before, const std::vector<Vec<D>>& offsets);
     [[nodiscard]] bool is_bent_well();
     using EndMetrics = std::array<const VertexMetric<D>*, 2>;
     [[nodiscard]] EndMetrics spoke_metrics(std::size_t s) const {
         return {&request_.metric, &r_.vertices.metrics[vertex(s)]};
     }
-    [[nodiscard]] static Sym<D> distance_seen_along(const EndMetrics& ends);
-    [[nodiscard]] JointProgramme<D> approaching_programme() const;
+    [[nodiscard]] static Sym<D> sum_of_end_metrics(const EndMetrics& ends);
+    [[nodiscard]] JointProblem<D> approach_problem() const;
     [[nodiscard]] bool are_elements_good();
     [[nodiscard]] EdgeShell<D> shell_of(std::uint32_t s) const;
     void put(std::uint32_t s, const Vec<D>& node);
@@ -242,7 +243,7 @@ class CurvedNodes {
     bool are_all_placed_ = false, has_raised_ = false;
     bool is_bent_ = false;  ///< a removed element is curved
     Vec<D> shift_{};        ///< half of the point's offset from the old curves
-    QualityBar<D>& bar_;
+    QualityCriterion<D>& bar_;
 };
 
 }  // namespace camber

@@ -98,8 +98,8 @@ template <int D>
 
 /// Geometric entity of a point after `share` of the way to its projection `foot`. Only the full way gives parameters.
 template <int D>
-[[nodiscard]] GeometryPlace place_after(double share, const SurfacePoint<D>& foot) {
-    return share == 1 ? place_of(foot) : GeometryPlace{foot.entity};
+[[nodiscard]] GeometryPosition place_after(double share, const SurfacePoint<D>& foot) {
+    return share == 1 ? place_of(foot) : GeometryPosition{foot.entity};
 }
 
 /// True if `here` is its projection `foot`, up to rounding and the accuracy of projections.
@@ -147,7 +147,7 @@ template <int D>
 
 /// True if the patch's new facets meet the distance bounds, or exceed them no more than removed facets do.
 template <int D>
-[[nodiscard]] bool keeps_distance_bounds(const Adaptation<D>& r, const AdaptationGoal<D>& goal, const Patch<D>& patch);
+[[nodiscard]] bool meets_distance_bounds(const Adaptation<D>& r, const AdaptationGoal<D>& goal, const Patch<D>& patch);
 
 }  // namespace camber
 
@@ -263,7 +263,7 @@ template <int D>
 // positive.
 
 template <int D>
-void follow_walls(FacetGrid<D>& walls, const DynamicMesh<D>& mesh, const IdChanges<FacetId>& facets);
+void update_facet_grid(FacetGrid<D>& walls, const DynamicMesh<D>& mesh, const IdChanges<FacetId>& facets);
 
 /// Facets that a patch creates; in a standalone surface mesh, its triangles.
 template <int D>
@@ -274,20 +274,21 @@ template <int D>
 /// so they cover each point as often as their common border winds around it. The border does not change, so no facet
 /// covers a new area or another facet.
 template <int D>
-[[nodiscard]] bool keeps_its_planes(const DynamicMesh<D>& mesh, const Patch<D>& patch,
-                                    std::span<const NodalFacet<D>> made);
+[[nodiscard]] bool preserves_planes(const DynamicMesh<D>& mesh, const Patch<D>& patch,
+                                    std::span<const NodalFacet<D>> added_facets);
 
 /// True if the new facets cross neither each other nor facets of the mesh. Curved facets must be proved disjoint and
 /// free of self-crossings; straight facets may touch.
 template <int D>
-[[nodiscard]] bool are_walls_clear(const Adaptation<D>& r, const Patch<D>& patch, std::span<const NodalFacet<D>> made);
+[[nodiscard]] bool are_facets_clear(const Adaptation<D>& r, const Patch<D>& patch,
+                                    std::span<const NodalFacet<D>> added_facets);
 
 /// New facets of patches that were planned independently and are committed together, to find crossings between patches.
 template <int D>
-class NewWalls {
+class NewFacets {
   public:
     void clear();
-    /// Adds a patch's facets, which passed `are_walls_clear` or `keeps_its_planes`. Returns false if they cross facets
+    /// Adds a patch's facets, which passed `are_facets_clear` or `preserves_planes`. Returns false if they cross facets
     /// added before.
     [[nodiscard]] bool take(const DynamicMesh<D>& mesh, const Patch<D>& patch);
 
@@ -306,10 +307,11 @@ export namespace camber {
 
 /// True if two facets of the element have one reference and the surface is smooth between them.
 template <int D>
-[[nodiscard]] bool is_wall_element(const DynamicMesh<D>& mesh, ElementId e);
+[[nodiscard]] bool is_two_facet_element(const DynamicMesh<D>& mesh, ElementId e);
 
 /// True if a patch increases the number of two-facet elements. Always false without a geometry and on planes.
 template <int D>
-[[nodiscard]] bool adds_wall_elements(const Adaptation<D>& r, const AdaptationGoal<D>& goal, const Patch<D>& patch);
+[[nodiscard]] bool adds_two_facet_elements(const Adaptation<D>& r, const AdaptationGoal<D>& goal,
+                                           const Patch<D>& patch);
 
 }  // namespace camber

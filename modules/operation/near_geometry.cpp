@@ -212,17 +212,17 @@ EdgeId local_facet_edge(const DynamicMesh<D>& mesh, FacetId f, int e) {
 }
 
 template <int D>
-bool keeps_distance_bounds(const Adaptation<D>& r, const AdaptationGoal<D>& goal, const Patch<D>& patch) {
+bool meets_distance_bounds(const Adaptation<D>& r, const AdaptationGoal<D>& goal, const Patch<D>& patch) {
     if (!goal.geometry) return true;
     const auto& references = r.mesh.facets.references;
     const Vec<D> place = place_of_point(r.mesh, patch);
     // A new facet shares the edge opposite the point with a removed facet, so that edge needs no check.
-    BoundedPoints<D> made(goal), removed(goal);
+    BoundedPoints<D> all_new(goal), removed(goal);
     for (const JoinedFacet& joined : patch.star.facets)
         if (!r.mesh.is_at_infinity(joined.facet))
-            made.add(references[joined.facet], r.mesh.is_curved(), nodal_facet(r.mesh, patch, joined, place),
-                     joined.opposite);
-    if (made.are_within()) return true;
+            all_new.add(references[joined.facet], r.mesh.is_curved(), nodal_facet(r.mesh, patch, joined, place),
+                        joined.opposite);
+    if (all_new.are_within()) return true;
     for (const FacetId f : patch.removed.facets)
         if (!r.mesh.is_at_infinity(f)) removed.add(references[f], r.mesh.is_curved(), nodal_facet(r.mesh, f));
     if (removed.are_within()) return false;
@@ -265,7 +265,7 @@ FacetDistance distance_from_geometry(const Adaptation<D>& r, const AdaptationGoa
                                                      double);                                                         \
     template BoundShares<D> bound_shares<D>(const Adaptation<D>&, const AdaptationGoal<D>&, FacetId);                 \
     template EdgeId local_facet_edge<D>(const DynamicMesh<D>&, FacetId, int);                                         \
-    template bool keeps_distance_bounds<D>(const Adaptation<D>&, const AdaptationGoal<D>&, const Patch<D>&);
+    template bool meets_distance_bounds<D>(const Adaptation<D>&, const AdaptationGoal<D>&, const Patch<D>&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

@@ -42,14 +42,14 @@ bool is_noticeable(const Adaptation<D>& r, const AdaptationGoal<D>& goal, EdgeId
     return std::ranges::any_of(r.mesh.edges[edge], [&](VertexId v) {
         const MeasuringMetric<D>& metric = r.vertices.metrics[v].measure;
         const double least =
-            std::max(length * length, share * share * metric.length_squared(goal.wanted[edge].point - here));
+            std::max(length * length, share * share * metric.length_squared(goal.target_nodes[edge].point - here));
         return metric.length_squared(to - here) > least;
     });
 }
 
 /// True if a node moves noticeably or reaches its target. Precondition: the patch preserves the edges.
 template <int D>
-bool gains(const Adaptation<D>& r, const AdaptationGoal<D>& goal, const Patch<D>& patch) {
+bool moves_noticeably(const Adaptation<D>& r, const AdaptationGoal<D>& goal, const Patch<D>& patch) {
     for (const ElementId e : patch.removed.elements) {
         const auto& vertices = r.mesh.elements.vertices[e];
         const int at = local_vertex(vertices, patch.point.vertex);
@@ -58,7 +58,7 @@ bool gains(const Adaptation<D>& r, const AdaptationGoal<D>& goal, const Patch<D>
             const auto spoke = std::ranges::find(patch.star.boundary, vertices[i]) - patch.star.boundary.begin();
             const EdgeId edge = r.mesh.edges_of[e][edge_between<D>[i][at]];
             const LagrangeNode<D>& node = patch.nodes[static_cast<std::size_t>(spoke)];
-            const bool arrives = node == goal.wanted[edge] && node != r.mesh.nodes[edge];
+            const bool arrives = node == goal.target_nodes[edge] && node != r.mesh.nodes[edge];
             if (arrives || is_noticeable(r, goal, edge, node.point)) return true;
         }
     }
@@ -78,7 +78,7 @@ std::array<Vec<D>, D + 1> corners_of(const Adaptation<D>& r, const ElementFace& 
 template <int D>
 class StraightNodes {
   public:
-    StraightNodes(const JudgedRequest<D>& judged, OperationWorkspace<D>&, Patch<D>& patch, QualityBar<D>&)
+    StraightNodes(const JudgedRequest<D>& judged, OperationWorkspace<D>&, Patch<D>& patch, QualityCriterion<D>&)
         : r_(judged.mesh), request_(judged.request), star_(patch.star) {}
 
     static constexpr int degree = 1;
@@ -94,8 +94,8 @@ class StraightNodes {
     }
     void begin_elements() {}
     void judge_elements() {}
-    /// Checks a new element with the exact sign of its volume. In standalone surface meshes, `Operating::judge_facets`
-    /// checks the orientation.
+    /// Checks a new element with the exact sign of its volume. In standalone surface meshes,
+    /// `OperationRunner::judge_facets` checks the orientation.
     [[nodiscard]] ElementState element(std::size_t joined) const {
         const ElementFace& open = star_.joined[joined];
         if constexpr (D == 3)
@@ -111,9 +111,9 @@ class StraightNodes {
     }
     [[nodiscard]] bool correct(RejectionReason) { return false; }
     void approach() {}
-    void give(Patch<D>&) const {}
-    [[nodiscard]] int programmes() const { return 0; }
-    [[nodiscard]] bool has_drawn_back() const { return false; }
+    void set_edges(Patch<D>&) const {}
+    [[nodiscard]] int optimisation_problems() const { return 0; }
+    [[nodiscard]] bool has_relaxed() const { return false; }
 
   private:
     [[nodiscard]] ElementState triangle(const ElementFace& open) const
@@ -135,10 +135,10 @@ class StraightNodes {
 
 /// Execution of one request. `Nodes`: `StraightNodes` or `CurvedNodes`.
 template <int D, class Nodes>
-class Operating {
+class OperationRunner {
   public:
-    Operating(const Adaptation<D>& r, const AdaptationGoal<D>& goal, const CavityRequest<D>& request,
-              const PatchLimits& limits, OperationWorkspace<D>& workspace, JudgedPatch<D>& out)
+    OperationRunner(const Adaptation<D>& r, const AdaptationGoal<D>& goal, const CavityRequest<D>& request,
+                    const PatchLimits& limits, OperationWorkspace<D>& workspace, JudgedPatch<D>& out)
         : r_(r), goal_(goal), request_(request), limits_(limits), w_(workspace), judged_(out), out_(out.patch_) {}
 
     [[nodiscard]] OperationResult run() {
@@ -152,7 +152,7 @@ class Operating {
         out_.planned_for = r_.mesh.stamp;
         out_.point = {request_.point, {}, request_.reference};
         if (!request_.point.valid() || moves()) out_.point.place = request_.place;
-        judged_.vertex_ = {request_.metric, request_.lies, request_.gradient};
+        judged_.vertex_ = {request_.metric, request_.geometry_position, request_.gradient};
         judged_.is_short_ = request_.share < 1;
         result_.rejected = judge_patch();
         return result_;
@@ -163,30 +163,30 @@ class Operating {
     [[nodiscard]] bool find_star() {
         for (;; ++result_.corrections) {
             const StarFailure failure = star(r_.mesh, out_.removed, request_.point, w_.star, out_.star);
-            const bool may_go_on = result_.corrections < limits_.corrections;
+            const bool may_continue = result_.corrections < limits_.corrections;
             if (failure != StarFailure::none) {
                 result_.rejected = reason_of(failure);
-                if (!may_go_on || !shrink()) return false;
+                if (!may_continue || !shrink()) return false;
                 continue;
             }
-            const StarFault fault = judge_star();
-            result_.rejected = fault.reason;
-            if (fault.reason == RejectionReason::none) return true;
+            const StarDefect defect = judge_star();
+            result_.rejected = defect.reason;
+            if (defect.reason == RejectionReason::none) return true;
             // These faults may be due to elements that do not contain the point.
-            const bool is_too_large = fault.reason == RejectionReason::length ||
-                                      (fault.reason == RejectionReason::geometry && r_.mesh.is_surface());
-            if (is_too_large && may_go_on && shrink()) continue;
-            if (!may_go_on || !correct(fault)) {
+            const bool is_too_large = defect.reason == RejectionReason::length ||
+                                      (defect.reason == RejectionReason::geometry && r_.mesh.is_surface());
+            if (is_too_large && may_continue && shrink()) continue;
+            if (!may_continue || !correct(defect)) {
                 result_.straight_positive =
-                    Nodes::degree == 2 && fault.reason == RejectionReason::volume && is_straight_positive();
+                    Nodes::degree == 2 && defect.reason == RejectionReason::volume && is_straight_positive();
                 return false;
             }
         }
     }
-    [[nodiscard]] StarFault judge_star() {
+    [[nodiscard]] StarDefect judge_star() {
         if (const RejectionReason reason = judge_facets(); reason != RejectionReason::none) return {reason, no_face};
         if (!may_move()) return {RejectionReason::required, no_face};
-        QualityBar<D> bar(r_, limits_, out_.removed.elements);
+        QualityCriterion<D> bar(r_, limits_, out_.removed.elements);
         Nodes nodes({r_, goal_, request_, limits_}, w_, out_, bar);
         // Lengths are checked first: most rejections are due to them, they are cheap, and corrections change them
         // little.
@@ -194,31 +194,31 @@ class Operating {
         if (!has_fitting_lengths(nodes)) return {RejectionReason::length, no_face};
         if (nodes.place_others() && !has_fitting_lengths(nodes)) return {RejectionReason::length, no_face};
         nodes.begin_elements();
-        StarFault fault = judge_elements(nodes, bar);
-        w_.faulty_before = w_.faulty;
+        StarDefect defect = judge_elements(nodes, bar);
+        w_.defective_before = w_.defective;
         bool is_corrected = false;
-        while (fault.reason != RejectionReason::none && nodes.correct(fault.reason)) {
+        while (defect.reason != RejectionReason::none && nodes.correct(defect.reason)) {
             is_corrected = true;
-            fault = judge_elements(nodes, bar);
+            defect = judge_elements(nodes, bar);
         }
-        if (fault.reason == RejectionReason::none) nodes.approach();
-        result_.programmes += nodes.programmes();
-        if (fault.reason != RejectionReason::none) {
+        if (defect.reason == RejectionReason::none) nodes.approach();
+        result_.optimisation_problems += nodes.optimisation_problems();
+        if (defect.reason != RejectionReason::none) {
             // Excludes elements that became faulty because others were corrected.
-            if (is_corrected) std::erase_if(w_.faulty, [&](std::size_t j) { return !was_faulty(j); });
-            if (w_.faulty.empty()) w_.faulty.push_back(fault.joined);
-            return fault;
+            if (is_corrected) std::erase_if(w_.defective, [&](std::size_t j) { return !was_defective(j); });
+            if (w_.defective.empty()) w_.defective.push_back(defect.joined);
+            return defect;
         }
         if (is_corrected && !has_fitting_lengths(nodes)) return {RejectionReason::length, no_face};
-        nodes.give(out_);
+        nodes.set_edges(out_);
         take_known(nodes);
-        result_.drawn_back = nodes.has_drawn_back();
+        result_.relaxed = nodes.has_relaxed();
         result_.bends_around = !out_.following.empty();
-        result_.worst_shape = fault.worst_shape;
+        result_.worst_shape = defect.worst_shape;
         return {};
     }
-    [[nodiscard]] bool was_faulty(std::size_t joined) const {
-        return std::ranges::find(w_.faulty_before, joined) != w_.faulty_before.end();
+    [[nodiscard]] bool was_defective(std::size_t joined) const {
+        return std::ranges::find(w_.defective_before, joined) != w_.defective_before.end();
     }
     void take_known(const Nodes& nodes) {
         judged_.lengths_.clear();
@@ -237,30 +237,32 @@ class Operating {
     [[nodiscard]] bool has_fitting_lengths(const Nodes& nodes) const {
         return lengths_fit(std::span(std::as_const(w_.star.to_point)), moves(), limits_, nodes);
     }
-    [[nodiscard]] StarFault judge_elements(Nodes& nodes, QualityBar<D>& bar) const {
+    [[nodiscard]] StarDefect judge_elements(Nodes& nodes, QualityCriterion<D>& bar) const {
         nodes.judge_elements();
-        return find_faults<D>(out_.star.joined.size(), nodes, bar, w_.faulty, w_.shapes);
+        return find_defects<D>(out_.star.joined.size(), nodes, bar, w_.defective, w_.shapes);
     }
     [[nodiscard]] RejectionReason judge_patch() {
-        if (limits_.wall_elements == WallElements::refused && adds_wall_elements(r_, goal_, out_))
+        if (limits_.two_facet_elements == TwoFacetElements::refused && adds_two_facet_elements(r_, goal_, out_))
             return RejectionReason::wall;
-        if (!goal_.distance_bounds.empty() && !keeps_distance_bounds(r_, goal_, out_)) return RejectionReason::geometry;
+        if (!goal_.distance_bounds.empty() && !meets_distance_bounds(r_, goal_, out_)) return RejectionReason::geometry;
         if (limits_.facet_distance < std::numeric_limits<double>::infinity()) {
             const FacetDistance facets = distance_from_geometry(r_, goal_, out_, limits_.facet_distance);
             result_.farthest_facet = facets.largest;
             if (!facets.is_near) return RejectionReason::geometry;
         }
-        if (limits_.node_gain == NodeGain::asked && !gains(r_, goal_, out_)) return RejectionReason::gain;
-        return keeps_walls() ? RejectionReason::none : RejectionReason::crossing;
+        if (limits_.node_gain == NodeGain::requested && !moves_noticeably(r_, goal_, out_))
+            return RejectionReason::gain;
+        return is_free_of_crossings() ? RejectionReason::none : RejectionReason::crossing;
     }
     /// True if the new facets cross no facet. Elements that may stay invalid can have folded facets; then
-    /// `keeps_its_planes` proves nothing.
-    [[nodiscard]] bool keeps_walls() const {
+    /// `preserves_planes` proves nothing.
+    [[nodiscard]] bool is_free_of_crossings() const {
         if (out_.star.facets.empty()) return true;
-        const auto made = new_facets(r_.mesh, out_);
-        if (made.empty()) return true;
-        const bool are_valid = limits_.invalid_before == InvalidBefore::refused;
-        return (are_valid && keeps_its_planes<D>(r_.mesh, out_, made)) || are_walls_clear<D>(r_, out_, made);
+        const auto added_facets = new_facets(r_.mesh, out_);
+        if (added_facets.empty()) return true;
+        const bool are_valid = limits_.invalid_replacement == InvalidReplacement::refused;
+        return (are_valid && preserves_planes<D>(r_.mesh, out_, added_facets)) ||
+               are_facets_clear<D>(r_, out_, added_facets);
     }
 
     [[nodiscard]] bool moves() const {
@@ -270,7 +272,7 @@ class Operating {
     [[nodiscard]] bool may_move() const {
         if (!moves()) return true;
         const VertexState& state = r_.mesh.states[request_.point];
-        return out_.star.kept.empty() && state.place != VertexPlace::corner && !state.marks.has(Mark::required);
+        return out_.star.preserved.empty() && state.place != VertexPlace::corner && !state.marks.has(Mark::required);
     }
     /// Precondition in degree 2: the elements were checked.
     [[nodiscard]] bool is_straight_positive() const {
@@ -282,7 +284,7 @@ class Operating {
     }
 
     /// True if the facets have a common side at which the surface is smooth.
-    [[nodiscard]] bool goes_on(FacetId f, FacetId g) const {
+    [[nodiscard]] bool is_smooth_across(FacetId f, FacetId g) const {
         const auto& of_f = r_.mesh.facets.vertices[f];
         const auto& of_g = r_.mesh.facets.vertices[g];
         std::array<VertexId, D> shared;
@@ -305,7 +307,7 @@ class Operating {
             grows = false;
             for (std::size_t i = 0; i < facets.size(); ++i)
                 for (std::size_t j = 0; j < i; ++j) {
-                    if (w_.pieces[i] == w_.pieces[j] || !goes_on(facets[i], facets[j])) continue;
+                    if (w_.pieces[i] == w_.pieces[j] || !is_smooth_across(facets[i], facets[j])) continue;
                     w_.pieces[i] = w_.pieces[j] = std::min(w_.pieces[i], w_.pieces[j]);
                     grows = true;
                 }
@@ -338,29 +340,30 @@ class Operating {
     /// may.
     [[nodiscard]] bool shrink() {
         auto& elements = out_.removed.elements;
-        if (request_.holders == 0 || elements.size() <= request_.holders) return false;
-        const std::size_t kept = request_.holders + (elements.size() - request_.holders) / 2;
-        while (elements.size() > kept) leave(elements.size() - 1);
+        if (request_.fixed_element_count == 0 || elements.size() <= request_.fixed_element_count) return false;
+        const std::size_t preserved =
+            request_.fixed_element_count + (elements.size() - request_.fixed_element_count) / 2;
+        while (elements.size() > preserved) leave(elements.size() - 1);
         return true;
     }
     /// Changes the cavity. Returns false if that cannot correct the fault.
-    [[nodiscard]] bool correct(const StarFault& fault) {
-        if (fault.joined == no_face) return false;
-        if (faulty_leave()) return true;
-        const auto [element, opposite] = out_.star.joined[fault.joined];
+    [[nodiscard]] bool correct(const StarDefect& defect) {
+        if (defect.joined == no_face) return false;
+        if (remove_defective()) return true;
+        const auto [element, opposite] = out_.star.joined[defect.joined];
         const FaceNeighbour across = r_.mesh.face_neighbours[element][static_cast<int>(opposite)];
         if (!across.valid() || !across.is_element()) return false;
         join(r_.mesh, out_.removed, across.element());
         return true;
     }
     /// Removes faulty elements from the cavity. Returns false if none of them may leave.
-    [[nodiscard]] bool faulty_leave() {
+    [[nodiscard]] bool remove_defective() {
         auto& elements = out_.removed.elements;
-        if (request_.holders == 0) return false;
+        if (request_.fixed_element_count == 0) return false;
         const std::size_t before = elements.size();
-        for (const std::size_t j : w_.faulty) {
+        for (const std::size_t j : w_.defective) {
             const auto at = std::ranges::find(elements, out_.star.joined[j].element) - elements.begin();
-            if (at < std::ssize(elements) && static_cast<std::size_t>(at) >= request_.holders)
+            if (at < std::ssize(elements) && static_cast<std::size_t>(at) >= request_.fixed_element_count)
                 leave(static_cast<std::size_t>(at));
         }
         return elements.size() < before;
@@ -385,8 +388,8 @@ class Operating {
 template <int D>
 OperationResult operate(const Adaptation<D>& r, const AdaptationGoal<D>& goal, const CavityRequest<D>& request,
                         const PatchLimits& limits, OperationWorkspace<D>& workspace, JudgedPatch<D>& out) {
-    if (r.mesh.is_curved()) return Operating<D, CurvedNodes<D>>(r, goal, request, limits, workspace, out).run();
-    return Operating<D, StraightNodes<D>>(r, goal, request, limits, workspace, out).run();
+    if (r.mesh.is_curved()) return OperationRunner<D, CurvedNodes<D>>(r, goal, request, limits, workspace, out).run();
+    return OperationRunner<D, StraightNodes<D>>(r, goal, request, limits, workspace, out).run();
 }
 
 namespace {
@@ -443,10 +446,10 @@ Outcome<CommittedState<D>> commit(Adaptation<D> state, std::vector<JudgedPatch<D
         for (std::size_t i = 0; i < rows.size(); ++i)
             if (are_short[i]) off_geometry.push_back(changes.points[i]);
         state.off_geometry = std::move(off_geometry);
-        state.refusals.follow(state.mesh, std::span(std::as_const(changes.elements.created)));
+        state.rejection_cache.follow(state.mesh, std::span(std::as_const(changes.elements.created)));
         follow_shapes<D>(state, changes.elements.created, known.shapes);
         follow_lengths<D>(state, changes.spokes, known.lengths, known.bent);
-        follow_walls(state.walls, state.mesh, changes.facets);
+        update_facet_grid(state.walls, state.mesh, changes.facets);
         return CommittedState<D>{std::move(state), std::move(changes)};
     });
 }
@@ -462,7 +465,7 @@ Adaptation<D> commit(Adaptation<D> state, std::span<const JudgedNode<D>> judged)
     for (const JudgedNode<D>& node : judged) bent.push_back(node.edge());
     follow_lengths<D>(state, {}, {}, bent);
     state.mesh.stamp = new_stamp();
-    state.refusals.forget();
+    state.rejection_cache.forget();
     state.shapes = {};
     return state;
 }

@@ -40,7 +40,7 @@ class JudgedPatch {
 
   private:
     template <int, class>
-    friend class Operating;
+    friend class OperationRunner;
 
     Patch<D> patch_;
     VertexRow<D> vertex_;
@@ -69,11 +69,11 @@ class JudgedNode {
 template <int D>
 struct Spoke {
     EdgeKind kind = EdgeKind::volume;  ///< `fixed`: elements or facets outside have the edge, too
-    /// `wanted`: node required by metric or geometry. `extended`: node on the old curves.
-    Vec<D> wanted, extended;
+    /// `target`: node required by metric or geometry. `extended`: node on the old curves.
+    Vec<D> target, extended;
     Vec<D> node;
     bool is_extended = false;
-    double share = 1;  ///< position from `extended` (0) to `wanted` (1)
+    double share = 1;  ///< position from `extended` (0) to `target` (1)
     LineId line;       ///< for a ridge: the removed line that the edge continues
     /// The last computed length, and the node for which it was computed.
     double length = -1;
@@ -97,7 +97,7 @@ struct Cone {
 template <int D>
 struct RimEdge {
     EdgeId edge;
-    Vec<D> before, wanted, node;
+    Vec<D> before, target, node;
 };
 
 /// An element outside the star that has a `RimEdge`.
@@ -130,14 +130,14 @@ struct CurvedWorkspace {
     std::vector<FacetSite<D>> facets;                     ///< new facets
     std::vector<std::array<std::uint32_t, 2>> of_facets;  ///< index of a spoke, index of a new facet at it
     std::vector<Vec<D>> chords, offsets;
-    std::vector<EndSights<D>> ends;
+    std::vector<EndSamples<D>> ends;
     std::vector<double> lengths;
     std::vector<BentSpoke<D>> bent;  ///< computed by this operation, not given by the request
     std::vector<FreeEdge<D>> searched;
     std::vector<EdgeMinimum<D>> found;
     std::vector<std::uint32_t> free;
     std::vector<std::uint32_t> short_of_place;
-    int programmes = 0;  ///< number of problems solved
+    int optimisation_problems = 0;  ///< number of problems solved
 };
 
 // Smoothing of the node of one inner edge by the distortion of the elements around the edge.
@@ -260,9 +260,10 @@ template <int D>
 struct OperationWorkspace {
     StarWorkspace<D> star;
     Cavity<D> cavity;
-    std::vector<std::size_t> pieces;                 ///< smooth piece of each removed facet
-    std::vector<double> shapes;                      ///< qualities of the star's checked elements
-    std::vector<std::size_t> faulty, faulty_before;  ///< elements with the last fault; the same before corrections
+    std::vector<std::size_t> pieces;  ///< smooth piece of each removed facet
+    std::vector<double> shapes;       ///< qualities of the star's checked elements
+    std::vector<std::size_t> defective,
+        defective_before;  ///< elements with the last fault; the same before corrections
     CurvedWorkspace<D> curved;
 };
 
@@ -272,10 +273,10 @@ struct OperationResult {
     double worst_shape = 0;  ///< lowest quality of new elements, if accepted
     int corrections = 0;
     /// For degree 2. `straight_inverted`: a straight element has no positive volume. `straight_positive`: rejected as
-    /// `volume`, although all straight elements are positive. `drawn_back`: nodes were relaxed from their targets.
-    int programmes = 0;         ///< number of problems solved
-    double farthest_facet = 0;  ///< `FacetDistance` of the new facets
-    bool straight_inverted = false, straight_positive = false, drawn_back = false;
+    /// `volume`, although all straight elements are positive. `relaxed`: nodes were relaxed from their targets.
+    int optimisation_problems = 0;  ///< number of problems solved
+    double farthest_facet = 0;      ///< `FacetDistance` of the new facets
+    bool straight_inverted = false, straight_positive = false, relaxed = false;
     bool bends_around = false;  ///< nodes on outer faces of the cavity move
 };
 
@@ -283,8 +284,8 @@ struct OperationResult {
 /// rejection. Volume signs are exact. In degree 2 straight elements may be inverted (see `CurvedNodes`).
 ///
 /// The cavity changes at most `corrections` times. The removed element at a faulty face leaves the cavity if it may
-/// (see `holders`). In degree 2, which checks all elements, the other faulty elements leave too, since no other change
-/// would correct them. If none may leave, the element across the outer face is added.
+/// (see `fixed_element_count`). In degree 2, which checks all elements, the other faulty elements leave too, since no
+/// other change would correct them. If none may leave, the element across the outer face is added.
 template <int D>
 [[nodiscard]] OperationResult operate(const Adaptation<D>& r, const AdaptationGoal<D>& goal,
                                       const CavityRequest<D>& request, const PatchLimits& limits,
@@ -309,7 +310,7 @@ template <int D>
 struct FinishedMesh {
     CompactMesh<D> compact;
     Column<LogMetric<D>> log_metrics;
-    Column<GeometryPlace> places;  ///< see `VertexData`
+    Column<GeometryPosition> places;  ///< see `VertexData`
 };
 
 /// Returns the mesh without free slots. It lists all corners and, in 3D, all lines at which surfaces break, including
@@ -325,10 +326,10 @@ struct PassStatistics {
     std::size_t corrections = 0;  ///< cavity changes of accepted operations
     std::size_t shortened = 0;    ///< accepted points that moved only a part of the way to the geometry
     /// For degree 2. `straight_inverted`: accepted, although a straight element is not positive. `straight_positive`:
-    /// rejected as `volume`, although all straight elements are positive. `drawn_back`: accepted with relaxed nodes.
-    std::size_t straight_inverted = 0, straight_positive = 0, drawn_back = 0;
-    std::size_t bent_around = 0;  ///< accepted operations that moved nodes around the cavity
-    std::size_t programmes = 0;   ///< problems solved for accepted and rejected operations
+    /// rejected as `volume`, although all straight elements are positive. `relaxed`: accepted with relaxed nodes.
+    std::size_t straight_inverted = 0, straight_positive = 0, relaxed = 0;
+    std::size_t bent_around = 0;            ///< accepted operations that moved nodes around the cavity
+    std::size_t optimisation_problems = 0;  ///< problems solved for accepted and rejected operations
     /// Largest `FacetDistance` after swaps and collapses.
     double farthest_facet = 0;
     std::size_t moved_nodes = 0;  ///< nodes smoothed by distortion; not in `proposals`
@@ -344,9 +345,9 @@ struct PassStatistics {
         shortened += other.shortened;
         straight_inverted += other.straight_inverted;
         straight_positive += other.straight_positive;
-        drawn_back += other.drawn_back;
+        relaxed += other.relaxed;
         bent_around += other.bent_around;
-        programmes += other.programmes;
+        optimisation_problems += other.optimisation_problems;
         farthest_facet = std::max(farthest_facet, other.farthest_facet);
         moved_nodes += other.moved_nodes;
         for (std::size_t i = 0; i < rejected.size(); ++i) rejected[i] += other.rejected[i];

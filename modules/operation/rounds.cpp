@@ -64,7 +64,7 @@ class Claims {
         if (std::ranges::any_of(patch.removed.elements, is_claimed)) return false;
         if (std::ranges::any_of(patch.reshaped, is_claimed)) return false;
         if (const VertexId p = patch.point.vertex;
-            p.valid() && !keeps_topology<D>(mesh.elements.vertices.view(), patch)) {
+            p.valid() && !preserves_topology<D>(mesh.elements.vertices.view(), patch)) {
             for (const VertexId v : patch.star.boundary)
                 if (edges_.contains(key(p, v))) return false;
             for (const VertexId v : patch.star.boundary) edges_.insert(key(p, v));
@@ -85,16 +85,16 @@ class Claims {
 
 template <int D>
 struct Planned {
-    bool is_asked = false;
+    bool is_requested = false;
     OperationResult result;
     JudgedPatch<D> patch;
 };
 
 template <int D>
-class Rounds {
+class PassRunner {
   public:
-    Rounds(Adaptation<D>& r, const AdaptationGoal<D>& goal, Pass<D>& pass, std::vector<Task> tasks,
-           const Execution& execution)
+    PassRunner(Adaptation<D>& r, const AdaptationGoal<D>& goal, Pass<D>& pass, std::vector<Task> tasks,
+               const Execution& execution)
         : r_(r), goal_(goal), pass_(pass), tasks_(std::move(tasks)), execution_(execution) {}
 
     [[nodiscard]] Outcome<PassStatistics> run() {
@@ -135,12 +135,12 @@ class Rounds {
     }
     void plan_task(const Task& task, OperationWorkspace<D>& workspace, Planned<D>& out) const {
         std::optional<Candidate<D>> candidate = pass_.candidate(r_, task);
-        out.is_asked = candidate.has_value();
+        out.is_requested = candidate.has_value();
         for (double share = 1; candidate;) {
             out.result = candidate->rejected == RejectionReason::none
                              ? operate(r_, goal_, candidate->request, candidate->limits, workspace, out.patch)
                              : OperationResult{.rejected = candidate->rejected, .is_planned = false};
-            if (!lies_badly(out.result.rejected) || share == 0) return;
+            if (!depends_on_position(out.result.rejected) || share == 0) return;
             share = share > 0.2 ? share / 2 : 0;
             const Vec<D> before = candidate->request.place;
             candidate = pass_.shortened(r_, task, share);
@@ -148,24 +148,24 @@ class Rounds {
                 return;  // the geometry coincides with the chord
         }
     }
-    [[nodiscard]] static bool lies_badly(RejectionReason reason) {
+    [[nodiscard]] static bool depends_on_position(RejectionReason reason) {
         return reason == RejectionReason::volume || reason == RejectionReason::height ||
                reason == RejectionReason::quality || reason == RejectionReason::geometry ||
                reason == RejectionReason::crossing;
     }
     [[nodiscard]] Outcome<Done> choose_and_commit(std::vector<Planned<D>>& planned) {
         claims_.begin(r_.mesh.elements.size());
-        new_walls_.clear();
+        new_facets_.clear();
         std::vector<JudgedPatch<D>> patches;
         refused_.clear();
         for (std::size_t i = 0; i < planned.size(); ++i) {
-            auto& [is_asked, result, patch] = planned[i];
-            if (!is_asked) {
+            auto& [is_requested, result, patch] = planned[i];
+            if (!is_requested) {
                 refused_.push_back(front_[i]);
                 continue;
             }
             if (result.rejected == RejectionReason::none &&
-                !(claims_.take(r_.mesh, patch.patch()) && new_walls_.take(r_.mesh, patch.patch()))) {
+                !(claims_.take(r_.mesh, patch.patch()) && new_facets_.take(r_.mesh, patch.patch()))) {
                 result.rejected = RejectionReason::waits;
                 tasks_.put(front_[i]);
             }
@@ -192,7 +192,7 @@ class Rounds {
         PassStatistics& s = statistics_;
         ++s.proposals;
         s.planned += result.is_planned ? 1 : 0;
-        s.programmes += static_cast<std::size_t>(result.programmes);
+        s.optimisation_problems += static_cast<std::size_t>(result.optimisation_problems);
         if (result.rejected != RejectionReason::none) {
             s.straight_positive += result.straight_positive ? 1 : 0;
             ++s.rejected[static_cast<std::size_t>(result.rejected)];
@@ -200,7 +200,7 @@ class Rounds {
         }
         ++s.accepted;
         s.straight_inverted += result.straight_inverted ? 1 : 0;
-        s.drawn_back += result.drawn_back ? 1 : 0;
+        s.relaxed += result.relaxed ? 1 : 0;
         s.bent_around += result.bends_around ? 1 : 0;
         s.farthest_facet = std::max(s.farthest_facet, result.farthest_facet);
         s.shortened += is_short_of_geometry ? 1 : 0;
@@ -224,7 +224,7 @@ class Rounds {
     std::vector<std::size_t> by_id_;  ///< indices of `front_`, sorted by entity for locality
     const Execution& execution_;
     Claims claims_;
-    NewWalls<D> new_walls_;
+    NewFacets<D> new_facets_;
     PassStatistics statistics_;
     std::size_t done_ = 0;
 };
@@ -234,7 +234,7 @@ class Rounds {
 template <int D>
 Outcome<PassStatistics> run_pass(Adaptation<D>& r, const AdaptationGoal<D>& goal, Pass<D>& pass,
                                  std::vector<Task> tasks, const Execution& execution) {
-    return guarded([&] { return Rounds<D>(r, goal, pass, std::move(tasks), execution).run(); });
+    return guarded([&] { return PassRunner<D>(r, goal, pass, std::move(tasks), execution).run(); });
 }
 
 #define CAMBER_INSTANTIATE(D)                                                                        \

@@ -19,7 +19,7 @@ namespace camber {
 namespace {
 
 struct Placed {
-    GeometryPlace place;
+    GeometryPosition place;
     bool off_geometry = false;
 };
 template <int D>
@@ -38,12 +38,12 @@ Placed placed(const AdaptationGoal<D>& goal, const DynamicMesh<D>& mesh, VertexI
     const auto foot = foot_of(goal, mesh, ball, v, {});
     if (!foot) return {};
     const bool off_geometry = !is_at_foot(mesh, ball, mesh.points[v], foot->point);
-    return {off_geometry ? GeometryPlace{foot->entity} : place_of(*foot), off_geometry};
+    return {off_geometry ? GeometryPosition{foot->entity} : place_of(*foot), off_geometry};
 }
 
 template <int D>
 Outcome<Done> place_boundary(Adaptation<D>& r, const AdaptationGoal<D>& goal, const Execution& execution) {
-    Buffer<GeometryPlace> places(r.mesh.points.size());
+    Buffer<GeometryPosition> places(r.mesh.points.size());
     Buffer<std::uint8_t> is_off(places.size(), 0);
     auto done = each_chunk(execution, places.size(), [&](std::size_t begin, std::size_t end) {
         Cavity<D> ball;
@@ -63,45 +63,45 @@ Outcome<Done> place_boundary(Adaptation<D>& r, const AdaptationGoal<D>& goal, co
 }
 
 template <int D>
-Outcome<Done> ask_at_vertices(Adaptation<D>& r, const AdaptationGoal<D>& goal, const Execution& execution) {
+Outcome<Done> sample_at_vertices(Adaptation<D>& r, const AdaptationGoal<D>& goal, const Execution& execution) {
     const std::size_t n = r.mesh.points.size();
     Buffer<VertexMetric<D>> metrics(n);
     Buffer<LogGradient<D>> gradients(r.mesh.is_curved() ? n : 0);
     // If the field is given on this mesh, the search starts at the vertex; otherwise at the result for the last vertex.
-    auto asked = each_chunk(execution, n, [&](std::size_t begin, std::size_t end) {
+    auto sampled = each_chunk(execution, n, [&](std::size_t begin, std::size_t end) {
         ElementId hint;
-        bool is_on_this = true;
+        bool is_on_mesh = true;
         for (std::size_t v = begin; v < end; ++v) {
             const Vec<D>& p = r.mesh.points[v];
-            if (is_on_this && r.mesh.element_of[v].valid()) hint = r.mesh.element_of[v];
+            if (is_on_mesh && r.mesh.element_of[v].valid()) hint = r.mesh.element_of[v];
             const FieldSample<D> sample = gradients.empty() ? sample_value(goal.field, p, hint)
                                                             : sample_with_recovered_gradient(goal.field, p, hint);
             hint = sample.location.element;
-            is_on_this = is_on_this && std::ranges::max(sample.location.xi) == 1;
+            is_on_mesh = is_on_mesh && std::ranges::max(sample.location.xi) == 1;
             metrics[v] = VertexMetric<D>(sample.log_metric, hint);
             if (!gradients.empty()) gradients[v] = sample.gradient;
         }
     });
     r.vertices.metrics = std::move(metrics);
     r.vertices.gradients = std::move(gradients);
-    return asked;
+    return sampled;
 }
 
 /// Creates the state. `make`: function that creates the mesh.
 template <int D, class Make>
-Outcome<Adaptation<D>> begun(const LinearMesh<D>& mesh, const AdaptationGoal<D>& goal, const Execution& execution,
-                             Make&& make) {
-    if (mesh.elements.size() == 0 && !is_surface_alone(mesh))
+Outcome<Adaptation<D>> start_adaptation(const LinearMesh<D>& mesh, const AdaptationGoal<D>& goal,
+                                        const Execution& execution, Make&& make) {
+    if (mesh.elements.size() == 0 && !is_standalone_surface(mesh))
         return fail(ErrorKind::input, std::string("the mesh has no ") +
                                           (D == 2 ? "triangles" : "tetrahedra or triangles") +
                                           ": there is nothing to remesh");
-    auto made = make();
-    if (!made) return fail(made.error());
+    auto result = make();
+    if (!result) return fail(result.error());
     return guarded([&]() -> Outcome<Adaptation<D>> {
         Adaptation<D> r;
-        r.mesh = std::move(*made);
-        r.walls = walls_of(r.mesh);
-        if (auto asked = ask_at_vertices(r, goal, execution); !asked) return fail(asked.error());
+        r.mesh = std::move(*result);
+        r.walls = facet_grid_of(r.mesh);
+        if (auto sampled = sample_at_vertices(r, goal, execution); !sampled) return fail(sampled.error());
         if (auto done = measure_lengths(r, without_progress(execution)); !done) return fail(done.error());
         if (goal.geometry)
             if (auto done = place_boundary(r, goal, without_progress(execution)); !done) return fail(done.error());
@@ -127,9 +127,9 @@ Outcome<Done> measure_lengths(Adaptation<D>& r, const Execution& execution) {
 template <int D>
 Outcome<Adaptation<D>> begin_adaptation(const LinearMesh<D>& mesh, const EdgeSet<D>& edges, const BreaksOfMesh& breaks,
                                         const AdaptationGoal<D>& goal, const Execution& execution) {
-    return begun<D>(mesh, goal, execution, [&] {
+    return start_adaptation<D>(mesh, goal, execution, [&] {
         if constexpr (D == 3)
-            if (is_surface_alone(mesh)) return make_dynamic_surface(mesh, edges, breaks, execution);
+            if (is_standalone_surface(mesh)) return make_dynamic_surface(mesh, edges, breaks, execution);
         return make_dynamic(mesh, edges, breaks, execution);
     });
 }
@@ -137,11 +137,11 @@ Outcome<Adaptation<D>> begin_adaptation(const LinearMesh<D>& mesh, const EdgeSet
 template <int D>
 Outcome<Adaptation<D>> begin_adaptation(const QuadraticMesh<D>& mesh, const BreaksOfMesh& breaks,
                                         const AdaptationGoal<D>& goal, const Execution& execution) {
-    if (is_surface_alone(mesh.linear))
+    if (is_standalone_surface(mesh.linear))
         return fail(ErrorKind::unsupported, "a curved standalone surface mesh cannot be remeshed directly", {}, {},
                     "straighten it (camber convert --straighten), remesh the straight mesh with the curved one as the "
                     "geometry (--geometry '{\"mesh\": \"CURVED\"}'), and curve the result");
-    return begun<D>(mesh.linear, goal, execution, [&] { return make_dynamic(mesh, breaks, execution); });
+    return start_adaptation<D>(mesh.linear, goal, execution, [&] { return make_dynamic(mesh, breaks, execution); });
 }
 
 template <int D>
@@ -176,7 +176,7 @@ Outcome<UnitMeshStatistics> unit_mesh_statistics(const Adaptation<D>& r, const E
         execution, r.mesh.elements.size(), UnitMeshStatistics{},
         [&](UnitMeshStatistics& s, std::size_t e) {
             if (r.mesh.is_free(ElementId(e))) return;
-            const double quality = quality_of_shape(known_shape_of(r, ElementId(e)), D);
+            const double quality = quality_of_shape(cached_shape_of(r, ElementId(e)), D);
             ++s.elements;
             s.worst_quality = std::min(s.worst_quality, quality);
             s.mean_quality += quality;
@@ -213,7 +213,7 @@ Outcome<FinishedMesh<D>> finished(const Adaptation<D>& r, const Execution& execu
         auto compact = compacted(with_breaks_listed(r.mesh), execution);
         if (!compact) return fail(compact.error());
         Buffer<LogMetric<D>> logs(compact->mesh.points.size());
-        Buffer<GeometryPlace> places(r.vertices.places.empty() ? 0 : logs.size());
+        Buffer<GeometryPosition> places(r.vertices.places.empty() ? 0 : logs.size());
         const auto& map = compact->maps.vertices;
         for (std::size_t v = 0; v < r.vertices.metrics.size(); ++v)
             if (const VertexId to = map[VertexId(v)]; to.valid()) {

@@ -32,7 +32,7 @@ struct VertexMetric {
     ElementId back;
 
     VertexMetric() = default;
-    VertexMetric(const LogMetric<D>& given, ElementId at) : log_metric(given), measure(given), back(at) {}
+    VertexMetric(const LogMetric<D>& input, ElementId at) : log_metric(input), measure(input), back(at) {}
     friend bool operator==(const VertexMetric&, const VertexMetric&) = default;
 };
 
@@ -40,7 +40,7 @@ struct VertexMetric {
 template <int D>
 struct VertexRow {
     VertexMetric<D> metric;
-    GeometryPlace place;
+    GeometryPosition place;
     LogGradient<D> gradient{};
 };
 
@@ -50,10 +50,10 @@ struct VertexData {
     Column<VertexMetric<D>> metrics;
     /// Geometric entity of each vertex, with parameters if the vertex lies on it; none for inner vertices. Empty
     /// without a geometry.
-    Column<GeometryPlace> places = {};
+    Column<GeometryPosition> places = {};
     Column<LogGradient<D>> gradients = {};  ///< degree 2: recovered gradients of the field
 
-    [[nodiscard]] GeometryPlace place(VertexId v) const { return places.empty() ? GeometryPlace{} : places[v]; }
+    [[nodiscard]] GeometryPosition place(VertexId v) const { return places.empty() ? GeometryPosition{} : places[v]; }
     [[nodiscard]] VertexRow<D> row(VertexId v) const {
         return {metrics[v], place(v), gradients.empty() ? LogGradient<D>{} : gradients[v]};
     }
@@ -74,36 +74,36 @@ struct VertexData {
     }
 };
 
-enum class AskingPass : std::uint8_t { collapse, swap, smooth, remove };
-inline constexpr std::size_t asking_passes = 4;
+enum class CachedPass : std::uint8_t { collapse, swap, smooth, remove };
+inline constexpr std::size_t cached_passes = 4;
 
 /// Cache of rejected requests for each pass and entity. A request depends only on the elements at the entity's vertices
 /// (except for crossings with other facets). It stays rejected until one of these elements changes. Time is counted in
 /// commits.
-class Refusals {
+class RejectionCache {
   public:
     /// Discards the pass's rejections if they were made under other limits.
-    void begin(AskingPass pass, std::vector<double> limits) {
+    void begin(CachedPass pass, std::vector<double> limits) {
         OfPass& of = of_[static_cast<std::size_t>(pass)];
         if (of.limits != limits) of = {std::move(limits), {}};
     }
     /// Precondition: the mesh has not changed since the requests were planned.
     template <class Tag>
-    void refuse(AskingPass pass, std::span<const Id<Tag>> ids, std::size_t entities) {
+    void refuse(CachedPass pass, std::span<const Id<Tag>> ids, std::size_t entities) {
         if (ids.empty()) return;
         OfPass& of = of_[static_cast<std::size_t>(pass)];
-        auto asked = take(std::move(of.asked));
-        asked.resize(entities, never);
-        for (const Id<Tag> id : ids) asked[id.index()] = now_ + 1;
-        of.asked = std::move(asked);
+        auto requested = take(std::move(of.requested));
+        requested.resize(entities, never);
+        for (const Id<Tag> id : ids) requested[id.index()] = now_ + 1;
+        of.requested = std::move(requested);
     }
     /// True if the request was rejected and no element at these vertices has changed since.
     template <class Tag>
-    [[nodiscard]] bool stands(AskingPass pass, Id<Tag> id, std::span<const VertexId> vertices) const {
-        const auto& asked = of_[static_cast<std::size_t>(pass)].asked;
-        if (id.index() >= asked.size() || asked[id] == never) return false;
+    [[nodiscard]] bool is_rejected(CachedPass pass, Id<Tag> id, std::span<const VertexId> vertices) const {
+        const auto& requested = of_[static_cast<std::size_t>(pass)].requested;
+        if (id.index() >= requested.size() || requested[id] == never) return false;
         for (const VertexId v : vertices)
-            if (v.index() < changed_.size() && changed_[v] >= asked[id]) return false;
+            if (v.index() < changed_.size() && changed_[v] >= requested[id]) return false;
         return true;
     }
     template <int D>
@@ -123,9 +123,9 @@ class Refusals {
     static constexpr std::uint32_t never = 0;
     struct OfPass {
         std::vector<double> limits;
-        Column<std::uint32_t> asked;  ///< per entity: number of commits at its last rejection, plus 1
+        Column<std::uint32_t> requested;  ///< per entity: number of commits at its last rejection, plus 1
     };
-    std::array<OfPass, asking_passes> of_;
+    std::array<OfPass, cached_passes> of_;
     Column<std::uint32_t> changed_;  ///< per vertex: last commit that created an element at it
     std::uint32_t now_ = 0;          ///< number of commits
 };
@@ -139,7 +139,7 @@ struct Adaptation {
     /// Boundary vertices off the geometry, including new ones that could move only a part of the way to it. Ids may
     /// have been reused.
     Column<VertexId> off_geometry = {};
-    Refusals refusals = {};
+    RejectionCache rejection_cache = {};
     Column<double> shapes = {};  ///< `shape_of` each element; negative: unknown
     /// `length_of` each edge; empty in degree 1, where computing a length costs no more than a look-up.
     Column<double> lengths = {};
@@ -150,7 +150,7 @@ struct NodeSearch {
     EdgeMinimiserOptions options;
     EdgeRules rules;
 
-    explicit NodeSearch(const EdgeMinimiserOptions& given) : options(given), rules(edge_rules(given)) {}
+    explicit NodeSearch(const EdgeMinimiserOptions& input) : options(input), rules(edge_rules(input)) {}
 };
 
 /// Limit of a facet's distance from the geometry: the minimum of a length and a share of the edge length. The share
@@ -207,7 +207,7 @@ struct AdaptationGoal {
     std::optional<NodeSearch> search = {};
     /// Degree 2 with fixed topology: target of each edge's node, also on the boundary. Field and geometry do not
     /// determine targets then.
-    Column<LagrangeNode<D>> wanted = {};
+    Column<LagrangeNode<D>> target_nodes = {};
     /// Patches meet these bounds, or exceed them no more than removed facets do.
     DistanceBounds distance_bounds = {};
     EmbeddedCurves<D> curves = {};  ///< curves of embedded lines
@@ -229,7 +229,7 @@ template <int D>
 
 /// Boxes of all facets; in a standalone surface mesh, of all triangles.
 template <int D>
-[[nodiscard]] FacetGrid<D> walls_of(const DynamicMesh<D>& mesh);
+[[nodiscard]] FacetGrid<D> facet_grid_of(const DynamicMesh<D>& mesh);
 
 /// Recomputes `lengths`. Errors: stopped, memory.
 template <int D>
@@ -250,10 +250,10 @@ struct CavityRequest {
     VertexId point;          ///< invalid for a new vertex
     Vec<D> place;            ///< position of a new or moved point
     VertexMetric<D> metric;  ///< at `place`
-    /// The first `holders` elements of the cavity contain the point; the others may leave the cavity.
-    std::size_t holders = 0;
+    /// The first `fixed_element_count` elements of the cavity contain the point; the others may leave the cavity.
+    std::size_t fixed_element_count = 0;
     Reference reference = 0;
-    GeometryPlace lies = {};  ///< geometric entity at `place`
+    GeometryPosition geometry_position = {};  ///< geometric entity at `place`
 
     // For degree 2:
     LogGradient<D> gradient{};            ///< of the field at `place`
@@ -267,50 +267,50 @@ struct CavityRequest {
         place = r.mesh.points[v];
         const VertexRow<D> known = r.vertices.row(v);
         metric = known.metric;
-        lies = known.place;
+        geometry_position = known.place;
         gradient = known.gradient;
     }
 };
 
 /// Policy for new elements below `min_shape`.
-enum class BelowLeast : std::uint8_t { refused, accepted_if_no_worse };
+enum class BelowMinimum : std::uint8_t { refused, accepted_if_no_worse };
 
 /// Policy for new invalid elements that replace an invalid element with the same vertices.
-enum class InvalidBefore : std::uint8_t { refused, may_stay };
+enum class InvalidReplacement : std::uint8_t { refused, may_stay };
 
-/// Policy for patches that add two-facet elements (`adds_wall_elements`).
-enum class WallElements : std::uint8_t { accepted, refused };
+/// Policy for patches that add two-facet elements (`adds_two_facet_elements`).
+enum class TwoFacetElements : std::uint8_t { accepted, refused };
 
-/// Policy for patches that move no node noticeably (`gains`).
-enum class NodeGain : std::uint8_t { not_asked, asked };
+/// Policy for patches that move no node noticeably (`moves_noticeably`).
+enum class NodeGain : std::uint8_t { not_requested, requested };
 
 /// Default minimum cosine between normals of new and replaced facets.
-inline constexpr double least_facet_cosine = 0.8;
+inline constexpr double min_facet_cosine = 0.8;
 
 struct PatchLimits {
-    double min_shape = 0;                          ///< lower limit of `shape_of`, exclusive
-    BelowLeast below_least = BelowLeast::refused;  ///< see `QualityBar`
-    double bad_quality = 0.05;                     ///< no element may be below this and the worst removed one
+    double min_shape = 0;                                ///< lower limit of `shape_of`, exclusive
+    BelowMinimum below_minimum = BelowMinimum::refused;  ///< see `QualityCriterion`
+    double bad_quality = 0.05;                           ///< no element may be below this and the worst removed one
     double shortest = 0, longest = std::numeric_limits<double>::infinity();  ///< metric lengths of edges at the point
     /// Degree 2: minimum scaled Jacobian, unless a removed element violates it.
     double min_jacobian = default_bound;
     /// Minimum scaled Jacobian if a removed element violates `min_jacobian`.
     double lowest_jacobian = 0;
     /// Applies if each new element has the vertices of a removed element.
-    InvalidBefore invalid_before = InvalidBefore::refused;
+    InvalidReplacement invalid_replacement = InvalidReplacement::refused;
     /// Maximum number of linear programs, each for the node of one inner edge, after relaxation to the old curves
     /// failed.
-    int programmes = 8;
+    int optimisation_problems = 8;
     /// If the linear programs fail, a joint problem moves all inner nodes and at most this number of nodes on outer
     /// faces. 0: no joint problem.
     int bend_around = 0;
     /// Maximum number of relaxed inner nodes that move together towards their targets.
     int approaching = 0;
-    double facet_cosine = least_facet_cosine;
+    double facet_cosine = min_facet_cosine;
     /// Maximum distance of new facets from the geometry, relative to their longest edges (`distance_from_geometry`).
     double facet_distance = std::numeric_limits<double>::infinity();
-    WallElements wall_elements = WallElements::accepted;
-    NodeGain node_gain = NodeGain::not_asked;
+    TwoFacetElements two_facet_elements = TwoFacetElements::accepted;
+    NodeGain node_gain = NodeGain::not_requested;
     /// Maximum number of changes of the cavity.
     int corrections = 8;
 };
@@ -353,7 +353,7 @@ struct Candidate {
 
 /// Stores the field at `place` in the request. `hint`: element of the back mesh where the search starts.
 template <int D>
-void ask_field(const Adaptation<D>& r, const AdaptationGoal<D>& goal, ElementId hint, CavityRequest<D>& request) {
+void sample_field(const Adaptation<D>& r, const AdaptationGoal<D>& goal, ElementId hint, CavityRequest<D>& request) {
     const FieldSample<D> sample = r.mesh.is_curved() ? sample_with_recovered_gradient(goal.field, request.place, hint)
                                                      : sample_value(goal.field, request.place, hint);
     request.metric = VertexMetric<D>(sample.log_metric, sample.location.element);
@@ -380,13 +380,13 @@ template <int D>
     return mesh.nodes[edge].point - midpoint(mesh.points[a], mesh.points[b]);
 }
 template <int D>
-[[nodiscard]] inline BentEnd<D> end_of(const VertexMetric<D>& metric) {
+[[nodiscard]] inline EdgeEndMetric<D> end_of(const VertexMetric<D>& metric) {
     return {metric.log_metric, metric.measure};
 }
 
 template <int D>
-[[nodiscard]] inline EndSight<D> sight_of(const VertexMetric<D>& metric,
-                                          const std::type_identity_t<LogGradient<D>>& gradient) {
+[[nodiscard]] inline EndSample<D> end_sample_of(const VertexMetric<D>& metric,
+                                                const std::type_identity_t<LogGradient<D>>& gradient) {
     return {&metric.log_metric, &gradient, &metric.measure};
 }
 
@@ -399,8 +399,8 @@ template <int D>
     if (r.mesh.is_at_infinity(edge)) return length_to_infinity;
     const auto& [a, b] = r.mesh.edges[edge];
     if (r.mesh.is_curved())
-        return bent_length<D>(end_of(r.vertices.metrics[a]), end_of(r.vertices.metrics[b]),
-                              r.mesh.points[b] - r.mesh.points[a], offset_of(r.mesh, edge));
+        return quadratic_edge_length<D>(end_of(r.vertices.metrics[a]), end_of(r.vertices.metrics[b]),
+                                        r.mesh.points[b] - r.mesh.points[a], offset_of(r.mesh, edge));
     return edge_length(r.vertices.metrics[a].measure, r.vertices.metrics[b].measure,
                        r.mesh.points[b] - r.mesh.points[a]);
 }
@@ -438,7 +438,7 @@ template <int D>
     return curved_shape<D>(nodes_of(r.mesh, e), logs);
 }
 template <int D>
-[[nodiscard]] inline double known_shape_of(const Adaptation<D>& r, ElementId e) {
+[[nodiscard]] inline double cached_shape_of(const Adaptation<D>& r, ElementId e) {
     const double known = e.index() < r.shapes.size() ? r.shapes[e.index()] : -1.0;
     return known >= 0 ? known : shape_of(r, e);
 }
@@ -466,22 +466,22 @@ template <int D>
 template <int D>
 [[nodiscard]] double worst_shape_of(const Adaptation<D>& r, const std::vector<ElementId>& elements) {
     double worst = std::numeric_limits<double>::infinity();
-    for (const ElementId e : elements) worst = std::min(worst, known_shape_of(r, e));
+    for (const ElementId e : elements) worst = std::min(worst, cached_shape_of(r, e));
     return worst;
 }
 
 /// Minimum quality of new elements for all passes. They must exceed `min_shape` or, if allowed, not be worse than the
 /// worst removed element. None may be below both `bad_quality` and the worst removed element.
 template <int D>
-class QualityBar {
+class QualityCriterion {
   public:
-    QualityBar(const Adaptation<D>& r, const PatchLimits& limits, const std::vector<ElementId>& replaced)
+    QualityCriterion(const Adaptation<D>& r, const PatchLimits& limits, const std::vector<ElementId>& replaced)
         : r_(r), limits_(limits), replaced_(replaced) {}
 
     [[nodiscard]] bool is_met(double shape) {
-        const double asked = limits_.min_shape;
-        if (shape > asked && shape >= shape_of_quality(limits_.bad_quality, D)) return true;
-        if (!(shape > asked) && limits_.below_least == BelowLeast::refused) return false;
+        const double requested = limits_.min_shape;
+        if (shape > requested && shape >= shape_of_quality(limits_.bad_quality, D)) return true;
+        if (!(shape > requested) && limits_.below_minimum == BelowMinimum::refused) return false;
         return shape >= worst_replaced();
     }
 

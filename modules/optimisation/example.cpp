@@ -33,7 +33,7 @@ static Outcome<bool> example(const Execution& execution) {
     const auto around = shells(mesh->edges, execution);
     if (!around) return fail(around.error());
     const auto best =
-        highest_node(edge_shell<2>(*mesh, std::span<const LagrangeNode<2>>(nodes), (*around)[spoke], spoke));
+        max_min_node(edge_shell<2>(*mesh, std::span<const LagrangeNode<2>>(nodes), (*around)[spoke], spoke));
     if (!best) return false;
     std::printf("scaled Jacobian at least %.6f and at most %.6f with the node at (%.3f, %.3f)\n", best->lower,
                 best->upper, best->node.point[0], best->node.point[1]);

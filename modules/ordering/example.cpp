@@ -44,15 +44,15 @@ static Outcome<bool> example(const Execution& execution) {
     auto vertices = permutation(any_order<VertexId>(mesh.points.size()), execution);
     auto elements = permutation(any_order<ElementId>(mesh.elements.size()), execution);
     if (!vertices || !elements) return fail((vertices ? elements.error() : vertices.error()));
-    const auto given = renumbered(mesh, {std::move(*vertices), std::move(*elements)}, execution);
-    if (!given) return fail(given.error());
+    const auto input = renumbered(mesh, {std::move(*vertices), std::move(*elements)}, execution);
+    if (!input) return fail(input.error());
 
     // The default minimum would skip this small mesh.
-    const auto better = better_order(*given, {.min_elements = 1000}, execution);
+    const auto better = better_order(*input, {.min_elements = 1000}, execution);
     if (!better) return fail(better.error());
     if (!*better) return false;
     const Renumbering& order = (*better)->renumbering;
-    const auto ordered = renumbered(*given, order, execution);
+    const auto ordered = renumbered(*input, order, execution);
     if (!ordered) return fail(ordered.error());
     const auto after = scatter(*ordered, execution);
     if (!after) return fail(after.error());
@@ -61,7 +61,7 @@ static Outcome<bool> example(const Execution& execution) {
     // A program computes on the ordered mesh, then restores the original numbers in the result.
     const auto back = renumbered(*ordered, inverse(order), execution);
     if (!back) return fail(back.error());
-    return *back == *given && *after < 0.1 * (*better)->scatter;
+    return *back == *input && *after < 0.1 * (*better)->scatter;
 }
 
 int main() {

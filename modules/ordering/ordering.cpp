@@ -16,8 +16,8 @@ namespace {
 
 template <class T, class F>
 Outcome<Column<T>> mapped(const Column<T>& rows, F&& f, const Execution& execution) {
-    return map_each(execution, rows.size(), [&](std::size_t i) -> T { return f(rows[i]); }).map([](Buffer<T> made) {
-        return Column<T>(std::move(made));
+    return map_each(execution, rows.size(), [&](std::size_t i) -> T { return f(rows[i]); }).map([](Buffer<T> result) {
+        return Column<T>(std::move(result));
     });
 }
 
@@ -40,11 +40,11 @@ class Columns {
     template <class T, class Make>
     void put(Column<T>& rows, Make&& make) {
         if (!done_) return;
-        Outcome<Column<T>> made = make();
-        if (made)
-            rows = std::move(*made);
+        Outcome<Column<T>> result = make();
+        if (result)
+            rows = std::move(*result);
         else
-            done_ = fail(std::move(made.error()));
+            done_ = fail(std::move(result.error()));
     }
 
     const Execution& execution_;
@@ -52,7 +52,7 @@ class Columns {
 };
 
 template <int D>
-void renumber_geometry(GivenGeometry<D>& geometry, const Column<VertexId>& after, Columns& columns) {
+void renumber_geometry(InputGeometry<D>& geometry, const Column<VertexId>& after, Columns& columns) {
     const auto at_vertex = [&](DirectionRow row) {
         row.vertex = after[row.vertex];
         return row;
@@ -203,8 +203,8 @@ Outcome<std::optional<BetterOrder>> better_order(const LinearMesh<D>& mesh, cons
     const auto own = scatter(mesh, part_of(execution, 0, 0.1));
     if (!own) return fail(own.error());
     if (!(*own > options.max_scatter)) return std::nullopt;
-    return space_filling_order(mesh, part_of(execution, 0.1, 1)).map([&](Renumbering made) {
-        return std::optional(BetterOrder{std::move(made), *own});
+    return space_filling_order(mesh, part_of(execution, 0.1, 1)).map([&](Renumbering result) {
+        return std::optional(BetterOrder{std::move(result), *own});
     });
 }
 

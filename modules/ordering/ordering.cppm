@@ -89,7 +89,7 @@ template <class T, class EntityId>
     if (rows.empty()) return rows;
     return map_each(execution, before.size() * width,
                     [&](std::size_t i) { return rows[before[i / width].index() * width + i % width]; })
-        .map([](Buffer<T> made) { return Column<T>(std::move(made)); });
+        .map([](Buffer<T> result) { return Column<T>(std::move(result)); });
 }
 
 /// Renumbers a mesh. The order of a simplex's vertices and of facets, edges and lists is preserved, so that the inverse

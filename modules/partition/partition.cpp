@@ -44,7 +44,7 @@ template <int D>
 Outcome<DualGraph> dual_graph(const LinearMesh<D>& mesh, const Execution& execution) {
     return guarded([&]() -> Outcome<DualGraph> {
         if constexpr (D == 3)
-            if (is_surface_alone(mesh)) return graph_of_surface(mesh, execution);
+            if (is_standalone_surface(mesh)) return graph_of_surface(mesh, execution);
         const auto around = balls(mesh, execution);
         if (!around) return fail(around.error());
         const auto across = neighbours(mesh, *around, execution);
@@ -92,7 +92,7 @@ Outcome<Column<std::int32_t>> parts_of(const Simplices<C>& cells, const Incidenc
                                 return parts[c];
                         return 0;
                     })
-        .map([](Buffer<std::int32_t> made) { return Column<std::int32_t>(std::move(made)); });
+        .map([](Buffer<std::int32_t> result) { return Column<std::int32_t>(std::move(result)); });
 }
 
 Outcome<CellParts> parts_of_surface(const LinearMesh<3>& mesh, Column<std::int32_t> facets,
@@ -110,7 +110,7 @@ template <int D>
 Outcome<CellParts> parts_of_cells(const LinearMesh<D>& mesh, Column<std::int32_t> elements,
                                   const Execution& execution) {
     if constexpr (D == 3)
-        if (is_surface_alone(mesh)) return parts_of_surface(mesh, std::move(elements), execution);
+        if (is_standalone_surface(mesh)) return parts_of_surface(mesh, std::move(elements), execution);
     const auto around = balls(mesh, execution);
     if (!around) return fail(around.error());
     auto facets = parts_of(mesh.elements, *around, mesh.facets, elements, execution);
@@ -122,10 +122,10 @@ Outcome<CellParts> parts_of_cells(const LinearMesh<D>& mesh, Column<std::int32_t
 
 template <int D>
 Outcome<CellParts> partition(const LinearMesh<D>& mesh, std::size_t parts, const Execution& execution) {
-    const std::size_t cells = is_surface_alone(mesh) ? mesh.facets.size() : mesh.elements.size();
+    const std::size_t cells = is_standalone_surface(mesh) ? mesh.facets.size() : mesh.elements.size();
     if (parts == 0 || parts > std::max<std::size_t>(cells, 1))
         return fail(ErrorKind::usage, "a mesh of " + std::to_string(cells) +
-                                          (is_surface_alone(mesh) ? " triangles" : " elements") + " has no " +
+                                          (is_standalone_surface(mesh) ? " triangles" : " elements") + " has no " +
                                           std::to_string(parts) + " parts");
     const auto graph = dual_graph(mesh, execution);
     if (!graph) return fail(graph.error());
@@ -204,17 +204,17 @@ MeshPiece<LinearMesh<D>> linear_piece(const LinearMesh<D>& mesh, const CellParts
         number[v] = static_cast<std::uint32_t>(vertices.size());
         vertices.push_back(static_cast<std::uint32_t>(v));
     }
-    LinearMesh<D> made;
-    made.points = chosen(mesh.points, vertices);
-    made.point_references = chosen(mesh.point_references, vertices);
-    made.corners = renumbered(mesh.corners, vertices);
-    made.required_vertices = renumbered(mesh.required_vertices, vertices);
-    made.elements = some_of(mesh.elements, elements, number);
-    made.facets = some_of(mesh.facets, facets, number);
-    made.edges = some_of(mesh.edges, edges, number);
-    made.ridges = renumbered(mesh.ridges, D == 2 ? facets : edges);
-    made.groups = mesh.groups;
-    return {std::move(made), vertices, elements, facets, edges};
+    LinearMesh<D> result;
+    result.points = chosen(mesh.points, vertices);
+    result.point_references = chosen(mesh.point_references, vertices);
+    result.corners = renumbered(mesh.corners, vertices);
+    result.required_vertices = renumbered(mesh.required_vertices, vertices);
+    result.elements = some_of(mesh.elements, elements, number);
+    result.facets = some_of(mesh.facets, facets, number);
+    result.edges = some_of(mesh.edges, edges, number);
+    result.ridges = renumbered(mesh.ridges, D == 2 ? facets : edges);
+    result.groups = mesh.groups;
+    return {std::move(result), vertices, elements, facets, edges};
 }
 
 /// Rows in `whole` of the edges in `own`. The edges in `whole` must be sorted by vertices.
@@ -229,12 +229,12 @@ Outcome<Rows> edges_in(const EdgeSet<D>& whole, const EdgeSet<D>& own, const Col
 }
 
 template <int D>
-Outcome<MeshPiece<LinearMesh<D>>> made_piece(const LinearMesh<D>& mesh, const CellParts& parts, std::int32_t part,
+Outcome<MeshPiece<LinearMesh<D>>> make_piece(const LinearMesh<D>& mesh, const CellParts& parts, std::int32_t part,
                                              const Execution&) {
     return linear_piece(mesh, parts, part);
 }
 template <int D>
-Outcome<MeshPiece<QuadraticMesh<D>>> made_piece(const QuadraticMesh<D>& mesh, const CellParts& parts, std::int32_t part,
+Outcome<MeshPiece<QuadraticMesh<D>>> make_piece(const QuadraticMesh<D>& mesh, const CellParts& parts, std::int32_t part,
                                                 const Execution& execution) {
     auto linear = linear_piece(mesh.linear, parts, part);
     auto edges = unique_edges(linear.mesh, execution);
@@ -255,7 +255,7 @@ Outcome<MeshPiece<QuadraticMesh<D>>> made_piece(const QuadraticMesh<D>& mesh, co
 template <class Mesh>
 Outcome<MeshPiece<Mesh>> piece_of(const Mesh& mesh, const CellParts& parts, std::int32_t part,
                                   const Execution& execution) {
-    return guarded([&] { return made_piece(mesh, parts, part, execution); });
+    return guarded([&] { return make_piece(mesh, parts, part, execution); });
 }
 
 #define CAMBER_INSTANTIATE(MESH) \

@@ -19,26 +19,26 @@ constexpr int done = 0;
 
 /// Owns a Scotch structure.
 template <class Structure, int (*begin)(Structure*), void (*end)(Structure*)>
-class Held {
+class ScotchStructure {
   public:
-    Held() : is_there_(begin(&structure_) == done) {}
-    Held(const Held&) = delete;
-    Held(Held&&) = delete;
-    Held& operator=(const Held&) = delete;
-    Held& operator=(Held&&) = delete;
-    ~Held() {
-        if (is_there_) end(&structure_);
+    ScotchStructure() : is_valid_(begin(&structure_) == done) {}
+    ScotchStructure(const ScotchStructure&) = delete;
+    ScotchStructure(ScotchStructure&&) = delete;
+    ScotchStructure& operator=(const ScotchStructure&) = delete;
+    ScotchStructure& operator=(ScotchStructure&&) = delete;
+    ~ScotchStructure() {
+        if (is_valid_) end(&structure_);
     }
-    [[nodiscard]] bool is_there() const { return is_there_; }
+    [[nodiscard]] bool is_valid() const { return is_valid_; }
     [[nodiscard]] Structure* get() { return &structure_; }
 
   private:
     Structure structure_{};
-    bool is_there_;
+    bool is_valid_;
 };
-using Graph = Held<SCOTCH_Graph, SCOTCH_graphInit, SCOTCH_graphExit>;
-using Strategy = Held<SCOTCH_Strat, SCOTCH_stratInit, SCOTCH_stratExit>;
-using Context = Held<SCOTCH_Context, SCOTCH_contextInit, SCOTCH_contextExit>;
+using Graph = ScotchStructure<SCOTCH_Graph, SCOTCH_graphInit, SCOTCH_graphExit>;
+using Strategy = ScotchStructure<SCOTCH_Strat, SCOTCH_stratInit, SCOTCH_stratExit>;
+using Context = ScotchStructure<SCOTCH_Context, SCOTCH_contextInit, SCOTCH_contextExit>;
 
 auto failed() { return fail(ErrorKind::internal, "Scotch could not partition the mesh"); }
 
@@ -56,7 +56,7 @@ Outcome<Buffer<std::int32_t>> parts_of_graph(const DualGraph& graph, std::size_t
     Graph whole, bound;
     Strategy strategy;
     Context context;
-    if (!whole.is_there() || !bound.is_there() || !strategy.is_there() || !context.is_there()) return failed();
+    if (!whole.is_valid() || !bound.is_valid() || !strategy.is_valid() || !context.is_valid()) return failed();
     // One thread and a fixed seed make the result reproducible.
     if (SCOTCH_contextOptionSetNum(context.get(), SCOTCH_OPTIONNUMDETERMINISTIC, 1) != done ||
         SCOTCH_contextOptionSetNum(context.get(), SCOTCH_OPTIONNUMRANDOMFIXEDSEED, 1) != done ||

@@ -22,7 +22,7 @@ namespace {
 class Loop {
   public:
     Loop(const config::Pipeline& pipeline, CycleStore& store, const CycleSolver& solver, const CycleListener& listener,
-         const InputDegree& required, const Around& around)
+         const InputDegree& required, const StepWrapper& around)
         : pipeline_(pipeline),
           store_(store),
           solver_(solver),
@@ -58,11 +58,11 @@ class Loop {
     Outcome<Done> make(int cycle) {
         const auto into = store_.begin(cycle);
         if (!into) return fail(into.error());
-        auto made = mesh_of(cycle, *into);
-        if (!made) return fail(made.error());
-        Run& run = made->run;
-        if (listener_.mesh_made) listener_.mesh_made(run);
-        CycleRow row = row_of(cycle, pipeline_, *made);
+        auto outcome = mesh_of(cycle, *into);
+        if (!outcome) return fail(outcome.error());
+        Run& run = outcome->run;
+        if (listener_.on_mesh) listener_.on_mesh(run);
+        CycleRow row = row_of(cycle, pipeline_, *outcome);
         SolverResult solved{run.mesh, {}};
         if (solver_ && row.is_valid) {
             auto found = solver_({run.mesh, run.solution, cycle, *into});
@@ -76,7 +76,7 @@ class Loop {
         });
         if (!done) return fail(done.error());
         rows_.push_back(std::move(row));
-        return store_.add({cycle, *into, std::move(*made)}, rows_);
+        return store_.add({cycle, *into, std::move(*outcome)}, rows_);
     }
 
     [[nodiscard]] Outcome<CycleRun> mesh_of(int cycle, const CycleFiles& into) const {
@@ -93,14 +93,14 @@ class Loop {
     const CycleSolver& solver_;
     const CycleListener& listener_;
     const InputDegree& required_;
-    const Around& around_;
+    const StepWrapper& around_;
     std::vector<CycleRow> rows_;
 };
 
 }  // namespace
 
 Outcome<EndedCycles> adapt(const config::Pipeline& pipeline, CycleStore& store, const CycleSolver& solver,
-                           const CycleListener& listener, const InputDegree& required, const Around& around) {
+                           const CycleListener& listener, const InputDegree& required, const StepWrapper& around) {
     if (auto possible = check_cycles(pipeline); !possible) return fail(possible.error());
     return Loop(pipeline, store, solver, listener, required, around).run();
 }
@@ -118,20 +118,20 @@ class CyclesInMemory final : public CycleStore {
     }
     Outcome<CycleFiles> begin(int cycle) override { return files(cycle); }
     Outcome<Run> run(const config::Pipeline& pipeline, const Fit& fit) override { return run_(pipeline, fit, values_); }
-    Outcome<Done> add(FinishedCycle made, std::span<const CycleRow> /*rows*/) override {
+    Outcome<Done> add(FinishedCycle finished, std::span<const CycleRow> /*rows*/) override {
         // Cycles continue from the one before, and from the first mesh as the geometry.
-        if (made.cycle > 1) {
-            const CycleFiles before = files(made.cycle - 1);
+        if (finished.cycle > 1) {
+            const CycleFiles before = files(finished.cycle - 1);
             values_.meshes.erase(before.mesh);
             values_.solutions.erase(before.solution);
         }
-        values_.meshes[made.files.mesh] = made.made.run.mesh;
-        values_.solutions[made.files.solution] = made.made.run.solution;
-        last_ = std::move(made);
+        values_.meshes[finished.files.mesh] = finished.cycle_run.run.mesh;
+        values_.solutions[finished.files.solution] = finished.cycle_run.run.solution;
+        last_ = std::move(finished);
         return Done{};
     }
     Outcome<Done> deliver(int cycle) override {
-        if (last_.cycle == cycle) result = std::move(last_.made);
+        if (last_.cycle == cycle) result = std::move(last_.cycle_run);
         return Done{};
     }
 
@@ -147,7 +147,7 @@ class CyclesInMemory final : public CycleStore {
 }  // namespace
 
 Outcome<AdaptedValues> adapt_values(const config::Pipeline& pipeline, const RunOnValues& run, const CycleSolver& solver,
-                                    const InputDegree& required, const Around& around) {
+                                    const InputDegree& required, const StepWrapper& around) {
     CyclesInMemory store(pipeline, run);
     auto cycles = adapt(pipeline, store, solver, {}, required, around);
     if (!cycles) return fail(cycles.error());
@@ -163,11 +163,11 @@ struct AdaptedInput {
 };
 
 /// Inputs of a cycle's run. Errors: those of expressions.
-Outcome<Inputs> inputs_of(const config::Pipeline& pipeline, const NamedValues& values, const AdaptedInput& given,
+Outcome<Inputs> inputs_of(const config::Pipeline& pipeline, const NamedValues& values, const AdaptedInput& specified,
                           const Execution& execution) {
     const auto stored = values.meshes.find(std::get<config::FilePath>(pipeline.input.source).path);
-    Inputs inputs{{stored != values.meshes.end() ? stored->second : given.mesh, {}}};
-    inputs.geometry = given.geometry;
+    Inputs inputs{{stored != values.meshes.end() ? stored->second : specified.mesh, {}}};
+    inputs.geometry = specified.geometry;
     if (const auto* const file = std::get_if<config::FilePath>(&pipeline.geometry); file != nullptr)
         if (const auto found = values.meshes.find(file->path); found != values.meshes.end())
             inputs.geometry.mesh = std::make_shared<const AnyMesh>(found->second);
@@ -177,15 +177,16 @@ Outcome<Inputs> inputs_of(const config::Pipeline& pipeline, const NamedValues& v
         if (!field) return fail(field.error());
         inputs.fields = {std::move(*field)};
     }
-    if (const auto* const asked = std::get_if<config::SolutionMetric>(&pipeline.metric))
-        inputs.solution_metrics.push_back({*asked, {}, "/metric/solution"});
+    if (const auto* const requested = std::get_if<config::SolutionMetric>(&pipeline.metric))
+        inputs.solution_metrics.push_back({*requested, {}, "/metric/solution"});
     return inputs;
 }
 
 Outcome<Run> run_on_values(const config::Pipeline& pipeline, const Fit& fit, const NamedValues& values,
-                           const AdaptedInput& given, const Around& around) {
+                           const AdaptedInput& specified, const StepWrapper& around) {
     const auto begin = std::chrono::steady_clock::now();
-    auto inputs = run_step(around, "inputs", [&](const Execution& e) { return inputs_of(pipeline, values, given, e); });
+    auto inputs =
+        run_step(around, "inputs", [&](const Execution& e) { return inputs_of(pipeline, values, specified, e); });
     if (!inputs) return fail(inputs.error());
     auto fitted = fit ? fit(pipeline, inputs->mesh.mesh) : pipeline;
     if (!fitted) return fail(fitted.error());
@@ -212,7 +213,7 @@ Outcome<Done> check_sizes(const AnyMesh& mesh, std::span<const NamedField> field
 }
 
 template <int D>
-CycleSolver solver_on(const MeshSolver<D>& solver, const Around& around) {
+CycleSolver solver_on(const MeshSolver<D>& solver, const StepWrapper& around) {
     return [&](const SolverCall& call) -> Outcome<SolverResult> {
         auto fields = solver(std::get<Mesh<D>>(call.mesh), call.guess, call.cycle);
         if (!fields) return fail(fields.error());
@@ -248,26 +249,27 @@ namespace camber {
 
 template <int D>
 Outcome<AdaptedMesh<D>> adapt_mesh(Mesh<D> mesh, const std::variant<std::string, MeshSolver<D>>& solution,
-                                   const AdaptMeshOptions& options, const Around& around) {
+                                   const AdaptMeshOptions& options, const StepWrapper& around) {
     if (auto within = check_limits(options.cycles); !within) return fail(within.error());
     if (auto within = check_limits(options.metric); !within) return fail(within.error());
     const auto* const solver = std::get_if<MeshSolver<D>>(&solution);
     const config::Pipeline pipeline = run::pipeline_of(options, std::get_if<std::string>(&solution));
-    const run::AdaptedInput given{std::move(mesh), options.geometry_source};
+    const run::AdaptedInput specified{std::move(mesh), options.geometry_source};
     const auto execute = [&](const config::Pipeline& tried, const run::Fit& fit, const run::NamedValues& values) {
-        return run::run_on_values(tried, fit, values, given, around);
+        return run::run_on_values(tried, fit, values, specified, around);
     };
-    auto made = run::adapt_values(pipeline, execute, solver ? run::solver_on<D>(*solver, around) : run::CycleSolver(),
-                                  {options.degree == 1 ? 1 : 0}, around);
-    if (!made) return fail(made.error());
-    run::Run& run = made->result.run;
+    auto outcome =
+        run::adapt_values(pipeline, execute, solver ? run::solver_on<D>(*solver, around) : run::CycleSolver(),
+                          {options.degree == 1 ? 1 : 0}, around);
+    if (!outcome) return fail(outcome.error());
+    run::Run& run = outcome->result.run;
     return AdaptedMesh<D>{std::get<Mesh<D>>(std::move(run.mesh)), std::move(run.solution), std::move(run.report),
-                          std::move(made->cycles)};
+                          std::move(outcome->cycles)};
 }
 
 #define CAMBER_INSTANTIATE(D)                                                                                \
     template Outcome<AdaptedMesh<D>> adapt_mesh<D>(Mesh<D>, const std::variant<std::string, MeshSolver<D>>&, \
-                                                   const AdaptMeshOptions&, const Around&);
+                                                   const AdaptMeshOptions&, const StepWrapper&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

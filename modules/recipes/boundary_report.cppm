@@ -76,13 +76,13 @@ struct OverlappingReport {
 
 /// Vertices that were moved onto a CAD model before all stages.
 struct CadMovesReport {
-    std::size_t moved = 0, held = 0;
+    std::size_t moved = 0, constrained = 0;
     double largest = 0;  ///< (model units)
 
     static void fields(auto& s, auto& f) {
         f("moved_vertices", s.moved,
           "with `geometry/cad/vertices` = `move`: number of vertices that were moved onto the model before all stages");
-        f("partly_moved_vertices", s.held,
+        f("partly_moved_vertices", s.constrained,
           "number of vertices that stopped short of the model, since an element would have been flat");
         f("largest_vertex_move", s.largest, "largest of these moves", unit("length"));
     }
@@ -124,7 +124,7 @@ struct CadReport {
     std::size_t facets = 0, analytic_facets = 0, surrogate_facets = 0;
     std::vector<Reference> within_materials = {};
     std::size_t coincident_facets = 0;
-    std::size_t doubtful_facets = 0, settled_facets = 0, doubtful_edges = 0, doubtful_vertices = 0;
+    std::size_t ambiguous_facets = 0, settled_facets = 0, ambiguous_edges = 0, ambiguous_vertices = 0;
     double largest_vertex_distance = 0;
     std::optional<double> largest_node_distance;
     std::optional<CadMovesReport> moves = {};
@@ -151,12 +151,12 @@ struct CadReport {
         f("surrogate_facets", s.surrogate_facets, "number of facets on the surrogate");
         f("coincident_facets", s.coincident_facets,
           "number of facets where two faces of the model coincide (solids that touch); they are on the first of them");
-        f("ambiguous_facets", s.doubtful_facets,
+        f("ambiguous_facets", s.ambiguous_facets,
           "number of facets that two faces, which do not meet smoothly, fit almost equally well");
         f("resolved_facets", s.settled_facets, "number of these that the other facets of their reference decided");
-        f("ambiguous_edges", s.doubtful_edges,
+        f("ambiguous_edges", s.ambiguous_edges,
           "number of edges between facets of two faces that have no common edge nearby");
-        f("ambiguous_vertices", s.doubtful_vertices,
+        f("ambiguous_vertices", s.ambiguous_vertices,
           "number of vertices where three or more faces meet, without a vertex of the model nearby");
         f("largest_vertex_distance", s.largest_vertex_distance,
           "largest distance of a boundary vertex from its CAD entity: of the final mesh where passes changed it, else "

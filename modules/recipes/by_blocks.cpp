@@ -65,7 +65,7 @@ Outcome<Done> check_metrics(const config::Pipeline& pipeline) {
 
 /// The rows of a file at a block's vertices.
 MetricFile rows_of(const MetricFile& file, std::span<const GlobalNumber> vertices) {
-    MetricFile out{file.name, file.solution, {}, file.made_by};
+    MetricFile out{file.name, file.solution, {}, file.metric_config};
     const std::size_t width = file.solution.rows == 0 ? 0 : file.solution.values.size() / file.solution.rows;
     Buffer<double> values;
     values.reserve(vertices.size() * width);
@@ -85,11 +85,11 @@ Outcome<Column<LogMetric<D>>> metric_of_block(const config::Pipeline& pipeline, 
     for (const MetricFile& file : files) rows.push_back(rows_of(file, vertices));
     const Boundary<D> none{{}, RequiredBoundary::keep, Geometry<D>(StraightGeometry<D>{})};
     const MetricInput<D> input{block, {}, none, block.points, rows, {}, nullptr};
-    auto made = make_log_metrics(input, pipeline.metric, execution);
-    if (!made) return fail(made.error());
-    made = apply_operations(std::move(*made), input, pipeline.metric_operations, execution);
-    if (!made) return fail(made.error());
-    return std::move(made->log_metrics);
+    auto result = make_log_metrics(input, pipeline.metric, execution);
+    if (!result) return fail(result.error());
+    result = apply_operations(std::move(*result), input, pipeline.metric_operations, execution);
+    if (!result) return fail(result.error());
+    return std::move(result->log_metrics);
 }
 
 Outcome<Done> check_sources(const config::Pipeline& pipeline) {
@@ -110,10 +110,10 @@ BlocksGoal<D> goal_of(const config::Pipeline& pipeline, const BlockSources& sour
                         const Execution& e) -> Outcome<Boundary<D>> {
         const auto source = in_unit_of_mesh(pipeline.geometry, sources.geometry, mesh, without_progress(e));
         if (!source) return fail(source.error());
-        auto made = boundary_by_config(pipeline, *source, mesh, edges, e);
-        if (!made) return fail(made.error());
-        add(report, made->report);
-        return std::move(made->boundary);
+        auto result = boundary_by_config(pipeline, *source, mesh, edges, e);
+        if (!result) return fail(result.error());
+        add(report, result->report);
+        return std::move(result->boundary);
     };
     if (!std::holds_alternative<config::NaturalMetric>(pipeline.metric))
         goal.metric = [&pipeline, &sources](const LinearMesh<D>& block, std::span<const GlobalNumber> vertices,
@@ -136,7 +136,7 @@ WallsReport report_of(const WallsOfBlocks<D>& walls) {
 
 ValidityReport validity_report(const BlocksValidation& v, const JacobianBound& bound, std::size_t elements) {
     return {.bound = bound.value,
-            .is_asked = bound.is_asked,
+            .is_explicit = bound.is_explicit,
             .invalid = v.invalid,
             .undecided = v.undecided,
             .below_bound = v.below_bound,
@@ -149,7 +149,7 @@ template <int D>
 class BlockRunner {
   public:
     BlockRunner(const MeshRows<D>& rows, const config::Pipeline& pipeline, const BlockSources& sources,
-                const Around& around)
+                const StepWrapper& around)
         : pipeline_(pipeline),
           sources_(sources),
           around_(around),
@@ -180,13 +180,13 @@ class BlockRunner {
     Outcome<Done> apply(const config::Curve& options) { return steps_.curve(options, around_); }
     Outcome<Done> apply(const config::Validate& options) {
         RepairOptions repair = following_repair();
-        if (options.min_scaled_jacobian.is_asked || !repair.min_scaled_jacobian.is_asked)
+        if (options.min_scaled_jacobian.is_explicit || !repair.min_scaled_jacobian.is_explicit)
             bound_ = repair.min_scaled_jacobian = options.min_scaled_jacobian;
         return steps_.validate(repair, around_);
     }
     Outcome<Done> apply(const config::Relax& options) {
         RepairOptions repair = options;
-        if (options.min_scaled_jacobian.is_asked) bound_ = options.min_scaled_jacobian;
+        if (options.min_scaled_jacobian.is_explicit) bound_ = options.min_scaled_jacobian;
         repair.min_scaled_jacobian = bound_;
         method_ = options.method;
         return steps_.relax(repair, around_);
@@ -229,7 +229,7 @@ class BlockRunner {
 
     const config::Pipeline& pipeline_;
     const BlockSources& sources_;
-    const Around& around_;
+    const StepWrapper& around_;
     Report report_;
     BlocksGoal<D> goal_;
     BlockSteps<D> steps_;
@@ -249,14 +249,14 @@ std::optional<CurveByBlocks> requested_blocks(const config::Pipeline& pipeline) 
 
 template <int D>
 Outcome<BlocksRun<D>> run_steps(const MeshRows<D>& rows, const config::Pipeline& pipeline, const BlockSources& sources,
-                                const Around& around) {
+                                const StepWrapper& around) {
     return together(*sources.ranks,
                     [&] { return guarded([&] { return BlockRunner<D>(rows, pipeline, sources, around).run(); }); });
 }
 
 template Outcome<BlocksRun<2>> run_steps<2>(const MeshRows<2>&, const config::Pipeline&, const BlockSources&,
-                                            const Around&);
+                                            const StepWrapper&);
 template Outcome<BlocksRun<3>> run_steps<3>(const MeshRows<3>&, const config::Pipeline&, const BlockSources&,
-                                            const Around&);
+                                            const StepWrapper&);
 
 }  // namespace camber::run

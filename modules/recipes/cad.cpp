@@ -39,10 +39,10 @@ CadReport cad_report(const CadModel& model, const CadAssociation& a) {
                      .vertices_met = a.vertices_met,
                      .facets = a.facets,
                      .coincident_facets = a.coincident_facets,
-                     .doubtful_facets = a.doubtful_facets,
+                     .ambiguous_facets = a.ambiguous_facets,
                      .settled_facets = a.settled_facets,
-                     .doubtful_edges = a.doubtful_edges,
-                     .doubtful_vertices = a.doubtful_vertices,
+                     .ambiguous_edges = a.ambiguous_edges,
+                     .ambiguous_vertices = a.ambiguous_vertices,
                      .largest_vertex_distance = a.largest_vertex_distance,
                      .largest_node_distance = {},
                      .lost_faces = model.losses().faces,
@@ -58,19 +58,19 @@ CadReport cad_report(const CadModel& model, const CadAssociation& a) {
 }  // namespace
 
 template <int D>
-Outcome<MadeGeometry<D>> make_cad_geometry(const config::Cad& config, const CadModel& model, const LinearMesh<D>& mesh,
-                                           const EdgeSet<D>& edges, std::span<const Reference> elsewhere,
-                                           const Execution& execution) {
-    auto association = associate(mesh, edges, model, elsewhere, execution);
+Outcome<BuiltGeometry<D>> make_cad_geometry(const config::Cad& config, const CadModel& model, const LinearMesh<D>& mesh,
+                                            const EdgeSet<D>& edges, std::span<const Reference> excluded,
+                                            const Execution& execution) {
+    auto association = associate(mesh, edges, model, excluded, execution);
     if (!association) return fail(association.error());
     const auto fits = check_vertices<D>(*association, config.vertices);
     CadReport report = cad_report<D>(model, *association);
     auto ridges = association->ridges;
     auto corners = association->corners;
-    MadeGeometry<D> made{Geometry<D>(CadGeometry<D>{model, std::move(*association), mesh}), std::move(report),
-                         std::move(ridges), std::move(corners)};
-    if (!fits) made.misfit = fits.error();
-    return made;
+    BuiltGeometry<D> result{Geometry<D>(CadGeometry<D>{model, std::move(*association), mesh}), std::move(report),
+                            std::move(ridges), std::move(corners)};
+    if (!fits) result.fit_error = fits.error();
+    return result;
 }
 
 namespace {
@@ -127,7 +127,7 @@ struct Shares {
     std::vector<Reference> within_materials = {};  ///< of on_rest: they would be the model's, and are not on it
 
     /// All that are not on the model.
-    [[nodiscard]] std::vector<Reference> elsewhere() const {
+    [[nodiscard]] std::vector<Reference> excluded() const {
         std::vector<Reference> all;
         std::ranges::merge(on_analytic, on_rest, std::back_inserter(all));
         return all;
@@ -138,7 +138,7 @@ struct Shares {
 template <int D>
 Outcome<Shares> with_sheets_on_rest(Shares shares, const CadModel& model, const LinearMesh<D>& mesh,
                                     const Execution& execution) {
-    auto within = references_within_materials(mesh, model, shares.elsewhere(), execution);
+    auto within = references_within_materials(mesh, model, shares.excluded(), execution);
     if (!within) return fail(within.error());
     if (within->size() == shares.on_model.size()) return shares;
     std::erase_if(shares.on_model, [&](Reference r) { return is_among(*within, r); });
@@ -185,39 +185,39 @@ Outcome<GeometrySource> in_unit_of_mesh(const config::Geometry& geometry, Geomet
     if (!cad || !source.cad || cad->unit != CadUnit::automatic) return source;
     const auto shares = shares_of(*cad, *source.cad, mesh, execution);
     if (!shares) return source;  // make_cad_mixture has the error
-    auto model = in_unit_of(mesh, *source.cad, shares->elsewhere(), execution);
+    auto model = in_unit_of(mesh, *source.cad, shares->excluded(), execution);
     if (!model) return fail(model.error());
     source.cad = std::move(*model);
     return source;
 }
 
 template <int D>
-Outcome<MadeGeometry<D>> make_cad_mixture(const config::Cad& config, const CadModel& model, const LinearMesh<D>& mesh,
-                                          const EdgeSet<D>& edges, const MakesSurrogate<D>& surrogate,
-                                          const Execution& execution) {
+Outcome<BuiltGeometry<D>> make_cad_mixture(const config::Cad& config, const CadModel& model, const LinearMesh<D>& mesh,
+                                           const EdgeSet<D>& edges, const SurrogateFactory<D>& surrogate,
+                                           const Execution& execution) {
     auto analytic = make_analytic<D>(config.analytic, "/geometry/cad/analytic", mesh, without_progress(execution));
     if (!analytic) return fail(analytic.error());
     const auto shares = shares_of(config, model, mesh, execution);
     if (!shares) return fail(shares.error());
-    const auto elsewhere = shares->elsewhere();
-    auto made = make_cad_geometry(config, model, mesh, edges, elsewhere, execution);
-    if (!made) return made;
-    if (!shares->on_analytic.empty()) made->off_surfaces = off_surfaces<D>(mesh, *analytic);
+    const auto excluded = shares->excluded();
+    auto result = make_cad_geometry(config, model, mesh, edges, excluded, execution);
+    if (!result) return result;
+    if (!shares->on_analytic.empty()) result->off_surfaces = off_surfaces<D>(mesh, *analytic);
     const Geometry<D> surfaces(std::move(*analytic));
     const auto with_analytic = [&](const Geometry<D>& rest) {
         return shares->on_analytic.empty() ? rest : Geometry<D>(MixedGeometry<D>{shares->on_analytic, surfaces, rest});
     };
     if (!shares->on_rest.empty()) {
-        auto rest = surrogate(*with_analytic(made->geometry));
+        auto rest = surrogate(*with_analytic(result->geometry));
         if (!rest) return fail(rest.error());
-        made->geometry = MixedGeometry<D>{shares->on_model, made->geometry, std::move(*rest)};
+        result->geometry = MixedGeometry<D>{shares->on_model, result->geometry, std::move(*rest)};
     }
-    made->geometry = with_analytic(made->geometry);
-    made->cad->is_unit_found = config.unit == CadUnit::automatic && !model.is_in_file_unit();
-    made->cad->within_materials = shares->within_materials;
-    made->cad->analytic_facets = facets_of(mesh, shares->on_analytic);
-    made->cad->surrogate_facets = facets_of(mesh, shares->on_rest);
-    return made;
+    result->geometry = with_analytic(result->geometry);
+    result->cad->is_unit_found = config.unit == CadUnit::automatic && !model.is_in_file_unit();
+    result->cad->within_materials = shares->within_materials;
+    result->cad->analytic_facets = facets_of(mesh, shares->on_analytic);
+    result->cad->surrogate_facets = facets_of(mesh, shares->on_rest);
+    return result;
 }
 
 template <int D>
@@ -227,27 +227,27 @@ Outcome<MovedVertices<D>> moved_vertices(const config::Cad& config, const CadMod
     if (!analytic) return fail(analytic.error());
     const auto shares = shares_of(config, model, mesh, execution);
     if (!shares) return fail(shares.error());
-    auto association = associate(mesh, edges, model, shares->elsewhere(), part_of(execution, 0, 0.6));
+    auto association = associate(mesh, edges, model, shares->excluded(), part_of(execution, 0, 0.6));
     if (!association) return fail(association.error());
     Geometry<D> geometry(CadGeometry<D>{model, *association, mesh});
     if (!shares->on_analytic.empty())
         geometry = MixedGeometry<D>{shares->on_analytic, std::move(*analytic), std::move(geometry)};
     auto moved = vertices_onto(model, *association, mesh, geometry, part_of(execution, 0.6, 1));
     if (!moved) return fail(moved.error());
-    return MovedVertices<D>{std::move(moved->points), {moved->moved, moved->held, moved->largest}};
+    return MovedVertices<D>{std::move(moved->points), {moved->moved, moved->constrained, moved->largest}};
 }
 
 #define CAMBER_INSTANTIATE(D)                                                                                          \
-    template Outcome<MadeGeometry<D>> make_cad_geometry<D>(const config::Cad&, const CadModel&, const LinearMesh<D>&,  \
-                                                           const EdgeSet<D>&, std::span<const Reference>,              \
-                                                           const Execution&);                                          \
+    template Outcome<BuiltGeometry<D>> make_cad_geometry<D>(const config::Cad&, const CadModel&, const LinearMesh<D>&, \
+                                                            const EdgeSet<D>&, std::span<const Reference>,             \
+                                                            const Execution&);                                         \
     template Outcome<GeometrySource> in_unit_of_mesh<D>(const config::Geometry&, GeometrySource, const LinearMesh<D>&, \
                                                         const Execution&);                                             \
     template Outcome<MovedVertices<D>> moved_vertices<D>(const config::Cad&, const CadModel&, const LinearMesh<D>&,    \
                                                          const EdgeSet<D>&, const Execution&);                         \
-    template Outcome<MadeGeometry<D>> make_cad_mixture<D>(const config::Cad&, const CadModel&, const LinearMesh<D>&,   \
-                                                          const EdgeSet<D>&, const MakesSurrogate<D>&,                 \
-                                                          const Execution&);
+    template Outcome<BuiltGeometry<D>> make_cad_mixture<D>(const config::Cad&, const CadModel&, const LinearMesh<D>&,  \
+                                                           const EdgeSet<D>&, const SurrogateFactory<D>&,              \
+                                                           const Execution&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

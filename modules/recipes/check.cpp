@@ -48,7 +48,7 @@ std::array<Vec<D>, N> corners_of(const LinearMesh<D>& mesh, const std::array<Ver
 template <int D>
 double quality_of(const LinearMesh<D>& mesh, std::size_t e) {
     if constexpr (D == 3)
-        if (is_surface_alone(mesh)) {
+        if (is_standalone_surface(mesh)) {
             const auto [a, b, c] = corners_of(mesh, mesh.facets.vertices[e]);
             const double l1 = distance(a, b), l2 = distance(b, c), l3 = distance(c, a);
             const double unit = std::max({l1, l2, l3});
@@ -65,7 +65,7 @@ namespace {
 template <int D>
 double measure_of(const LinearMesh<D>& mesh, std::size_t e) {
     if constexpr (D == 3)
-        if (is_surface_alone(mesh)) {
+        if (is_standalone_surface(mesh)) {
             const auto [a, b, c] = corners_of(mesh, mesh.facets.vertices[e]);
             return norm(cross(b - a, c - a)) / 2;
         }
@@ -83,7 +83,7 @@ std::vector<std::size_t> numbers_where(std::size_t elements, auto&& chosen) {
 /// As `check_element` has it.
 bool straight_inverted(const auto& element) {
     const auto plain = bounded_jacobian(element);
-    const auto jacobian = blurred(plain) ? sharp_jacobian(element) : plain;
+    const auto jacobian = blurred(plain) ? double_double_jacobian(element) : plain;
     return !(jacobian.straight > jacobian.error);
 }
 
@@ -127,8 +127,11 @@ SoundnessReport soundness_report(Soundness soundness, const FileNumbers& numbers
         const auto [first, other] = vertices_of(defect);
         if (first && found.first > 0) found.first = numbers(found.first - 1);
         if (other && found.other > 0) found.other = numbers(found.other - 1);
-        FindingReport finding{
-            found.count, {found.first}, concerns[i], gravity(defect) != Gravity::harmless, sentence(soundness, defect)};
+        FindingReport finding{found.count,
+                              {found.first},
+                              concerns[i],
+                              severity(defect) != Severity::harmless,
+                              sentence(soundness, defect)};
         if (found.other > 0) finding.first.push_back(found.other);
         report.findings.emplace_back(key(defect), std::move(finding));
     }
@@ -142,10 +145,10 @@ NodalFacet<D> straightened(const NodalFacet<D>& facet) {
     return straight_facet<D>(vertices);
 }
 
-/// `given`: the mesh whose facets have numbers, if it lists any.
+/// `original`: the mesh whose facets have numbers, if it lists any.
 template <int D>
-CrossingsReport crossings_report(const LinearMesh<D>& given, CheckedWalls<D> checked, const FileNumbers& numbers) {
-    const bool listed = given.facets.size() > 0 || given.elements.size() == 0;
+CrossingsReport crossings_report(const LinearMesh<D>& original, CheckedWalls<D> checked, const FileNumbers& numbers) {
+    const bool listed = original.facets.size() > 0 || original.elements.size() == 0;
     const QuadraticMesh<D>& mesh = checked.mesh;
     CrossingsReport report{.facets = mesh.linear.facets.size(), .counts = std::move(checked.crossings)};
     report.found.reserve(report.counts.found.size());
@@ -166,7 +169,7 @@ CrossingsReport crossings_report(const LinearMesh<D>& given, CheckedWalls<D> che
 }
 
 template <int D>
-OverlapsReport overlaps_report(const LinearMesh<D>& given, const Overlaps<D>& overlaps, const FileNumbers& numbers) {
+OverlapsReport overlaps_report(const LinearMesh<D>& original, const Overlaps<D>& overlaps, const FileNumbers& numbers) {
     OverlapsReport report{overlaps.looked_at, overlaps.walls, overlaps.overlapping, overlaps.undecided};
     report.found.reserve(overlaps.found.size());
     for (const ElementOverlap<D>& overlap : overlaps.found) {
@@ -174,7 +177,7 @@ OverlapsReport overlaps_report(const LinearMesh<D>& given, const Overlaps<D>& ov
         for (const auto& [i, element] : {std::pair(0, overlap.first), std::pair(1, overlap.second)}) {
             pair.elements[i] = element.index() + 1;
             pair.tags[i] = numbers.tag(D, pair.elements[i]);
-            pair.references[i] = given.elements.references[element];
+            pair.references[i] = original.elements.references[element];
         }
         report.found.push_back(std::move(pair));
     }
@@ -188,21 +191,21 @@ template <int D>
 class Checker {
   public:
     Checker(Mesh<D> mesh, const FileNumbers& numbers, const std::optional<MetricFile>& metric,
-            const CheckOptions& options, const Around& around)
-        : given_(std::move(mesh)),
-          linear_(straight_simplices(given_)),
+            const CheckOptions& options, const StepWrapper& around)
+        : input_(std::move(mesh)),
+          linear_(straight_simplices(input_)),
           metric_(metric),
           options_(options),
           around_(around) {
-        report_.mesh = mesh_report(linear_, given_.degree, count_nodes(given_));
+        report_.mesh = mesh_report(linear_, input_.degree, count_nodes(input_));
         report_.elements_by_reference = counted_by_reference(linear_.elements.references);
         report_.facets_by_reference = counted_by_reference(linear_.facets.references);
         report_.feature_edges_by_reference = counted_by_reference(linear_.edges.references);
-        report_.groups = {given_.groups.begin(), given_.groups.end()};
+        report_.groups = {input_.groups.begin(), input_.groups.end()};
         report_.numbers = numbers;
-        report_.elements.degree = given_.degree;
+        report_.elements.degree = input_.degree;
         report_.elements.references =
-            is_surface_alone(linear_) ? linear_.facets.references : linear_.elements.references;
+            is_standalone_surface(linear_) ? linear_.facets.references : linear_.elements.references;
     }
 
     Outcome<CheckReport> check() {
@@ -225,15 +228,15 @@ class Checker {
 
     Outcome<Done> judge() {
         const MeshCheckOptions options{options_.min_scaled_jacobian, {.ridge_angle_degrees = options_.ridge_angle}};
-        auto made = camber::check_mesh(given_, options, around_);
-        if (!made) return fail(made.error());
-        soundness_ = std::move(made->soundness);
-        mesh_ = std::move(made->mesh);
-        validation_ = std::move(made->validation);
-        report_.crossings.looked_at = made->walls.has_value();
-        if (made->walls) {
-            report_.overlaps = overlaps_report(linear_, made->walls->overlaps, report_.numbers);
-            report_.crossings = crossings_report(linear_, std::move(*made->walls), report_.numbers);
+        auto result = camber::check_mesh(input_, options, around_);
+        if (!result) return fail(result.error());
+        soundness_ = std::move(result->soundness);
+        mesh_ = std::move(result->mesh);
+        validation_ = std::move(result->validation);
+        report_.crossings.looked_at = result->walls.has_value();
+        if (result->walls) {
+            report_.overlaps = overlaps_report(linear_, result->walls->overlaps, report_.numbers);
+            report_.crossings = crossings_report(linear_, std::move(*result->walls), report_.numbers);
         }
         report_.soundness = soundness_report(soundness_, report_.numbers);
         for (const WallElement& wall : soundness_.wall_elements)
@@ -288,7 +291,7 @@ class Checker {
         auto done =
             fill(columns.straight_inverted, part_of(execution, 0, columns.is_curved() ? 1 : 0.5), [&](std::size_t e) {
                 if constexpr (D == 3)
-                    if (is_surface_alone(linear_))
+                    if (is_standalone_surface(linear_))
                         return straight_inverted(surface_triangle(mesh_, mesh_.mid_nodes.view(), e));
                 return straight_inverted(nodal_element<D>(mesh_, mesh_.mid_nodes.view(), ElementId(e)));
             });
@@ -326,7 +329,7 @@ class Checker {
             if (!measured) return fail(measured.error());
             append(report_.histograms, histograms_of(*measured, "count"));
             report_.unit_mesh = std::move(measured->report);
-            if (given_.degree == 1) return Done{};
+            if (input_.degree == 1) return Done{};
             auto curved =
                 measure_curved_unit_mesh(mesh_, metric->log_metrics, metric_->name, options_.worst, part_of(e, 0.3, 1));
             if (!curved) return fail(curved.error());
@@ -354,12 +357,12 @@ class Checker {
         report_.histograms.push_back(std::move(h));
     }
 
-    Mesh<D> given_;
+    Mesh<D> input_;
     LinearMesh<D> linear_;
     QuadraticMesh<D> mesh_;  ///< of degree 1 elevated
     const std::optional<MetricFile>& metric_;
     const CheckOptions& options_;
-    const Around& around_;
+    const StepWrapper& around_;
     Soundness soundness_;
     Validation<D> validation_;
     CheckReport report_;
@@ -368,7 +371,7 @@ class Checker {
 }  // namespace
 
 Outcome<CheckReport> check_mesh(DecodedMesh mesh, const std::optional<MetricFile>& metric, const CheckOptions& options,
-                                const Around& around) {
+                                const StepWrapper& around) {
     const FileNumbers numbers = numbers_of(mesh);
     auto report =
         std::visit([&]<int D>(Mesh<D> m) { return Checker<D>(std::move(m), numbers, metric, options, around).check(); },

@@ -159,7 +159,7 @@ struct FindingReport {
     std::size_t count = 0;
     std::vector<std::size_t> first;  ///< one or two numbers, from 1, as in the file
     std::string_view concern;
-    bool harms = false;
+    bool is_harmful = false;
     std::string sentence;
 
     static void fields(auto& s, auto& f) {
@@ -167,7 +167,7 @@ struct FindingReport {
         f("first", s.first, "the first of them, with a second number where two belong together");
         f("category", s.concern,
           "subject of the defect: `conformity`, `orientation`, `nodes`, `boundary`, `closure` or `walls`");
-        f("is_harmful", s.harms, "true: the mesh is not sound because of it");
+        f("is_harmful", s.is_harmful, "true: the mesh is not sound because of it");
         f("text", s.sentence, "a sentence");
     }
 };
@@ -288,7 +288,7 @@ struct CheckReport {
     }
     [[nodiscard]] std::size_t valid() const { return mesh.judged() - invalid - undecided; }
     [[nodiscard]] std::optional<double> min_scaled_jacobian() const {
-        const bool has_one = mesh.judged() > 0 && (worst_element > 0 || !mesh.is_surface_alone());
+        const bool has_one = mesh.judged() > 0 && (worst_element > 0 || !mesh.is_standalone_surface());
         return has_one ? std::optional(smallest) : std::nullopt;
     }
     [[nodiscard]] std::string answer() const;
@@ -349,7 +349,7 @@ struct CheckReport {
 /// Checks a mesh as it is: soundness, verdicts of the elements, crossings and overlaps; with a metric file also how
 /// near to unit it is. Errors: expressions that cannot be parsed (usage); those of camber::check_mesh and of the file.
 [[nodiscard]] Outcome<CheckReport> check_mesh(DecodedMesh mesh, const std::optional<MetricFile>& metric,
-                                              const CheckOptions& options, const Around& around);
+                                              const CheckOptions& options, const StepWrapper& around);
 
 /// Fields for viewers, on elements (of a standalone surface mesh on facets), on other cells NaN and −1: `verdict`, 0
 /// valid, 1 invalid, 2 undecided; `quality`; of degree 2 `scaled_jacobian`. Errors: stopped.
@@ -373,7 +373,7 @@ template <int D>
 [[nodiscard]] Outcome<std::vector<FieldErrors>> field_errors(const QuadraticMesh<D>& mesh,
                                                              const Column<float>& min_scaled_jacobian,
                                                              const std::vector<std::string>& expressions,
-                                                             const Around& around);
+                                                             const StepWrapper& around);
 
 [[nodiscard]] ReferenceCounts counted_by_reference(const Column<Reference>& references);
 

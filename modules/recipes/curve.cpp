@@ -32,7 +32,7 @@ namespace camber::run {
 
 namespace {
 
-std::string kept_nodes(std::size_t edges) {
+std::string preserved_nodes_note(std::size_t edges) {
     return fmt::format("{} edges of the boundary keep the nodes that the mesh was read with", edges);
 }
 constexpr const char* of_volume(CurvingAim aim) {
@@ -45,7 +45,7 @@ constexpr const char* of_volume(CurvingAim aim) {
 template <int D>
 CurveReport curve_report(const QuadraticMesh<D>& mesh, const Curved<D>& curved) {
     CurveReport report{curved.statistics, mesh.edges.size()};
-    if (is_surface_alone(mesh.linear)) report.curved_edges = bent_edges(mesh, curved.proposal);
+    if (is_standalone_surface(mesh.linear)) report.curved_edges = bent_edges(mesh, curved.proposal);
     report.before = edge_report(mesh, curved.proposal, curved.straight_lengths, curved.lengths);
     return report;
 }
@@ -53,65 +53,65 @@ CurveReport curve_report(const QuadraticMesh<D>& mesh, const Curved<D>& curved) 
 }  // namespace
 
 template <int D>
-void report_curves(Runner<D>& run, const ProposedCurves<D>& made, const ProposeOptions& options) {
+void report_curves(Runner<D>& run, const ProposedCurves<D>& result, const ProposeOptions& options) {
     const Quadratic<D>& at = run.quadratic();
-    if (made.input.placed)
-        run.report.boundary->nodes = {*made.input.placed, std::string(word_of(options.boundary_nodes))};
-    CurveReport part = curve_report(at.mesh, made.curved);
-    if (made.field && made.edges.aim == CurvingAim::accuracy && !is_surface_alone(at.mesh.linear)) {
-        const CurveStatistics& s = made.curved.statistics;
-        part.by = NodesByReport{std::string(word_of(made.edges.metric_kind)), share_of_sizes(made.edges, D), s.by_walls,
-                                s.by_metric, s.held_back};
+    if (result.input.placed)
+        run.report.boundary->nodes = {*result.input.placed, std::string(word_of(options.boundary_nodes))};
+    CurveReport part = curve_report(at.mesh, result.curved);
+    if (result.field && result.edges.aim == CurvingAim::accuracy && !is_standalone_surface(at.mesh.linear)) {
+        const CurveStatistics& s = result.curved.statistics;
+        part.by = NodesByReport{std::string(word_of(result.edges.metric_kind)), share_of_sizes(result.edges, D),
+                                s.by_walls, s.by_metric, s.loss_limited};
     }
-    if (const auto& expected = made.expected)
+    if (const auto& expected = result.expected)
         part.expected = ExpectedErrorsReport{expected->before, expected->after, static_cast<int>(expected->rounds)};
     part.objective = word_of(options.objective);
     run.report.curve = std::move(part);
     if (at.nodes != NodesOf::input) return;
-    if (made.input.kept > 0) run.note(kept_nodes(made.input.kept));
-    if (made.field) run.note(of_volume(edge_options(options).aim));
+    if (result.input.preserved > 0) run.note(preserved_nodes_note(result.input.preserved));
+    if (result.field) run.note(of_volume(edge_options(options).aim));
 }
 
 template <int D>
-Wanted<D> keep_field(Runner<D>& run, Boundary<D> boundary, ProposedCurves<D> made, CurvingAim aim) {
-    run.state.field = std::move(made.field);
-    run.state.straight_log_metrics = std::move(made.straight_log_metrics);
-    return {std::move(boundary), std::move(made.input.shells), std::move(made.curved), aim,
-            std::move(made.input.extended)};
+CurvingTarget<D> store_field(Runner<D>& run, Boundary<D> boundary, ProposedCurves<D> result, CurvingAim aim) {
+    run.state.field = std::move(result.field);
+    run.state.straight_log_metrics = std::move(result.straight_log_metrics);
+    return {std::move(boundary), std::move(result.input.shells), std::move(result.curved), aim,
+            std::move(result.input.extended)};
 }
 
 namespace {
 
 /// The solution on the mesh that is curved; empty where no stage requires it.
 template <int D>
-Outcome<GivenSolution<D>> solution_for(Runner<D>& run, const QuadraticMesh<D>& mesh) {
+Outcome<SolutionInput<D>> solution_for(Runner<D>& run, const QuadraticMesh<D>& mesh) {
     if (run.sources.goal != nullptr) return run.sources.goal->solution;
-    if (run.sources.solution == nullptr) return GivenSolution<D>{};
+    if (run.sources.solution == nullptr) return SolutionInput<D>{};
     return solution_on(*run.sources.solution, mesh, run.around());
 }
 
 }  // namespace
 
 template <int D>
-Outcome<Done> apply(Runner<D>& run, const config::Curve& given) {
-    auto options = static_cast<const ProposeOptions&>(given);
+Outcome<Done> apply(Runner<D>& run, const config::Curve& original) {
+    auto options = static_cast<const ProposeOptions&>(original);
     options.measured = reported_lengths(run.config.output);
     Quadratic<D>& at = run.quadratic();
     auto boundary = describe_boundary(run, at.mesh.linear, at.mesh.edges);
     if (!boundary) return fail(boundary.error());
     const CurvingAim aim = has_field(options.objective) ? edge_options(options).aim : CurvingAim::energy;
-    if (has_field(options.objective)) run.state.curving = edge_options(given);
-    MetricTold told;
-    const auto metric = metric_for_curving(run, at.mesh, *boundary, told);
+    if (has_field(options.objective)) run.state.curving = edge_options(original);
+    MetricReports metric_report;
+    const auto metric = metric_for_curving(run, at.mesh, *boundary, metric_report);
     auto solution = solution_for(run, at.mesh);
     if (!solution) return fail(solution.error());
-    auto made = propose_curves<D>({at.mesh, at.nodes, *boundary}, metric, *solution, options, run.around());
-    if (!made) return fail(made.error());
-    report_metric(run, std::move(told));
-    report_curves(run, *made, options);
-    run.state.target = recommended_target(made->edges);
-    Proposal<D> proposal = made->curved.proposal;
-    at.plan = Plan<D>{keep_field(run, std::move(*boundary), std::move(*made), aim), std::move(proposal)};
+    auto result = propose_curves<D>({at.mesh, at.nodes, *boundary}, metric, *solution, options, run.around());
+    if (!result) return fail(result.error());
+    report_metric(run, std::move(metric_report));
+    report_curves(run, *result, options);
+    run.state.target = recommended_target(result->edges);
+    Proposal<D> proposal = result->curved.proposal;
+    at.plan = Plan<D>{store_field(run, std::move(*boundary), std::move(*result), aim), std::move(proposal)};
     return Done{};
 }
 
@@ -132,25 +132,26 @@ Column<T> with(const Column<T>& rows, const More& more) {
 
 /// The features with those that the model has: its edges may be smooth, and its vertices lie on smooth curves.
 template <int D>
-Outcome<Features<D>> with_those_of_model(Features<D> features, LinearMesh<D> mesh, EdgeSet<D> edges,
-                                         const MadeGeometry<D>& made, const FeatureOptions<D>& options,
+Outcome<Features<D>> with_model_features(Features<D> features, LinearMesh<D> mesh, EdgeSet<D> edges,
+                                         const BuiltGeometry<D>& result, const FeatureOptions<D>& options,
                                          const Execution& execution) {
     if constexpr (D == 2) {
         return features;
     } else {
         const auto is_ridge = [&](EdgeId e) { return features.edge_kinds[e] == EdgeKind::ridge; };
         const auto is_corner = [&](VertexId v) { return features.vertex_kinds[v] == VertexKind::corner; };
-        if (std::ranges::all_of(made.ridges, is_ridge) && std::ranges::all_of(made.corners, is_corner)) return features;
-        std::vector<std::uint32_t> listed(made.ridges.size());
+        if (std::ranges::all_of(result.ridges, is_ridge) && std::ranges::all_of(result.corners, is_corner))
+            return features;
+        std::vector<std::uint32_t> listed(result.ridges.size());
         std::iota(listed.begin(), listed.end(), static_cast<std::uint32_t>(mesh.edges.size()));
         std::vector<std::array<VertexId, 2>> ends;
-        ends.reserve(made.ridges.size());
-        for (const EdgeId e : made.ridges) ends.push_back(edges.vertices[e]);
+        ends.reserve(result.ridges.size());
+        for (const EdgeId e : result.ridges) ends.push_back(edges.vertices[e]);
         mesh.ridges = with(mesh.ridges, listed);
-        mesh.corners = with(mesh.corners, made.corners);
+        mesh.corners = with(mesh.corners, result.corners);
         mesh.edges.vertices = with(mesh.edges.vertices, ends);
         mesh.edges.references = with(mesh.edges.references, std::vector<Reference>(ends.size(), 0));
-        edges.of_edges = with(edges.of_edges, made.ridges);
+        edges.of_edges = with(edges.of_edges, result.ridges);
         return find_features(mesh, edges, options, execution);
     }
 }
@@ -192,18 +193,18 @@ Outcome<DescribedBoundary<D>> described(const LinearMesh<D>& mesh, const EdgeSet
     const FeatureOptions<D> breaks = inherited ? listed_breaks<D> : by_angle<D>(options);
     auto features = find_features(mesh, edges, breaks, part_of(execution, 0, 0.3));
     if (!features) return fail(features.error());
-    auto made = inherited ? MadeGeometry<D>{inherited->geometry}
-                          : make_geometry<D>(by.pipeline.geometry, by.source, {mesh, edges, *features, curves},
-                                             by_angle<D>(options), part_of(execution, 0.3, 1));
-    if (!made) return fail(made.error());
-    if (made->misfit) return fail(*made->misfit);
-    features = with_those_of_model(std::move(*features), mesh, edges, *made, breaks, without_progress(execution));
+    auto result = inherited ? BuiltGeometry<D>{inherited->geometry}
+                            : make_geometry<D>(by.pipeline.geometry, by.source, {mesh, edges, *features, curves},
+                                               by_angle<D>(options), part_of(execution, 0.3, 1));
+    if (!result) return fail(result.error());
+    if (result->fit_error) return fail(*result->fit_error);
+    features = with_model_features(std::move(*features), mesh, edges, *result, breaks, without_progress(execution));
     if (!features) return fail(features.error());
     BoundaryReport report = features_report(*features);
-    report.cad = made->cad;
-    report.curved_patches = made->curved_patches;
-    report.off_surfaces = made->off_surfaces;
-    return DescribedBoundary<D>{{std::move(*features), options.required_boundary, std::move(made->geometry)}, report};
+    report.cad = result->cad;
+    report.curved_patches = result->curved_patches;
+    report.off_surfaces = result->off_surfaces;
+    return DescribedBoundary<D>{{std::move(*features), options.required_boundary, std::move(result->geometry)}, report};
 }
 
 }  // namespace
@@ -219,15 +220,15 @@ template <int D>
 Outcome<Boundary<D>> describe_boundary(Runner<D>& run, const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
                                        std::span<const LagrangeNode<D>> curves) {
     const Inherited<D>* const inherited = run.state.inherited ? &*run.state.inherited : nullptr;
-    auto made = run.step("surface", [&](const Execution& e) {
+    auto result = run.step("surface", [&](const Execution& e) {
         return run.sources.goal != nullptr
                    ? described(mesh, edges, curves, *run.sources.goal, inherited, e)
                    : described(mesh, edges, curves, ConfigGeometry{run.config, run.sources.geometry}, inherited, e);
     });
-    if (!made) return fail(made.error());
-    if (made->report.cad) made->report.cad->moves = run.state.cad_moves;
-    add(run.report, made->report);
-    return std::move(made->boundary);
+    if (!result) return fail(result.error());
+    if (result->report.cad) result->report.cad->moves = run.state.cad_moves;
+    add(run.report, result->report);
+    return std::move(result->boundary);
 }
 
 namespace {
@@ -312,26 +313,28 @@ Outcome<Done> check_options(const config::Reinsert& options) {
 /// Verdicts of the nodes as they were wanted, and in the end.
 template <int D>
 struct Verdicts {
-    JudgedProposal<D> wanted, made;
+    JudgedProposal<D> target, result;
 };
 template <int D>
 Outcome<Verdicts<D>> judged(const QuadraticMesh<D>& mesh, const ReinsertedNodes<D>& nodes, const JacobianBound& bound,
                             const Execution& execution) {
-    auto wanted = validate(mesh, nodes.wanted.curved.proposal, bound, part_of(execution, 0, 0.5));
-    if (!wanted) return fail(wanted.error());
-    auto made = validate(mesh, nodes.made.proposal, bound, part_of(execution, 0.5, 1));
-    if (!made) return fail(made.error());
-    return Verdicts<D>{std::move(*wanted), std::move(*made)};
+    auto target = validate(mesh, nodes.target.curved.proposal, bound, part_of(execution, 0, 0.5));
+    if (!target) return fail(target.error());
+    auto result = validate(mesh, nodes.result.proposal, bound, part_of(execution, 0.5, 1));
+    if (!result) return fail(result.error());
+    return Verdicts<D>{std::move(*target), std::move(*result)};
 }
 
 template <int D>
-void report_cavities(Runner<D>& run, const Reinserted<D>& made, const Verdicts<D>& verdicts, RepairMethod method) {
-    const PassStatistics& s = made.statistics;
-    run.report.validity_before = verdicts_report(verdicts.wanted.validation(), run.state.bound.is_asked).summary;
-    run.report.relax = relax_report(changes_between(verdicts.wanted, verdicts.made), 0, method);
+void report_cavities(Runner<D>& run, const ReinsertionResult<D>& result, const Verdicts<D>& verdicts,
+                     RepairMethod method) {
+    const PassStatistics& s = result.statistics;
+    run.report.validity_before = verdicts_report(verdicts.target.validation(), run.state.bound.is_explicit).summary;
+    run.report.relax = relax_report(changes_between(verdicts.target, verdicts.result), 0, method);
     run.report.reinsert =
-        ReinsertReport{made.sweeps, s.rounds, s.accepted, s.of(RejectionReason::volume), s.of(RejectionReason::gain)};
-    if (made.left > 0) run.note(std::to_string(made.left) + " vertices could have another sweep: max_sweeps ended it");
+        ReinsertReport{result.sweeps, s.rounds, s.accepted, s.of(RejectionReason::volume), s.of(RejectionReason::gain)};
+    if (result.left > 0)
+        run.note(std::to_string(result.left) + " vertices could have another sweep: max_sweeps ended it");
 }
 
 }  // namespace
@@ -345,24 +348,24 @@ Outcome<Done> apply(Runner<D>& run, const config::Reinsert& options) {
     Quadratic<D>& at = run.quadratic();
     auto boundary = describe_boundary(run, at.mesh.linear, at.mesh.edges);
     if (!boundary) return fail(boundary.error());
-    MetricTold told;
-    const auto metric = metric_for_curving(run, at.mesh, *boundary, told);
+    MetricReports metric_report;
+    const auto metric = metric_for_curving(run, at.mesh, *boundary, metric_report);
     auto nodes = reinsert_nodes<D>({at.mesh, at.nodes, *boundary}, metric,
                                    {static_cast<const ProposeOptions&>(options.curve),
-                                    {.min_scaled_jacobian = bound.is_asked ? bound.value : min_bound,
-                                     .target = options.relax.aim(),
+                                    {.min_scaled_jacobian = bound.is_explicit ? bound.value : min_bound,
+                                     .target = options.relax.effective_target(),
                                      .max_sweeps = options.max_sweeps}},
                                    run.around());
     if (!nodes) return fail(nodes.error());
     auto verdicts = run.step("validate", [&](const Execution& e) { return judged(at.mesh, *nodes, bound, e); });
     if (!verdicts) return fail(verdicts.error());
-    report_metric(run, std::move(told));
-    report_curves(run, nodes->wanted, options.curve);
-    report_cavities(run, nodes->made, *verdicts, options.relax.method);
-    run.state.history = Corrected<D>{verdicts->wanted.validation()};
-    at.mesh.mid_nodes = nodes->made.proposal.mid_nodes;
-    at.plan = Plan<D>{keep_field(run, std::move(*boundary), std::move(nodes->wanted), aim),
-                      CommittedPlaces<D>{std::move(nodes->made.proposal), verdicts->made.validation()}};
+    report_metric(run, std::move(metric_report));
+    report_curves(run, nodes->target, options.curve);
+    report_cavities(run, nodes->result, *verdicts, options.relax.method);
+    run.state.history = Corrected<D>{verdicts->target.validation()};
+    at.mesh.mid_nodes = nodes->result.proposal.mid_nodes;
+    at.plan = Plan<D>{store_field(run, std::move(*boundary), std::move(nodes->target), aim),
+                      CommittedPlaces<D>{std::move(nodes->result.proposal), verdicts->result.validation()}};
     report_verdicts(run, *at.validation());
     run.report.committed = true;
     return Done{};
@@ -370,7 +373,7 @@ Outcome<Done> apply(Runner<D>& run, const config::Reinsert& options) {
 
 #define CAMBER_INSTANTIATE(D)                                                                                       \
     template void report_curves<D>(Runner<D>&, const ProposedCurves<D>&, const ProposeOptions&);                    \
-    template Wanted<D> keep_field<D>(Runner<D>&, Boundary<D>, ProposedCurves<D>, CurvingAim);                       \
+    template CurvingTarget<D> store_field<D>(Runner<D>&, Boundary<D>, ProposedCurves<D>, CurvingAim);               \
     template Outcome<Done> apply<D>(Runner<D>&, const config::Curve&);                                              \
     template Outcome<DescribedBoundary<D>> boundary_by_config<D>(                                                   \
         const config::Pipeline&, const GeometrySource&, const LinearMesh<D>&, const EdgeSet<D>&, const Execution&); \

@@ -22,7 +22,7 @@ namespace camber::run {
 
 namespace {
 
-bool asks_a_solver(const config::Pipeline& pipeline) { return !pipeline.adapt.solve.empty(); }
+bool uses_solver(const config::Pipeline& pipeline) { return !pipeline.adapt.solve.empty(); }
 
 /// The same name with the ending of another file; empty where that is.
 std::string like(const std::string& folder, const char* name, const std::string& output) {
@@ -36,7 +36,7 @@ config::Output output_of_cycle(const config::Pipeline& pipeline, const CycleFile
     output.report = files.report;
     output.vtu = files.vtu;
     output.metric = files.metric;
-    output.solution = asks_a_solver(pipeline) ? files.guess : files.carried;
+    output.solution = uses_solver(pipeline) ? files.guess : files.carried;
     output.plots = files.plots;
     output.page = files.page;
     return output;
@@ -54,12 +54,12 @@ config::Pipeline without_field(config::Pipeline pipeline) {
     return pipeline;
 }
 
-void set_complexity(config::Pipeline& pipeline, double wanted) {
-    if (auto* made = std::get_if<config::SolutionMetric>(&pipeline.metric)) {
-        made->vertices = made->elements = 0;
-        made->complexity = wanted;
+void set_complexity(config::Pipeline& pipeline, double complexity_target) {
+    if (auto* outcome = std::get_if<config::SolutionMetric>(&pipeline.metric)) {
+        outcome->vertices = outcome->elements = 0;
+        outcome->complexity = complexity_target;
     } else {
-        pipeline.metric_operations.emplace_back(config::Complexity{.target = wanted});
+        pipeline.metric_operations.emplace_back(config::Complexity{.target = complexity_target});
     }
 }
 
@@ -71,14 +71,14 @@ double smaller_step(double complexity, std::size_t elements_before, std::size_t 
     return complexity * (ratio > least_change && ratio < 1 / least_change ? least_change : ratio);
 }
 
-std::string other_complexity(double wanted, double made) {
+std::string other_complexity(double complexity_target, double outcome) {
     return fmt::format(
         "the complexity of the mesh is {:.0f} instead of {:.0f}, at which elements are not certified "
         "valid; more cycles may reach it",
-        made, wanted);
+        outcome, complexity_target);
 }
 
-double wanted_complexity(const config::Adaptation& adapt, int cycle) {
+double target_complexity(const config::Adaptation& adapt, int cycle) {
     const auto& all = adapt.complexity;
     if (all.empty() || cycle < 1) return 0;
     return all[std::min(static_cast<std::size_t>(cycle), all.size()) - 1];
@@ -93,7 +93,8 @@ std::string problem_of(const config::Adaptation& adapt) {
 
 /// True if the errors of two meshes can be compared: of one complexity, for the same problem.
 bool is_like(const CycleRow& a, const CycleRow& b) {
-    return a.cycle > 0 && b.cycle > 0 && a.wanted == b.wanted && a.problem == b.problem && a.error_of == b.error_of;
+    return a.cycle > 0 && b.cycle > 0 && a.complexity_target == b.complexity_target && a.problem == b.problem &&
+           a.error_of == b.error_of;
 }
 
 /// True if a mesh misses less than another, or has a smaller error.
@@ -110,8 +111,8 @@ ExpectedError expected_of(const CycleRow& row, const std::vector<double>& weight
 }
 
 void set_expected(config::Pipeline& pipeline, std::span<const CycleRow> rows) {
-    auto* const made = std::get_if<config::SolutionMetric>(&pipeline.metric);
-    if (made != nullptr && !rows.empty()) made->expected = expected_of(rows.back(), pipeline.solution.weights);
+    auto* const outcome = std::get_if<config::SolutionMetric>(&pipeline.metric);
+    if (outcome != nullptr && !rows.empty()) outcome->expected = expected_of(rows.back(), pipeline.solution.weights);
 }
 
 bool has_cycle(const std::string& word) { return word.find("{cycle}") != std::string::npos; }
@@ -157,8 +158,8 @@ void replace_all(std::string& text, std::string_view part, const std::string& by
 
 bool is_of_files(const config::Metric& metric) {
     if (std::holds_alternative<config::FilePath>(metric)) return true;
-    const auto* made = std::get_if<config::SolutionMetric>(&metric);
-    return made != nullptr && !made->intersect.empty();
+    const auto* outcome = std::get_if<config::SolutionMetric>(&metric);
+    return outcome != nullptr && !outcome->intersect.empty();
 }
 
 }  // namespace
@@ -168,7 +169,7 @@ std::string name_of_cycle(int cycle) { return fmt::format("cycle-{:03}", cycle);
 CycleFiles files_of_cycle(const config::Pipeline& pipeline, const std::string& folder) {
     const auto within = [&](const std::string& name) { return folder + "/" + name; };
     const config::Output& output = pipeline.output;
-    const bool solves = asks_a_solver(pipeline);
+    const bool solves = uses_solver(pipeline);
     return {.folder = folder,
             .mesh = within(pipeline.adapt.mesh),
             .solution = within(pipeline.adapt.solution),
@@ -203,7 +204,7 @@ config::Pipeline first_pipeline(const config::Pipeline& pipeline, const CycleFil
     first.output.solution.clear();
     first.output.plots.clear();
     first.output.page.clear();
-    if (!asks_a_solver(pipeline)) first.stages.clear();
+    if (!uses_solver(pipeline)) first.stages.clear();
     std::erase_if(first.stages, [](const config::Stage& stage) {
         return std::visit([]<class S>(const S&) { return changes_topology<S>(); }, stage);
     });
@@ -230,8 +231,8 @@ config::Pipeline cycle_pipeline(const config::Pipeline& pipeline, int cycle, con
     config::Pipeline next = pipeline;
     next.adapt = {};
     next.output = output_of_cycle(pipeline, into);
-    const bool begins = cycle == 1 && !asks_a_solver(pipeline);
-    if (!begins) {
+    const bool is_first_run = cycle == 1 && !uses_solver(pipeline);
+    if (!is_first_run) {
         if (std::holds_alternative<config::FilePath>(pipeline.metric) && pipeline.metric_mesh.empty())
             if (const auto* file = std::get_if<config::FilePath>(&pipeline.input.source)) next.metric_mesh = file->path;
         next.input = {config::FilePath{before.mesh}, pipeline.input.flat};
@@ -240,11 +241,12 @@ config::Pipeline cycle_pipeline(const config::Pipeline& pipeline, int cycle, con
         if (auto* const of_mesh = std::get_if<config::FilePath>(&next.geometry)) of_mesh->is_of_cycle = true;
         std::erase_if(next.stages, is_elevate);
     }
-    if (asks_a_solver(pipeline)) {
+    if (uses_solver(pipeline)) {
         next.solution.file = before.solution;
         next.solution.expression.clear();
     }
-    if (const double wanted = wanted_complexity(pipeline.adapt, cycle); wanted > 0) set_complexity(next, wanted);
+    if (const double complexity_target = target_complexity(pipeline.adapt, cycle); complexity_target > 0)
+        set_complexity(next, complexity_target);
     return next;
 }
 
@@ -254,19 +256,20 @@ Outcome<CycleRun> run_cycle(config::Pipeline pipeline, std::span<const CycleRow>
     set_expected(pipeline, rows);
     std::vector<std::string> notices;
     std::vector<StageTime> times;
-    double wanted = 0;
+    double complexity_target = 0;
     for (int step = 0;; ++step) {
-        auto made = execute(pipeline);
-        if (!made) return fail(made.error());
-        Report& report = made->report;
+        auto outcome = execute(pipeline);
+        if (!outcome) return fail(outcome.error());
+        Report& report = outcome->report;
         const double complexity = report.metric ? report.metric->complexity : 0;
-        if (step == 0) wanted = complexity;
-        const bool goes_on = !report.has_valid_elements() && step < most_steps && !rows.empty() && complexity > 0;
-        if (!goes_on) {
+        if (step == 0) complexity_target = complexity;
+        const bool continues = !report.has_valid_elements() && step < most_steps && !rows.empty() && complexity > 0;
+        if (!continues) {
             report.notices.insert(report.notices.end(), notices.begin(), notices.end());
             report.times.insert(report.times.end(), times.begin(), times.end());
             const bool is_smaller = step > 0 && report.has_valid_elements();
-            return CycleRun{std::move(*made), is_smaller ? other_complexity(wanted, complexity) : std::string()};
+            return CycleRun{std::move(*outcome),
+                            is_smaller ? other_complexity(complexity_target, complexity) : std::string()};
         }
         const double smaller = smaller_step(complexity, rows.back().elements, report.mesh.judged());
         set_complexity(pipeline, smaller);
@@ -298,7 +301,7 @@ Outcome<Done> check_cycles(const config::Pipeline& pipeline) {
     if (pipeline.output.partition > 0)
         return refuse("parts are of a single run's mesh", "/output/partition",
                       "bring the last mesh into parts: camber convert --partition");
-    if (!asks_a_solver(pipeline) && !pipeline.solution.file.empty() && !is_once)
+    if (!uses_solver(pipeline) && !pipeline.solution.file.empty() && !is_once)
         return refuse("is a solution on the first mesh alone", "/solution/file",
                       "give \"adapt\": {\"cycles\": 1}, or \"solve\", a command that makes it anew on each mesh");
     for (const config::MetricOperation& operation : pipeline.metric_operations) {
@@ -307,21 +310,21 @@ Outcome<Done> check_cycles(const config::Pipeline& pipeline) {
             return refuse("a metric's file is of the first mesh alone", "/metric_operations",
                           "give \"adapt\": {\"cycles\": 1}, or a metric that is known everywhere");
     }
-    const auto* made = std::get_if<config::SolutionMetric>(&pipeline.metric);
-    if (made != nullptr && !made->intersect.empty() && !is_once)
+    const auto* outcome = std::get_if<config::SolutionMetric>(&pipeline.metric);
+    if (outcome != nullptr && !outcome->intersect.empty() && !is_once)
         return refuse("files of metrics are of the first mesh alone", "/metric/solution/intersect",
                       "give \"adapt\": {\"cycles\": 1}, or sizes by reference");
     return Done{};
 }
 
-CycleRow row_of(int cycle, const config::Pipeline& pipeline, const CycleRun& made) {
+CycleRow row_of(int cycle, const config::Pipeline& pipeline, const CycleRun& outcome) {
     const config::Adaptation& adapt = pipeline.adapt;
-    const Report& report = made.run.report;
+    const Report& report = outcome.run.report;
     CycleRow row{.cycle = cycle,
                  .unknowns = report.mesh.nodes,
                  .elements = report.mesh.judged(),
                  .problem = problem_of(adapt),
-                 .wanted = wanted_complexity(adapt, cycle)};
+                 .complexity_target = target_complexity(adapt, cycle)};
     if (report.metric && cycle > 0) row.complexity = report.metric->complexity;
     if (report.remesh) {
         const auto share = [](const UnitMeshReport& r) {
@@ -341,7 +344,7 @@ CycleRow row_of(int cycle, const config::Pipeline& pipeline, const CycleRun& mad
     }
     row.is_valid = report.has_valid_elements();
     row.misses = misses(report);
-    if (!made.miss.empty()) row.misses.push_back(made.miss);
+    if (!outcome.miss.empty()) row.misses.push_back(outcome.miss);
     for (const StageTime& time : report.times) row.seconds += time.seconds;
     if (const auto* const of_solution = std::get_if<config::SolutionMetric>(&pipeline.metric))
         row.error_of = of_solution->error_of;
@@ -350,7 +353,7 @@ CycleRow row_of(int cycle, const config::Pipeline& pipeline, const CycleRun& mad
 
 std::optional<double> error_of_mesh(const CycleRow& row, const config::Adaptation& adapt) {
     if (adapt.solve.empty() && row.interpolated)
-        return row.error_of == ErrorOf::gradients ? row.interpolated->h1 : row.interpolated->l2;
+        return row.error_of == ErrorQuantity::gradients ? row.interpolated->h1 : row.interpolated->l2;
     return row.expected;
 }
 

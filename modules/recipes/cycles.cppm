@@ -95,7 +95,7 @@ struct CycleRow {
     int cycle = 0;
     std::size_t unknowns = 0, elements = 0;
     std::string problem = {};
-    double wanted = 0, complexity = 0;  ///< 0: not asked for; no metric
+    double complexity_target = 0, complexity = 0;  ///< 0: not asked for; no metric
     double unit_before = 0, unit_edges = 0;
     double worst_quality = 0, mean_quality = 0;
     double smallest_jacobian = 1;
@@ -103,7 +103,7 @@ struct CycleRow {
     std::optional<CycleError> interpolated = {}, solved = {};  ///< where the exact solution is known
     std::optional<BoundaryDistance> boundary = {};             ///< where it is bounded
     double seconds = 0, solve_seconds = 0;
-    ErrorOf error_of = ErrorOf::values;
+    ErrorQuantity error_of = ErrorQuantity::values;
     bool is_valid = true;
     std::vector<std::string> misses = {};
 
@@ -112,7 +112,7 @@ struct CycleRow {
         f("unknowns", s.unknowns, "nodes in the degree of the interpolants");
         f("elements", s.elements, "elements of the mesh");
         f("problem", s.problem, "the exact solution and the solver's command");
-        f("complexity_target", s.wanted, "requested complexity of the metric; 0: none");
+        f("complexity_target", s.complexity_target, "requested complexity of the metric; 0: none");
         f("complexity", s.complexity, "complexity of the metric; 0: no metric");
         f("unit_edges_before", s.unit_before, "share of unit edges of the mesh that the passes began with");
         f("unit_edges", s.unit_edges, "share of unit edges of the mesh");
@@ -125,7 +125,7 @@ struct CycleRow {
         f("boundary_distance", s.boundary, "distance of the boundary from its geometry");
         f("seconds", s.seconds, "elapsed time of the steps", unit("s"));
         f("solve_seconds", s.solve_seconds, "elapsed time of the solver", unit("s"));
-        f("error_of", s.error_of, "error that the metric is made for", shown_if(s.error_of != ErrorOf::values));
+        f("error_of", s.error_of, "error that the metric is made for", shown_if(s.error_of != ErrorQuantity::values));
         f("valid", s.is_valid, "true if all elements are certified valid", shown_if(!s.is_valid));
         f("misses", s.misses, "causes for which the mesh is not the requested one", unless_empty);
     }
@@ -136,7 +136,7 @@ struct CycleRun {
     std::string miss;  ///< says that its complexity is not the one that was wanted; empty: it is
 };
 /// The row of a cycle's mesh, without what `add_errors` adds.
-[[nodiscard]] CycleRow row_of(int cycle, const config::Pipeline& pipeline, const CycleRun& made);
+[[nodiscard]] CycleRow row_of(int cycle, const config::Pipeline& pipeline, const CycleRun& outcome);
 
 /// Adds to the row of a mesh:
 /// - the unknowns, if its interpolants are of degree 2: the largest degree of the mesh, of the metric of the solution,
@@ -173,7 +173,7 @@ struct CycleRun {
 struct FinishedCycle {
     int cycle = 0;
     CycleFiles files = {};
-    CycleRun made = {};
+    CycleRun cycle_run = {};
 };
 
 /// Storage of meshes, solutions and the table of cycles, by the names of their files.
@@ -193,7 +193,7 @@ class CycleStore {
     /// Runs a pipeline from stored meshes to the files of the cycle. `fit`: applied if the input is not a stored mesh.
     [[nodiscard]] virtual Outcome<Run> run(const config::Pipeline& pipeline, const Fit& fit) = 0;
     /// Stores a finished cycle. `rows`: the table with its row as the last one.
-    [[nodiscard]] virtual Outcome<Done> add(FinishedCycle made, std::span<const CycleRow> rows) = 0;
+    [[nodiscard]] virtual Outcome<Done> add(FinishedCycle finished, std::span<const CycleRow> rows) = 0;
     /// Makes the mesh of a stored cycle the result. The loop calls it when the result changes.
     [[nodiscard]] virtual Outcome<Done> deliver(int cycle) = 0;
 };
@@ -215,7 +215,7 @@ using CycleSolver = std::function<Outcome<SolverResult>(const SolverCall&)>;
 
 /// Receives the progress of cycles; each function may be empty.
 struct CycleListener {
-    std::function<void(const Run&)> mesh_made = {};
+    std::function<void(const Run&)> on_mesh = {};
     /// Called with each row once its mesh is stored. An error ends the loop.
     std::function<Outcome<Done>(const CycleRow&)> row_added = {};
 };
@@ -235,7 +235,7 @@ struct EndedCycles {
 /// Errors: those of check_cycles, the store, the solver, the listener and add_errors.
 [[nodiscard]] Outcome<EndedCycles> adapt(const config::Pipeline& pipeline, CycleStore& store, const CycleSolver& solver,
                                          const CycleListener& listener, const InputDegree& required,
-                                         const Around& around);
+                                         const StepWrapper& around);
 
 /// Meshes and solutions in memory, by name.
 struct NamedValues {
@@ -254,7 +254,7 @@ struct AdaptedValues {
 /// Runs the cycles of a pipeline with meshes and solutions in memory, by \p run. Errors: as adapt.
 [[nodiscard]] Outcome<AdaptedValues> adapt_values(const config::Pipeline& pipeline, const RunOnValues& run,
                                                   const CycleSolver& solver, const InputDegree& required,
-                                                  const Around& around);
+                                                  const StepWrapper& around);
 
 }  // namespace camber::run
 
@@ -290,6 +290,6 @@ struct AdaptedMesh {
 /// `run::adapt`.
 template <int D>
 [[nodiscard]] Outcome<AdaptedMesh<D>> adapt_mesh(Mesh<D> mesh, const std::variant<std::string, MeshSolver<D>>& solution,
-                                                 const AdaptMeshOptions& options, const Around& around);
+                                                 const AdaptMeshOptions& options, const StepWrapper& around);
 
 }  // namespace camber

@@ -21,7 +21,7 @@ namespace camber::run {
 namespace {
 
 template <int D>
-OneWayReport told(const OneWay<D>& way) {
+OneWayReport directed_report(const DirectedDistance<D>& way) {
     if (way.samples == 0) return {};
     return {way.samples,
             way.largest,
@@ -33,11 +33,11 @@ OneWayReport told(const OneWay<D>& way) {
 
 /// The surfaces beside a curve.
 template <int D>
-void tell_sides(const Geometry<D>& geometry, const GeometryEntity& entity, EntityReport& report) {
+void add_sides(const Geometry<D>& geometry, const GeometryEntity& entity, EntityReport& report) {
     std::vector<std::string_view> kinds;
     for (const std::int64_t side : entity.sides) {
         if (side < 0) continue;
-        const EntityName name = geometry->called(GeometryEntity::surface(side));
+        const EntityName name = geometry->name_of_entity(GeometryEntity::surface(side));
         report.sides.push_back(name.number);
         report.beside.push_back(fmt::format("{} {}", name.kind, name.number));
         kinds.push_back(name.kind);
@@ -71,21 +71,21 @@ std::string name_of(const EntityReport& entity) {
 template <int D>
 DistancesReport distances_report(const GeometryDistances<D>& distances, const Geometry<D>& geometry,
                                  const config::Geometry& config) {
-    DistancesReport report{{}, told(distances.to_geometry), told(distances.to_boundary), {}};
+    DistancesReport report{{}, directed_report(distances.to_geometry), directed_report(distances.to_boundary), {}};
     report.entities.reserve(distances.entities.size());
     for (const EntityDistances<D>& of : distances.entities) {
         EntityReport entity;
-        const EntityName name = geometry->called(of.entity);
+        const EntityName name = geometry->name_of_entity(of.entity);
         entity.kind = name.kind;
         entity.number = name.number;
-        tell_sides(geometry, of.entity, entity);
+        add_sides(geometry, of.entity, entity);
         entity.name = name_of(entity);
         entity.is_flat = of.is_flat;
         entity.references = of.references;
         entity.pieces = of.pieces;
         entity.measure = of.measure;
-        entity.to_geometry = told(of.to_geometry);
-        entity.to_boundary = told(of.to_boundary);
+        entity.to_geometry = directed_report(of.to_geometry);
+        entity.to_boundary = directed_report(of.to_boundary);
         report.entities.push_back(std::move(entity));
     }
     report.geometry = name_of(config, report.entities);

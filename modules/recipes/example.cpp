@@ -35,7 +35,7 @@ static Mesh<2> ring(std::size_t n) {
 }
 
 static Outcome<bool> example(const Execution& execution) {
-    const Around around = plainly(execution);
+    const StepWrapper around = without_wrapper(execution);
     const auto remeshed = remesh_mesh(ring(24), MeshGoal<2>{}, {}, around);
     if (!remeshed) return fail(remeshed.error());
     MeshGoal<2> goal{.metric = metric_at_vertices<2>(remeshed->remeshed->log_metrics),

@@ -162,7 +162,7 @@ ErrorRatios ratios_of(const InterpolationError& e) {
 
 template <int D>
 Outcome<std::vector<FieldErrors>> field_errors(const QuadraticMesh<D>& mesh, const Column<float>& min_scaled_jacobian,
-                                               const std::vector<std::string>& expressions, const Around& around) {
+                                               const std::vector<std::string>& expressions, const StepWrapper& around) {
     const auto kinds =
         run_step(around, "classify", [&](const Execution& e) { return element_kinds(mesh, min_scaled_jacobian, e); });
     if (!kinds) return fail(kinds.error());
@@ -177,9 +177,9 @@ Outcome<std::vector<FieldErrors>> field_errors(const QuadraticMesh<D>& mesh, con
 }
 
 template Outcome<std::vector<FieldErrors>> field_errors<2>(const QuadraticMesh<2>&, const Column<float>&,
-                                                           const std::vector<std::string>&, const Around&);
+                                                           const std::vector<std::string>&, const StepWrapper&);
 template Outcome<std::vector<FieldErrors>> field_errors<3>(const QuadraticMesh<3>&, const Column<float>&,
-                                                           const std::vector<std::string>&, const Around&);
+                                                           const std::vector<std::string>&, const StepWrapper&);
 
 namespace {
 
@@ -208,9 +208,9 @@ Outcome<CycleError> error_on(const AnyMesh& mesh, std::span<const double> values
     const auto error =
         function_error<D>(as_mesh(*quadratic), at_nodes(*quadratic, values, degree), field, {}, execution);
     if (!error) {
-        Error told = error.error();
-        if (told.kind == ErrorKind::usage) told.where = quoted_expression(exact);
-        return fail(std::move(told));
+        Error explained = error.error();
+        if (explained.kind == ErrorKind::usage) explained.where = quoted_expression(exact);
+        return fail(std::move(explained));
     }
     return CycleError{error->l2.value, error->h1.value};
 }
@@ -231,9 +231,9 @@ Outcome<double> expected_on_straight(const LinearMesh<D>& mesh, const SolutionSo
                                      const Execution& execution) {
     const auto quadratic = elevate(mesh, execution);
     if (!quadratic) return fail(quadratic.error());
-    const auto given = solution_on(source, *quadratic, plainly(execution));
-    if (!given) return fail(given.error());
-    const auto known = known_solution(*quadratic, *given, *quadratic, execution);
+    const auto specified = solution_on(source, *quadratic, without_wrapper(execution));
+    if (!specified) return fail(specified.error());
+    const auto known = known_solution(*quadratic, *specified, *quadratic, execution);
     if (!known) return fail(known.error());
     return expected_error(mesh, *known, source.fields.front().field.degree, execution);
 }
@@ -241,8 +241,8 @@ Outcome<double> expected_on_straight(const LinearMesh<D>& mesh, const SolutionSo
 int interpolated_degree(const AnyMesh& mesh, std::span<const NamedField> solved, const config::Metric& metric) {
     int degree = degree_of(mesh);
     for (const NamedField& field : solved) degree = std::max(degree, field.field.degree);
-    const auto* const made = std::get_if<config::SolutionMetric>(&metric);
-    return made == nullptr ? degree : std::max(degree, made->degree);
+    const auto* const result = std::get_if<config::SolutionMetric>(&metric);
+    return result == nullptr ? degree : std::max(degree, result->degree);
 }
 
 Outcome<CycleError> error_of_interpolant(const AnyMesh& mesh, int degree, const std::string& exact,

@@ -147,15 +147,15 @@ void each_shown_field(const S& report, Reported of, const Visit& visit) {
         using T = std::remove_cvref_t<decltype(value)>;
         if (!field.is_shown || (field.presence == Presence::of_volume && of == Reported::surface)) return;
         if (field.presence == Presence::unless_empty && is_empty(value)) return;
-        const auto visit_kept = [&](const Field& inner, const auto& item) {
+        const auto visit_stored = [&](const Field& inner, const auto& item) {
             if (field.has(inner.key)) visit(inner, item);
         };
         if constexpr (is_optional<T>) {
             if (!value && field.presence != Presence::or_null) return;
             if constexpr (HasFields<typename T::value_type>)
-                if (field.key.empty()) return each_shown_field(*value, of, visit_kept);
+                if (field.key.empty()) return each_shown_field(*value, of, visit_stored);
         } else if constexpr (HasFields<T>) {
-            if (field.key.empty()) return each_shown_field(value, of, visit_kept);
+            if (field.key.empty()) return each_shown_field(value, of, visit_stored);
         } else if constexpr (is_map<T>) {
             if (field.key.empty()) {
                 for (const auto& [key, item] : value) {
@@ -237,9 +237,10 @@ struct FieldsOf<InterpolationError> {
         f("curved", s.curved, "of degree 2 with the mesh's nodes (a mesh of degree 1: straight ones)");
         f("compared_with", s.compared_with, "numerator of `ratio`: `straight`, or `same_boundary` if walls are curved");
         f("ratio", ratios_of(s), "error of `compared_with` by `curved`: above 1 curved inner edges pay");
-        f("straight_inverted", s.straight_turned, "elements of `straight` with det J ≤ 0 at a point of the quadrature");
-        f("same_boundary_inverted", s.same_boundary_turned, "the same of `same_boundary`, at nodes too");
-        f("curved_inverted", s.curved_turned, "the same of `curved`");
+        f("straight_inverted", s.straight_inverted,
+          "elements of `straight` with det J ≤ 0 at a point of the quadrature");
+        f("same_boundary_inverted", s.same_boundary_inverted, "the same of `same_boundary`, at nodes too");
+        f("curved_inverted", s.curved_inverted, "the same of `curved`");
         f("volume", s.volume, "volumes of the meshes");
         f("unresolved", s.unresolved, "number of elements whose quadrature did not converge");
         f("evaluations", s.evaluations, "number of evaluations of the field");

@@ -133,13 +133,13 @@ Outcome<AnalyticGeometry<D>> make_analytic(const std::vector<config::AnalyticSur
     const auto path_of = [&](std::size_t entry) { return where + "/" + std::to_string(entry); };
     std::vector<AnalyticGeometry<D>> entries;
     for (std::size_t i = 0; i < surfaces.size(); ++i) {
-        auto made = make_entry<D>(surfaces[i]);
-        if (!made) {
-            Error error = made.error();
+        auto result = make_entry<D>(surfaces[i]);
+        if (!result) {
+            Error error = result.error();
             error.where = path_of(i);
             return fail(std::move(error));
         }
-        entries.push_back(std::move(*made));
+        entries.push_back(std::move(*result));
     }
     const std::span<const AnalyticGeometry<D>> all(entries);
     if (const auto fits = check_fit(mesh, joined(all), execution); !fits) {
@@ -152,28 +152,28 @@ Outcome<AnalyticGeometry<D>> make_analytic(const std::vector<config::AnalyticSur
 }
 
 template <int D>
-Outcome<MadeGeometry<D>> make_geometry(const config::Geometry& geometry, const GeometrySource& source,
-                                       const BoundaryCurves<D>& boundary, const FeatureOptions<D>& features_by,
-                                       const Execution& execution) {
+Outcome<BuiltGeometry<D>> make_geometry(const config::Geometry& geometry, const GeometrySource& source,
+                                        const BoundaryCurves<D>& boundary, const FeatureOptions<D>& features_by,
+                                        const Execution& execution) {
     const auto& [mesh, edges, features, curves] = boundary;
     std::optional<CurvedPatchesReport> patches;
     const auto make_surrogate = [&](const GeometryModel<D>& prescribed) -> Outcome<Surrogate<D>> {
         auto straight = build_surrogate(mesh, edges, features, prescribed, SurrogateOptions{},
                                         part_of(execution, 0, curves.empty() ? 1 : 0.3));
         if (!straight || curves.empty()) return straight;
-        auto curved =
-            with_curves<D>(std::move(*straight), boundary, prescribed, SurrogateOptions{}, part_of(execution, 0.3, 1));
+        auto curved = build_curved_surrogate<D>(std::move(*straight), boundary, prescribed, SurrogateOptions{},
+                                                part_of(execution, 0.3, 1));
         if (!curved) return fail(curved.error());
         if (const CurvedPatches& of = curved->patches; of.smooth + of.as_read > 0)
             patches = {of.smooth, of.as_read, degrees(of.mean_angle), degrees(of.largest_angle)};
         return std::move(curved->surrogate);
     };
-    const auto made = [&](Geometry<D> g) {
-        MadeGeometry<D> out{std::move(g)};
+    const auto build = [&](Geometry<D> g) {
+        BuiltGeometry<D> out{std::move(g)};
         out.curved_patches = patches;
         return out;
     };
-    if (std::holds_alternative<config::Straight>(geometry)) return made(Geometry<D>(StraightGeometry<D>{}));
+    if (std::holds_alternative<config::Straight>(geometry)) return build(Geometry<D>(StraightGeometry<D>{}));
     if (const auto* of_model = std::get_if<config::Cad>(&geometry)) {
         if (!source.cad) return fail(ErrorKind::internal, "the CAD model was not read");
         auto mixture = make_cad_mixture<D>(*of_model, *source.cad, mesh, edges, make_surrogate, execution);
@@ -182,21 +182,21 @@ Outcome<MadeGeometry<D>> make_geometry(const config::Geometry& geometry, const G
     }
     if (const auto* file = std::get_if<config::FilePath>(&geometry)) {
         if (!source.mesh) return fail(ErrorKind::internal, "the geometry's mesh was not read");
-        const auto misfits = file->is_of_cycle ? MisfitPolicy::accepted : MisfitPolicy::refused;
-        return geometry_of_mesh<D>(*source.mesh, features_by, mesh, misfits, execution).map(made);
+        const auto policy = file->is_of_cycle ? FitErrorPolicy::accepted : FitErrorPolicy::refused;
+        return geometry_of_mesh<D>(*source.mesh, features_by, mesh, policy, execution).map(build);
     }
     if (const auto* analytic = std::get_if<config::Analytic>(&geometry)) {
         auto surfaces = make_analytic<D>(analytic->surfaces, "/geometry/analytic", mesh, without_progress(execution));
         if (!surfaces) return fail(surfaces.error());
         const OffSurfacesReport off = off_surfaces<D>(mesh, *surfaces);
-        return with_surrogate<D>(std::move(*surfaces), mesh, make_surrogate).map(made).map([&](MadeGeometry<D> all) {
+        return with_surrogate<D>(std::move(*surfaces), mesh, make_surrogate).map(build).map([&](BuiltGeometry<D> all) {
             all.off_surfaces = off;
             return all;
         });
     }
     auto surrogate = make_surrogate(StraightGeometry<D>{});
     if (!surrogate) return fail(surrogate.error());
-    return made(Geometry<D>(std::move(*surrogate)));
+    return build(Geometry<D>(std::move(*surrogate)));
 }
 
 namespace {
@@ -222,8 +222,8 @@ Outcome<Surrogate<D>> boundary_of_curved(const QuadraticMesh<D>& mesh, const Fea
     if (!features) return fail(features.error());
     auto smooth = build_surrogate(linear, edges, *features, SurrogateOptions{}, part_of(execution, 0.3, 0.6));
     if (!smooth) return smooth;
-    auto curved = with_curves<D>(std::move(*smooth), {linear, edges, *features, nodes.view()}, StraightGeometry<D>{},
-                                 SurrogateOptions{}, part_of(execution, 0.6, 1));
+    auto curved = build_curved_surrogate<D>(std::move(*smooth), {linear, edges, *features, nodes.view()},
+                                            StraightGeometry<D>{}, SurrogateOptions{}, part_of(execution, 0.6, 1));
     if (!curved) return fail(curved.error());
     return std::move(curved->surrogate);
 }
@@ -282,7 +282,7 @@ Outcome<Done> check_fit(const Geometry<D>& geometry, const Surrogate<D>& surroga
     const auto accumulate = [&](BoundaryFit& fit, std::size_t f) {
         const auto site = facet_site(mesh, FacetId(f));
         const double most = fit_tolerance * distance(site.corners[0], site.corners[1]);
-        Misfit worst;
+        FitError worst;
         for (std::size_t i = 0; i < D; ++i) {
             const auto foot =
                 geometry->project({.facet = {}, .reference = site.reference, .entity = {}}, site.corners[i]);
@@ -311,7 +311,7 @@ Outcome<Done> check_fit(const Geometry<D>& geometry, const Surrogate<D>& surroga
 
 template <int D>
 Outcome<Geometry<D>> geometry_of_mesh(const AnyMesh& other, const FeatureOptions<D>& features_by,
-                                      const LinearMesh<D>& mesh, MisfitPolicy misfits, const Execution& execution) {
+                                      const LinearMesh<D>& mesh, FitErrorPolicy policy, const Execution& execution) {
     return std::visit(
         [&]<int Other>(const Mesh<Other>& of) -> Outcome<Geometry<D>> {
             if constexpr (Other != D) {
@@ -322,7 +322,7 @@ Outcome<Geometry<D>> geometry_of_mesh(const AnyMesh& other, const FeatureOptions
                 if (!surrogate) return fail(surrogate.error());
                 if (auto known = check_references(*surrogate, mesh); !known) return fail(known.error());
                 Geometry<D> geometry(PrescribedSurrogate<D>{*surrogate});
-                if (misfits == MisfitPolicy::accepted) return geometry;
+                if (policy == FitErrorPolicy::accepted) return geometry;
                 auto fits = check_fit(geometry, *surrogate, mesh, part_of(execution, 0.8, 1));
                 if (!fits) return fail(fits.error());
                 return geometry;
@@ -383,7 +383,7 @@ Vec<3> normal_of(const std::array<Vec<3>, 3>& c) { return normalised(cross(c[1] 
 template <int D>
 void sample(const Geometry<D>& geometry, const FacetSite<D>& site, std::span<Vec<D>> points,
             std::span<Vec<D>> normals) {
-    const bool has_surface = geometry->points_over(site, lattice<D>, points);
+    const bool has_surface = geometry->surface_points(site, lattice<D>, points);
     const Vec<D> own = normal_of(site.corners);
     const SurfaceHint hint = geometry->hint_at(site, geometry->surface_at(site));
     for (std::size_t n = 0; n < points.size(); ++n) {
@@ -449,11 +449,11 @@ Outcome<SurfaceMesh> surface_mesh(const QuadraticMesh<D>& mesh, const Features<D
     template OffSurfacesReport off_surfaces<D>(const LinearMesh<D>&, const AnalyticGeometry<D>&);                     \
     template Outcome<AnalyticGeometry<D>> make_analytic<D>(                                                           \
         const std::vector<config::AnalyticSurface>&, const std::string&, const LinearMesh<D>&, const Execution&);     \
-    template Outcome<MadeGeometry<D>> make_geometry<D>(const config::Geometry&, const GeometrySource&,                \
-                                                       const BoundaryCurves<D>&, const FeatureOptions<D>&,            \
-                                                       const Execution&);                                             \
+    template Outcome<BuiltGeometry<D>> make_geometry<D>(const config::Geometry&, const GeometrySource&,               \
+                                                        const BoundaryCurves<D>&, const FeatureOptions<D>&,           \
+                                                        const Execution&);                                            \
     template Outcome<Geometry<D>> geometry_of_mesh<D>(const AnyMesh&, const FeatureOptions<D>&, const LinearMesh<D>&, \
-                                                      MisfitPolicy, const Execution&);                                \
+                                                      FitErrorPolicy, const Execution&);                              \
     template Outcome<SurfaceMesh> surface_mesh<D>(const QuadraticMesh<D>&, const Features<D>&, const Geometry<D>&,    \
                                                   const Execution&);
 

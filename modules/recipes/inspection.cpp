@@ -30,14 +30,14 @@ namespace camber::run {
 namespace {
 
 /// Description of a kind of suspicious places.
-std::string_view text_of(Suspicion what) {
+std::string_view text_of(GeometryWarning what) {
     switch (what) {
-        case Suspicion::near_ridge: return "turns that are nearly ridges";
-        case Suspicion::mild_ridge: return "ridges by their angle alone, hardly more than asked for";
-        case Suspicion::knife_edge: return "knife edges: facets that nearly lie on each other";
-        case Suspicion::tip: return "tips: all facets of a vertex are steep to its normal";
-        case Suspicion::spread_normals: return "vertices whose facets' normals spread";
-        case Suspicion::turned_facet: return "facets whose own normal is far from those of their vertices";
+        case GeometryWarning::near_ridge: return "turns that are nearly ridges";
+        case GeometryWarning::mild_ridge: return "ridges by their angle alone, hardly more than asked for";
+        case GeometryWarning::knife_edge: return "knife edges: facets that nearly lie on each other";
+        case GeometryWarning::tip: return "tips: all facets of a vertex are steep to its normal";
+        case GeometryWarning::spread_normals: return "vertices whose facets' normals spread";
+        case GeometryWarning::turned_facet: return "facets whose own normal is far from those of their vertices";
     }
     return {};
 }
@@ -73,7 +73,7 @@ template <int D>
 class Inspector {
   public:
     Inspector(QuadraticInput<D> input, FileNumbers numbers, const ComparedGeometry& compared,
-              const InspectOptions& options, const Around& around)
+              const InspectOptions& options, const StepWrapper& around)
         : mesh_(std::move(input.mesh)),
           numbers_(std::move(numbers)),
           compared_(compared),
@@ -121,19 +121,19 @@ class Inspector {
         }
         report_.smooth_listed_edges = found.smooth_listed_edges;
         report_.interface_facets = found.interface_facets;
-        report_.lone_facets = found.lone_facets;
+        report_.isolated_facets = found.isolated_facets;
         const auto ends = [&](const std::array<VertexId, 2>& edge) { return hinge(edge, {}); };
         report_.open = first_of(found.open, ends);
         report_.crowded = first_of(found.crowded, ends);
         report_.turned = first_of(found.turned, [&](const auto& t) { return hinge(t.edge, t.facets); });
-        for (std::size_t kind = 0; kind < suspicion_count; ++kind) {
-            const auto what = static_cast<Suspicion>(kind);
+        for (std::size_t kind = 0; kind < geometry_warning_count; ++kind) {
+            const auto what = static_cast<GeometryWarning>(kind);
             PlacesReport places{std::string(text_of(what)), 0, {}};
-            for (const Suspect<D>& suspect : found.suspects) {
-                if (suspect.what != what) continue;
-                if (places.count++ < options_.worst) places.worst.push_back(place(suspect));
+            for (const LocatedWarning<D>& warning : found.located_warnings) {
+                if (warning.what != what) continue;
+                if (places.count++ < options_.worst) places.worst.push_back(place(warning));
             }
-            report_.suspicious.emplace_back(word_of(what), std::move(places));
+            report_.warnings.emplace_back(word_of(what), std::move(places));
         }
     }
 
@@ -158,11 +158,11 @@ class Inspector {
         return at(std::span(edge).first(D == 3 ? 2 : 1), middle, facets);
     }
 
-    [[nodiscard]] PlaceReport place(const Suspect<D>& suspect) const {
+    [[nodiscard]] PlaceReport place(const LocatedWarning<D>& warning) const {
         constexpr std::array<std::string_view, 4> names{"", "vertex", "edge", "triangle"};
-        PlaceReport report{at(suspect.vertices, suspect.point, suspect.facets), suspect.degrees, {}};
-        report.text = fmt::format("{} {}: {:.4g} degrees", names[suspect.vertices.size()],
-                                  fmt::join(report.at.vertices, "-"), suspect.degrees);
+        PlaceReport report{at(warning.vertices, warning.point, warning.facets), warning.degrees, {}};
+        report.text = fmt::format("{} {}: {:.4g} degrees", names[warning.vertices.size()],
+                                  fmt::join(report.at.vertices, "-"), warning.degrees);
         return report;
     }
 
@@ -170,13 +170,13 @@ class Inspector {
         auto source = in_unit_of_mesh(compared_.geometry, compared_.source, mesh_.linear, without_progress(execution));
         if (!source) return fail(source.error());
         source_ = std::move(*source);
-        auto made = make_geometry<D>(compared_.geometry, source_, {mesh_.linear, mesh_.edges, features_, {}},
-                                     {.ridge_angle_degrees = options_.ridge_angle}, part_of(execution, 0, 0.8));
-        if (!made) return fail(made.error());
-        geometry_.emplace(std::move(made->geometry));
-        report_.cad = made->cad;
-        if (made->misfit)
-            report_.notices.push_back("the mesh does not belong to the CAD model: " + describe(*made->misfit));
+        auto result = make_geometry<D>(compared_.geometry, source_, {mesh_.linear, mesh_.edges, features_, {}},
+                                       {.ridge_angle_degrees = options_.ridge_angle}, part_of(execution, 0, 0.8));
+        if (!result) return fail(result.error());
+        geometry_.emplace(std::move(result->geometry));
+        report_.cad = result->cad;
+        if (result->fit_error)
+            report_.notices.push_back("the mesh does not belong to the CAD model: " + describe(*result->fit_error));
         if (compared_.surface == InspectedSurface::lattice) {
             auto shown = surface_mesh(mesh_, features_, *geometry_, without_progress(execution));
             if (!shown) return fail(shown.error());
@@ -204,37 +204,37 @@ class Inspector {
             },
             64);
         if (!fits) return fail(fits.error());
-        PlacesReport doubtful{
+        PlacesReport ambiguous{
             fmt::format("facets that another {} of the CAD model fits nearly as well", entity), 0, {}};
         constexpr auto cad_entities = D == 2 ? &PatchReport::cad_edges : &PatchReport::cad_faces;
         for (PatchReport& patch : report_.patches) (patch.*cad_entities).emplace();
         for (std::size_t f = 0; f < fits->size(); ++f) {
             if (!is_on_model(f)) continue;
             const FacetSite<D> site = facet_site(mesh_.linear, FacetId(f));
-            const std::size_t face = (*geometry_)->called((*geometry_)->surface_at(site)).number;
+            const std::size_t face = (*geometry_)->name_of_entity((*geometry_)->surface_at(site)).number;
             auto& faces = *(report_.patches[features_.patches[f]].*cad_entities);
             const auto position = std::ranges::lower_bound(faces, face);
             if (position == faces.end() || *position != face) faces.insert(position, face);
             constexpr double nearly = 2;
-            if ((*fits)[f].other > nearly * (*fits)[f].misfit) continue;
-            if (doubtful.count++ >= options_.worst) continue;
+            if ((*fits)[f].other > nearly * (*fits)[f].fit_error) continue;
+            if (ambiguous.count++ >= options_.worst) continue;
             const std::array facets{FacetId(f)};
             Vec<D> middle;
             for (const Vec<D>& corner : site.corners) middle += corner;
-            PlaceReport place{at(mesh_.linear.facets.vertices[f], middle / D, facets), (*fits)[f].misfit, {}};
+            PlaceReport place{at(mesh_.linear.facets.vertices[f], middle / D, facets), (*fits)[f].fit_error, {}};
             place.text =
                 fmt::format("{} {}: on {} {}, which misses it by {:.4g}, the next by {:.4g}", facet,
-                            fmt::join(place.at.vertices, "-"), entity, face, (*fits)[f].misfit, (*fits)[f].other);
-            doubtful.worst.push_back(std::move(place));
+                            fmt::join(place.at.vertices, "-"), entity, face, (*fits)[f].fit_error, (*fits)[f].other);
+            ambiguous.worst.push_back(std::move(place));
         }
-        report_.suspicious.emplace_back("ambiguous_facet", std::move(doubtful));
+        report_.warnings.emplace_back("ambiguous_facet", std::move(ambiguous));
         return Done{};
     }
 
     Outcome<Done> measure(const Execution& execution) {
         const auto points = samples_of_geometry(mesh_, features_, *geometry_, part_of(execution, 0, 0.2));
         if (!points) return fail(points.error());
-        auto found = distances_both_ways<D>(mesh_, mesh_.mid_nodes.view(), features_, *geometry_, *points,
+        auto found = two_sided_distances<D>(mesh_, mesh_.mid_nodes.view(), features_, *geometry_, *points,
                                             part_of(execution, 0.2, 1));
         if (!found) return fail(found.error());
         report_.distances = distances_report(*found, *geometry_, compared_.geometry);
@@ -257,7 +257,7 @@ class Inspector {
     const ComparedGeometry& compared_;
     GeometrySource source_;  ///< in the unit of the mesh
     InspectOptions options_;
-    const Around& around_;
+    const StepWrapper& around_;
     Features<D> features_;
     std::optional<Geometry<D>> geometry_;
     GeometryDistances<D> distances_;
@@ -267,7 +267,7 @@ class Inspector {
 
 template <int D>
 Outcome<Inspected> inspect(const Mesh<D>& mesh, const FileNumbers& numbers, const ComparedGeometry& geometry,
-                           const InspectOptions& options, const Around& around) {
+                           const InspectOptions& options, const StepWrapper& around) {
     auto input = run_step(around, "prepare", [&](const Execution& e) { return quadratic_input(mesh, e); });
     if (!input) return fail(input.error());
     return Inspector<D>(std::move(*input), numbers, geometry, options, around).inspect();
@@ -276,7 +276,7 @@ Outcome<Inspected> inspect(const Mesh<D>& mesh, const FileNumbers& numbers, cons
 }  // namespace
 
 Outcome<Inspected> inspect_geometry(DecodedMesh mesh, const ComparedGeometry& geometry, const InspectOptions& options,
-                                    const Around& around) {
+                                    const StepWrapper& around) {
     const FileNumbers numbers = numbers_of(mesh);
     auto found = std::visit([&](const auto& m) { return inspect(m, numbers, geometry, options, around); }, mesh.mesh);
     if (!found) return found;
@@ -306,11 +306,11 @@ std::vector<std::string> texts_of(const std::vector<Notice>& notices) {
 }
 
 template <int D>
-MeshInfo described(const Mesh<D>& given) {
-    const LinearMesh<D> mesh = straight_simplices(given);
+MeshInfo described(const Mesh<D>& original) {
+    const LinearMesh<D> mesh = straight_simplices(original);
     MeshInfo info;
     info.dimension = D;
-    info.degree = given.degree;
+    info.degree = original.degree;
     info.vertices = mesh.points.size();
     Box<D> box;
     for (const Vec<D>& p : mesh.points) box.include(p);
@@ -338,7 +338,7 @@ MeshInfo described(const Mesh<D>& given) {
     info.normals = mesh.geometry.normals.at.size();
     info.tangents = mesh.geometry.tangents.at.size();
     info.is_empty = mesh.elements.vertices.empty() && mesh.facets.vertices.empty();
-    info.mid_nodes = given.edge_nodes.size();
+    info.mid_nodes = original.edge_nodes.size();
     return info;
 }
 
@@ -346,8 +346,9 @@ MeshInfo described(const Mesh<D>& given) {
 
 MeshInfo mesh_info(const DecodedMesh& decoded) {
     MeshInfo info = std::visit([](const auto& mesh) { return described(mesh); }, decoded.mesh);
-    for (const CellCount& cells : decoded.unheld) info.not_held.emplace_back(cells.kind, cells.count);
-    if (!decoded.unheld.empty()) info.is_empty = false;
+    for (const CellCount& cells : decoded.unsupported_cells)
+        info.unsupported_cells.emplace_back(cells.kind, cells.count);
+    if (!decoded.unsupported_cells.empty()) info.is_empty = false;
     for (const MeshField& field : decoded.fields)
         info.mesh_fields.push_back(
             {field.name, field.centring == Centring::node ? "nodes" : "cells", name_of(field.kind)});

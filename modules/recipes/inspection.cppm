@@ -135,9 +135,9 @@ struct GeometryReport {
     std::vector<PatchReport> patches;
     std::vector<RidgeReport> ridges;
     std::vector<CornerReport> corners;
-    std::size_t smooth_listed_edges = 0, interface_facets = 0, lone_facets = 0;
+    std::size_t smooth_listed_edges = 0, interface_facets = 0, isolated_facets = 0;
     HingesReport open, crowded, turned;
-    std::vector<std::pair<std::string, PlacesReport>> suspicious;
+    std::vector<std::pair<std::string, PlacesReport>> warnings;
     std::optional<CadReport> cad;
     std::optional<DistancesReport> distances;
     std::size_t worst = 0;  ///< number of patches and ridges that a table shows
@@ -152,11 +152,12 @@ struct GeometryReport {
         f("corners", s.corners, "corners of the boundary");
         f("smooth_listed_edges", s.smooth_listed_edges, "number of edges that the file lists and that are no ridges");
         f("interface_facets", s.interface_facets, "number of facets with elements on both sides");
-        f("isolated_facets", s.lone_facets, "number of facets with elements on neither side, where there are elements");
+        f("isolated_facets", s.isolated_facets,
+          "number of facets with elements on neither side, where there are elements");
         f("open_edges", s.open, "edges (2D: vertices) of one facet");
         f("non_manifold_edges", s.crowded, "edges (2D: vertices) of more than two facets");
         f("misoriented_facets", s.turned, "edges between two facets that are turned to different sides");
-        f("suspicious", s.suspicious,
+        f("suspicious", s.warnings,
           "suspicious places by kind: `near_ridge`, `mild_ridge`, `knife_edge`, `tip`, `spread_normals`, "
           "`turned_facet`; with a CAD model `ambiguous_facet`");
         f("cad", s.cad, "with a CAD model: relation to it");
@@ -186,7 +187,7 @@ struct Inspected {
     std::optional<SurfaceMesh> surface = {};  ///< where it is asked for
 };
 [[nodiscard]] Outcome<Inspected> inspect_geometry(DecodedMesh mesh, const ComparedGeometry& geometry,
-                                                  const InspectOptions& options, const Around& around);
+                                                  const InspectOptions& options, const StepWrapper& around);
 
 // ---------------------------------------------------------------- contents of files: `camber info`
 
@@ -212,7 +213,7 @@ struct MeshInfo {
     std::size_t normals = 0, tangents = 0;
     bool is_empty = false;
     std::size_t mid_nodes = 0;
-    std::vector<std::pair<std::string, std::size_t>> not_held;
+    std::vector<std::pair<std::string, std::size_t>> unsupported_cells;
     std::string split;  ///< a way to convert these
     std::vector<FieldInfo> mesh_fields;
     std::optional<int> written_in_dimension;
@@ -240,7 +241,7 @@ struct MeshInfo {
         f("tangents", s.tangents, "number of tangents");
         f("empty", s.is_empty, "true: neither elements nor facets");
         f("mid_nodes", s.mid_nodes, "degree 2: number of nodes of edges", shown_if(s.degree == 2));
-        f("not_held", s.not_held, "number of cells of kinds that are not read", unless_empty);
+        f("not_held", s.unsupported_cells, "number of cells of kinds that are not read", unless_empty);
         f("split", s.split, "a way to convert these", unless_empty);
         f("fields", s.mesh_fields, "fields of the file", unless_empty);
         f("written_in_dimension", s.written_in_dimension, "of a flat mesh in space: 3");

@@ -35,35 +35,38 @@ Outcome<Buffer<LagrangeNode<D>>> chord_middles(const QuadraticMesh<D>& mesh, con
 
 /// The mesh with the places that it was given with: straight edges have their middles.
 template <int D>
-Outcome<QuadraticMesh<D>> as_given(QuadraticMesh<D> seen, const State<D>& state, const Execution& execution) {
-    if (state.given_points.size() == seen.linear.points.size()) seen.linear.points = state.given_points;
-    if (state.given_nodes.size() == seen.mid_nodes.size()) {
-        seen.mid_nodes = state.given_nodes;
-        return seen;
+Outcome<QuadraticMesh<D>> as_in_input(QuadraticMesh<D> proposed_mesh, const State<D>& state,
+                                      const Execution& execution) {
+    if (state.input_points.size() == proposed_mesh.linear.points.size())
+        proposed_mesh.linear.points = state.input_points;
+    if (state.input_nodes.size() == proposed_mesh.mid_nodes.size()) {
+        proposed_mesh.mid_nodes = state.input_nodes;
+        return proposed_mesh;
     }
-    auto chords = chord_middles(seen, execution);
+    auto chords = chord_middles(proposed_mesh, execution);
     if (!chords) return fail(chords.error());
-    seen.mid_nodes = std::move(*chords);
-    return seen;
+    proposed_mesh.mid_nodes = std::move(*chords);
+    return proposed_mesh;
 }
 
 template <int D>
-Outcome<Done> measure_distances(const QuadraticMesh<D>& seen, const State<D>& state, const Boundary<D>& boundary,
-                                BoundaryReport& report, const Execution& execution) {
-    const auto given = as_given(seen, state, without_progress(execution));
-    if (!given) return fail(given.error());
-    const auto after = largest_boundary_distance(seen, seen.mid_nodes.view(), boundary.features, boundary.geometry,
-                                                 part_of(execution, 0.05, 0.7));
+Outcome<Done> measure_distances(const QuadraticMesh<D>& proposed_mesh, const State<D>& state,
+                                const Boundary<D>& boundary, BoundaryReport& report, const Execution& execution) {
+    const auto specified = as_in_input(proposed_mesh, state, without_progress(execution));
+    if (!specified) return fail(specified.error());
+    const auto after = largest_boundary_distance(proposed_mesh, proposed_mesh.mid_nodes.view(), boundary.features,
+                                                 boundary.geometry, part_of(execution, 0.05, 0.7));
     if (!after) return fail(after.error());
-    const NearBoundary<D> near{seen, seen.mid_nodes.view(), after->largest};
-    const auto before = largest_boundary_distance(*given, given->mid_nodes.view(), boundary.features, boundary.geometry,
-                                                  near, part_of(execution, 0.7, 1));
+    const NearBoundary<D> near{proposed_mesh, proposed_mesh.mid_nodes.view(), after->largest};
+    const auto before = largest_boundary_distance(*specified, specified->mid_nodes.view(), boundary.features,
+                                                  boundary.geometry, near, part_of(execution, 0.7, 1));
     if (!before) return fail(before.error());
     report.straight_distance = before->largest;
     report.curved_distance = after->largest;
     if (after->facet.valid()) {
         Vec<D> centre{};
-        for (const VertexId v : seen.linear.facets.vertices[after->facet]) centre += seen.linear.points[v] / D;
+        for (const VertexId v : proposed_mesh.linear.facets.vertices[after->facet])
+            centre += proposed_mesh.linear.points[v] / D;
         report.curved_distance_near.assign(centre.c.begin(), centre.c.end());
     }
     return Done{};
@@ -74,13 +77,13 @@ template <int D>
 Outcome<Done> measure_both_ways(const Quadratic<D>& end, const Runner<D>& run, BoundaryReport& report,
                                 const Execution& execution) {
     const Plan<D>* const plan = end.planned();
-    if (!plan || !plan->wanted()) return Done{};
-    const Boundary<D>& boundary = plan->wanted()->boundary;
-    const auto seen = apply_proposal(end.mesh, plan->proposal());
-    const auto samples = samples_of_geometry(seen, boundary.features, boundary.geometry, execution);
+    if (!plan || !plan->target()) return Done{};
+    const Boundary<D>& boundary = plan->target()->boundary;
+    const auto proposed_mesh = apply_proposal(end.mesh, plan->proposal());
+    const auto samples = samples_of_geometry(proposed_mesh, boundary.features, boundary.geometry, execution);
     if (!samples) return fail(samples.error());
-    const auto found =
-        distances_both_ways<D>(seen, seen.mid_nodes.view(), boundary.features, boundary.geometry, *samples, execution);
+    const auto found = two_sided_distances<D>(proposed_mesh, proposed_mesh.mid_nodes.view(), boundary.features,
+                                              boundary.geometry, *samples, execution);
     if (!found) return fail(found.error());
     report.distances = distances_report(*found, boundary.geometry, run.config.geometry);
     return Done{};
@@ -88,26 +91,26 @@ Outcome<Done> measure_both_ways(const Quadratic<D>& end, const Runner<D>& run, B
 
 /// Number of pairs that cross in the input; passes have counted them before they changed it.
 template <int D>
-Outcome<std::size_t> crossings_of_input(const QuadraticMesh<D>& seen, const State<D>& state,
+Outcome<std::size_t> crossings_of_input(const QuadraticMesh<D>& proposed_mesh, const State<D>& state,
                                         const Execution& execution) {
     if (state.crossings_of_input) return *state.crossings_of_input;
-    const auto given = as_given(seen, state, execution);
-    if (!given) return fail(given.error());
-    return find_crossings(*given, execution).map([](const Crossings& found) { return found.crossing; });
+    const auto specified = as_in_input(proposed_mesh, state, execution);
+    if (!specified) return fail(specified.error());
+    return find_crossings(*specified, execution).map([](const Crossings& found) { return found.crossing; });
 }
 
 /// Walls that pass through each other in the end.
 template <int D>
-Outcome<WallsReport> measure_walls(const QuadraticMesh<D>& seen, const Crossings& found, const State<D>& state,
+Outcome<WallsReport> measure_walls(const QuadraticMesh<D>& proposed_mesh, const Crossings& found, const State<D>& state,
                                    const Execution& execution) {
     WallsReport report = walls_report<D>(found, [&](FacetId f) {
         Box<D> box;
-        for (const Vec<D>& node : nodal_facet(seen, f).nodes) box.include(node);
+        for (const Vec<D>& node : nodal_facet(proposed_mesh, f).nodes) box.include(node);
         return box;
     });
     report.relaxed = state.relaxed_walls;
     if (report.crossing == 0) return report;
-    const auto before = crossings_of_input(seen, state, execution);
+    const auto before = crossings_of_input(proposed_mesh, state, execution);
     if (!before) return fail(before.error());
     report.crossing_before = *before;
     return report;
@@ -133,11 +136,12 @@ struct Shares {
 
 /// Lengths of all edges of a standalone surface mesh in the end.
 template <int D>
-Outcome<EdgeLengths> surface_lengths(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal, const Wanted<D>& wanted,
-                                     const BackMesh<D>& field, MeasuredEdges which, const Execution& execution) {
+Outcome<EdgeLengths> surface_lengths(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal,
+                                     const CurvingTarget<D>& target, const BackMesh<D>& field,
+                                     MeasuredEdges measured_edges, const Execution& execution) {
     Proposal<D> all = proposal;
     all.kinds = Buffer<EdgeKind>(proposal.kinds.size(), EdgeKind::volume);
-    return edge_lengths({mesh.edges, wanted.shells}, all, field, which, execution);
+    return edge_lengths({mesh.edges, target.shells}, all, field, measured_edges, execution);
 }
 
 /// Lengths after correction, against the chords as they are then, for the fields; the rest for the report.
@@ -155,55 +159,55 @@ template <int D>
 using StraightMetric = std::optional<Column<LogMetric<D>>>;
 
 template <int D>
-Outcome<Measured<D>> measure_end(const Quadratic<D>& end, const Runner<D>& run, MeasuredEdges which,
+Outcome<Measured<D>> measure_end(const Quadratic<D>& end, const Runner<D>& run, MeasuredEdges measured_edges,
                                  const Execution& execution) {
     const State<D>& state = run.state;
     const BackMesh<D>* const field = run.field();
     const StraightMetric<D>& straight = state.straight_log_metrics;
-    const Shares of = which == MeasuredEdges::all ? Shares{0.05, 0.09, 0.87} : Shares{0.39, 0.44, 0.73};
+    const Shares of = measured_edges == MeasuredEdges::all ? Shares{0.05, 0.09, 0.87} : Shares{0.39, 0.44, 0.73};
     Measured<D> measured;
     measured.boundary = run.report.boundary.value_or(BoundaryReport{});
     const Plan<D>* const plan = end.planned();
     if (const Boundary<D>* boundary = plan ? plan->boundary() : nullptr) {
-        const auto seen = apply_proposal(end.mesh, plan->proposal());
-        if (auto done =
-                measure_distances(seen, state, *boundary, measured.boundary, part_of(execution, 0, of.distances));
+        const auto proposed_mesh = apply_proposal(end.mesh, plan->proposal());
+        if (auto done = measure_distances(proposed_mesh, state, *boundary, measured.boundary,
+                                          part_of(execution, 0, of.distances));
             !done)
             return fail(done.error());
     }
     if (plan || state.crossings_of_input) {
-        const auto seen = plan ? apply_proposal(end.mesh, plan->proposal()) : end.mesh;
-        auto found = state.crossings && state.crossings->is_of(seen)
+        const auto proposed_mesh = plan ? apply_proposal(end.mesh, plan->proposal()) : end.mesh;
+        auto found = state.crossings && state.crossings->is_of(proposed_mesh)
                          ? Outcome<Crossings>(state.crossings->crossings)
-                         : find_crossings(seen, without_progress(execution));
+                         : find_crossings(proposed_mesh, without_progress(execution));
         if (!found) return fail(found.error());
-        auto walls = measure_walls(seen, *found, state, without_progress(execution));
+        auto walls = measure_walls(proposed_mesh, *found, state, without_progress(execution));
         if (!walls) return fail(walls.error());
         measured.crossings = std::move(*found);
         measured.boundary.walls = std::move(*walls);
     }
-    if (const Wanted<D>* wanted = plan ? plan->wanted() : nullptr) {
+    if (const CurvingTarget<D>* target = plan ? plan->target() : nullptr) {
         const Proposal<D>& proposal = plan->proposal();
-        const auto seen = apply_proposal(end.mesh, proposal);
-        if (field && is_surface_alone(end.mesh.linear)) {
-            auto lengths = surface_lengths(end.mesh, proposal, *wanted, *field, which,
+        const auto proposed_mesh = apply_proposal(end.mesh, proposal);
+        if (field && is_standalone_surface(end.mesh.linear)) {
+            auto lengths = surface_lengths(end.mesh, proposal, *target, *field, measured_edges,
                                            part_of(execution, of.distances, of.lengths));
             if (!lengths) return fail(lengths.error());
-            measured.edges = edge_report(seen, proposal, lengths->straight, lengths->curved);
+            measured.edges = edge_report(proposed_mesh, proposal, lengths->straight, lengths->curved);
             measured.lengths = std::move(*lengths);
         } else if (field) {
-            auto lengths = updated_lengths({end.mesh.edges, wanted->shells}, wanted->curved, proposal, *field, which,
-                                           part_of(execution, of.distances, of.lengths));
+            auto lengths = updated_lengths({end.mesh.edges, target->shells}, target->curved, proposal, *field,
+                                           measured_edges, part_of(execution, of.distances, of.lengths));
             if (!lengths) return fail(lengths.error());
-            measured.edges = edge_report(seen, proposal, lengths->straight, lengths->curved);
+            measured.edges = edge_report(proposed_mesh, proposal, lengths->straight, lengths->curved);
             measured.lengths = std::move(*lengths);
             if (straight) {
                 const auto beside = straight_back_mesh(*field, *straight);
                 if (!beside) return fail(beside.error());
-                const auto other = edge_lengths({end.mesh.edges, wanted->shells}, proposal, *beside, which,
+                const auto other = edge_lengths({end.mesh.edges, target->shells}, proposal, *beside, measured_edges,
                                                 part_of(execution, of.lengths, of.all));
                 if (!other) return fail(other.error());
-                measured.edges_in_straight_field = edge_report(seen, proposal, other->straight, other->curved);
+                measured.edges_in_straight_field = edge_report(proposed_mesh, proposal, other->straight, other->curved);
             }
         }
     }
@@ -224,8 +228,9 @@ Outcome<OverlappingReport> measure_overlaps(const State<D>& state, const std::op
         const auto* const quadratic = std::get_if<Quadratic<D>>(&state.mesh);
         if (!quadratic) return Overlaps<D>{};
         const Plan<D>* const plan = quadratic->planned();
-        const auto seen = plan ? apply_proposal(quadratic->mesh, plan->proposal()) : quadratic->mesh;
-        return crossings ? find_overlaps(seen, *crossings, execution) : find_overlaps(seen, execution);
+        const auto proposed_mesh = plan ? apply_proposal(quadratic->mesh, plan->proposal()) : quadratic->mesh;
+        return crossings ? find_overlaps(proposed_mesh, *crossings, execution)
+                         : find_overlaps(proposed_mesh, execution);
     };
     const auto found = find();
     if (!found) return fail(found.error());
@@ -256,8 +261,8 @@ Outcome<std::optional<EndBoundary<D>>> end_boundary(const State<D>& state, const
         if (!plan.boundary()) return std::nullopt;
         EndBoundary<D> end{apply_proposal(curved->mesh, plan.proposal()), plan.proposal().kinds,
                            plan.boundary()->features, plan.boundary()->geometry, true};
-        if (curved->nodes == NodesOf::input && state.given_nodes.size() == end.mesh.mid_nodes.size())
-            end.own_nodes = state.given_nodes;
+        if (curved->nodes == NodesOf::input && state.input_nodes.size() == end.mesh.mid_nodes.size())
+            end.own_nodes = state.input_nodes;
         return std::optional(std::move(end));
     }
     if (!state.inherited || state.rows) return std::nullopt;
@@ -267,7 +272,7 @@ Outcome<std::optional<EndBoundary<D>>> end_boundary(const State<D>& state, const
     auto features = find_features(mesh->linear, mesh->edges, listed_breaks<D>, part_of(execution, 0.6, 1));
     if (!features) return fail(features.error());
     // Nodes of a straight mesh are no part of the result.
-    Column<EdgeKind> kinds = curved ? held_kinds(*mesh, features->edge_kinds, RequiredBoundary::keep)
+    Column<EdgeKind> kinds = curved ? kinds_with_required_fixed(*mesh, features->edge_kinds, RequiredBoundary::keep)
                                     : Column<EdgeKind>(Buffer<EdgeKind>(mesh->edges.size(), EdgeKind::fixed));
     return std::optional(
         EndBoundary<D>{std::move(*mesh), std::move(kinds), std::move(*features), state.inherited->geometry});
@@ -339,7 +344,7 @@ Outcome<Measured<D>> measured_result(Runner<D>& run, const Execution& e) {
     run.report.overlaps = std::move(*overlapping);
     if (auto boundary = measure_boundary(run, measured->boundary, without_progress(e)); !boundary)
         return fail(boundary.error());
-    if (end && run.config.output.distances == DistanceWays::both)
+    if (end && run.config.output.distances == DistanceDirections::both)
         if (auto both = measure_both_ways(*end, run, measured->boundary, without_progress(e)); !both)
             return fail(both.error());
     return measured;
@@ -353,35 +358,35 @@ Outcome<std::optional<EdgeLengths>> measure(Runner<D>& run) {
     const auto* const end = std::get_if<Quadratic<D>>(&run.state.mesh);
     if (end && end->planned() && (!report.committed || end->has_uncommitted()))
         run.note("planned nodes were not committed: no stage \"commit\" after them");
-    auto made = run.step("measure", [&](const Execution& e) { return measured_result(run, e); });
-    if (!made) return fail(made.error());
+    auto result = run.step("measure", [&](const Execution& e) { return measured_result(run, e); });
+    if (!result) return fail(result.error());
     if (report.curve) {
-        report.curve->after = made->edges;
-        report.curve->in_straight_field = made->edges_in_straight_field;
+        report.curve->after = result->edges;
+        report.curve->in_straight_field = result->edges_in_straight_field;
     }
-    if (report.boundary) report.boundary = std::move(made->boundary);
+    if (report.boundary) report.boundary = std::move(result->boundary);
     if (report.boundary && report.boundary->cad)
         if (const auto& nodes = report.boundary->node_deviation)
             report.boundary->cad->largest_node_distance = nodes->largest;
-    add(report.histograms, std::move(made->histograms));
-    return std::move(made->lengths);
+    add(report.histograms, std::move(result->histograms));
+    return std::move(result->lengths);
 }
 
 namespace {
 
 /// The values of the volume edges, and of those whose lengths are known.
 std::vector<double> of_volume(std::span<const double> values, const Column<EdgeKind>& kinds) {
-    std::vector<double> kept;
-    kept.reserve(values.size());
+    std::vector<double> selected;
+    selected.reserve(values.size());
     for (std::size_t e = 0; e < values.size(); ++e)
-        if (kinds[e] == EdgeKind::volume) kept.push_back(values[e]);
-    return kept;
+        if (kinds[e] == EdgeKind::volume) selected.push_back(values[e]);
+    return selected;
 }
 std::vector<double> of_measured(std::span<const double> values, const Column<double>& lengths) {
-    std::vector<double> kept;
+    std::vector<double> selected;
     for (std::size_t e = 0; e < values.size(); ++e)
-        if (lengths[e] > 0) kept.push_back(values[e]);
-    return kept;
+        if (lengths[e] > 0) selected.push_back(values[e]);
+    return selected;
 }
 
 /// Series that are to be counted: each is a loop of its own, so that all of them go side by side.
@@ -461,7 +466,7 @@ EdgeReport edge_report(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal
                        const Column<double>& lengths) {
     const auto reductions = length_reductions(straight, lengths);
     const auto curved = curvatures<D>(mesh, proposal.mid_nodes.view());
-    const bool is_alone = is_surface_alone(mesh.linear);
+    const bool is_alone = is_standalone_surface(mesh.linear);
     EdgeReport r;
     std::size_t n = 0;
     for (std::size_t e = 0; e < mesh.edges.size(); ++e) {
@@ -489,9 +494,9 @@ void count_surface_edges(Counting& counting, const QuadraticMesh<D>& mesh, const
     const auto known = [&counting, &lengths](const char* name, const Column<double>& values) {
         counting.add(Quantity::length, name, [&] { return of_measured(values.view(), lengths.straight); });
     };
-    const auto bent = [&counting, &mesh](const char* name, const Proposal<D>& seen) {
+    const auto bent = [&counting, &mesh](const char* name, const Proposal<D>& proposed) {
         counting.add(Quantity::curvature, name,
-                     [&] { return curvatures<D>(apply_proposal(mesh, seen), seen.mid_nodes.view()); });
+                     [&] { return curvatures<D>(apply_proposal(mesh, proposed), proposed.mid_nodes.view()); });
     };
     known("straight", lengths.straight);
     known("after", lengths.curved);
@@ -511,9 +516,10 @@ void count_edges(Counting& counting, const QuadraticMesh<D>& mesh, const Curved<
     const auto known = [&counting, &curved](const char* name, const Column<double>& values) {
         counting.add(Quantity::length, name, [&] { return of_measured(values.view(), curved.straight_lengths); });
     };
-    const auto bent = [&counting, &mesh, &in_the_end](const char* name, const Proposal<D>& seen) {
+    const auto bent = [&counting, &mesh, &in_the_end](const char* name, const Proposal<D>& proposed) {
         counting.add(Quantity::curvature, name, [&] {
-            return of_volume(curvatures<D>(apply_proposal(mesh, seen), seen.mid_nodes.view()), in_the_end.kinds);
+            return of_volume(curvatures<D>(apply_proposal(mesh, proposed), proposed.mid_nodes.view()),
+                             in_the_end.kinds);
         });
     };
     reductions("before", curved.straight_lengths, curved.lengths);
@@ -540,10 +546,10 @@ Outcome<std::vector<Histogram>> run_histograms(const Quadratic<D>& end, const st
                                                const History<D>& history, const Execution& execution) {
     Counting counting;
     const Plan<D>* const plan = end.planned();
-    if (plan && plan->wanted() && lengths && is_surface_alone(end.mesh.linear))
-        count_surface_edges(counting, end.mesh, plan->wanted()->curved, plan->proposal(), *lengths);
-    else if (plan && plan->wanted() && lengths)
-        count_edges(counting, end.mesh, plan->wanted()->curved, plan->proposal(), *lengths);
+    if (plan && plan->target() && lengths && is_standalone_surface(end.mesh.linear))
+        count_surface_edges(counting, end.mesh, plan->target()->curved, plan->proposal(), *lengths);
+    else if (plan && plan->target() && lengths)
+        count_edges(counting, end.mesh, plan->target()->curved, plan->proposal(), *lengths);
     if (const Validation<D>* validation = end.validation()) {
         const Validation<D>* const first = first_of(history);
         if (plan && first) counting.add(Quantity::scaled_jacobian, "before", [first] { return jacobians(*first); });

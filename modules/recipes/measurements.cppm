@@ -85,7 +85,7 @@ struct Histogram {
 
 // ---------------------------------------------------------------- distances of a boundary from its geometry
 
-/// Distance in one direction (see OneWay).
+/// Distance in one direction (see DirectedDistance).
 struct OneWayReport {
     std::size_t samples = 0;
     double largest = 0, mean = 0;
@@ -154,10 +154,10 @@ template <int D>
 
 struct SolutionMetricReport {
     int degree = 1;
-    double asked = 0, complexity = 0;
+    double requested = 0, complexity = 0;
     double elements = 0;
-    double of_fixed = 0;
-    bool is_fixed_alone = false;
+    double fixed_complexity = 0;
+    bool is_fixed_sufficient = false;
     bool is_reached = true;
     bool is_graded = true;
     int evaluations = 0, gradations = 0;
@@ -166,15 +166,16 @@ struct SolutionMetricReport {
     std::size_t rows = 0, from_inner_fits = 0, lower_degree = 0;
     std::size_t zero_models = 0, floored_models = 0;
     double models_max_anisotropy = 0;
-    std::vector<std::string> fields_in_doubt = {};  ///< fields whose values are as unrelated as in a random order
+    std::vector<std::string> unordered_fields = {};  ///< fields whose values are as unrelated as in a random order
 
     static void fields(auto& s, auto& f) {
         f("degree", s.degree, "degree of the elements that interpolate the solution");
-        f("requested_complexity", s.asked, "requested complexity", unit("1"));
+        f("requested_complexity", s.requested, "requested complexity", unit("1"));
         f("complexity", s.complexity, "complexity of the metric", unit("1"));
         f("elements_expected", s.elements, "expected number of elements");
-        f("fixed_complexity", s.of_fixed, "complexity of sizes, geometry, other metrics and bounds alone", unit("1"));
-        f("is_fixed_sufficient", s.is_fixed_alone,
+        f("fixed_complexity", s.fixed_complexity, "complexity of sizes, geometry, other metrics and bounds alone",
+          unit("1"));
+        f("is_fixed_sufficient", s.is_fixed_sufficient,
           "true: these alone reach the requested complexity; the solution has no influence");
         f("is_reached", s.is_reached, "true: the requested complexity is reached to 10⁻³");
         f("is_graded", s.is_graded, "true: the gradation converged");
@@ -210,7 +211,7 @@ struct TransferReport {
     static void fields(auto& s, auto& f) {
         f("method", s.method, "`interpolate` or `conserve`");
         f("fields", s.names, "names of the fields");
-        f("unchanged", s.statistics.kept, "number of nodes with the same values to the bit");
+        f("unchanged", s.statistics.preserved, "number of nodes with the same values to the bit");
         f("interpolated", s.statistics.interpolated, "number of nodes inside the old mesh");
         f("outside", s.statistics.outside, "number of nodes outside the old mesh");
         f("largest_distance", s.statistics.largest_distance, "largest distance of such a node from it", unit("length"));
@@ -220,7 +221,8 @@ struct TransferReport {
         f("patches", s.statistics.patches, "`conserve`: number of their connected patches");
         f("redistributed", s.statistics.spread,
           "`conserve`: number of parts of patches whose integral other nodes preserve");
-        f("unconserved_materials", s.statistics.unkept, "`conserve`: number of materials without a node for that");
+        f("unconserved_materials", s.statistics.unconserved_materials,
+          "`conserve`: number of materials without a node for that");
         f("integrals", s.integrals(), "of each field");
     }
 };
@@ -321,7 +323,7 @@ using Groups = std::vector<Group>;
 // ---------------------------------------------------------------- order of stages
 
 /// Content of a run's state, as far as the order of its stages goes; each has more than the one before.
-enum class Holds : std::uint8_t {
+enum class RunContent : std::uint8_t {
     straight_mesh,
     curved_mesh,    ///< of degree 2
     planned_nodes,  ///< and places for its nodes; a mesh that was read with its curves begins so: its own nodes
@@ -329,7 +331,7 @@ enum class Holds : std::uint8_t {
 
 /// Effect of a stage on planned positions that are not committed.
 enum class Places : std::uint8_t {
-    keeps,
+    preserves,
     plans,  ///< makes or changes them
     commits,
     refuses  ///< changes the mesh itself: there must be none
@@ -339,25 +341,27 @@ enum class Places : std::uint8_t {
 template <class Options>
 struct Step {
     std::string_view name;
-    Holds least = Holds::straight_mesh, most = Holds::planned_nodes;
-    std::optional<Holds> makes = {};  ///< none: holds what it held
-    Places places = Places::keeps;
+    RunContent least = RunContent::straight_mesh, most = RunContent::planned_nodes;
+    std::optional<RunContent> result_content = {};  ///< none: holds what it held
+    Places places = Places::preserves;
 };
 
 /// One row for each alternative of config::Stage; forgotten, it does not compile.
 inline constexpr std::tuple step_table{
-    Step<config::Elevate>{"elevate", Holds::straight_mesh, Holds::straight_mesh, Holds::curved_mesh},
-    Step<config::Curve>{"curve", Holds::curved_mesh, Holds::planned_nodes, Holds::planned_nodes, Places::plans},
-    Step<config::Validate>{"validate", Holds::curved_mesh, Holds::planned_nodes},
-    Step<config::Relax>{"relax", Holds::planned_nodes, Holds::planned_nodes, {}, Places::plans},
-    Step<config::Commit>{"commit", Holds::planned_nodes, Holds::planned_nodes, {}, Places::commits},
-    Step<config::Reinsert>{"reinsert", Holds::curved_mesh, Holds::planned_nodes, Holds::planned_nodes, Places::commits},
-    Step<config::Collapse>{"collapse", Holds::straight_mesh, Holds::planned_nodes, {}, Places::refuses},
-    Step<config::Split>{"split", Holds::straight_mesh, Holds::planned_nodes, {}, Places::refuses},
-    Step<config::Swap>{"swap", Holds::straight_mesh, Holds::planned_nodes, {}, Places::refuses},
-    Step<config::Smooth>{"smooth", Holds::straight_mesh, Holds::planned_nodes, {}, Places::refuses},
-    Step<config::Mend>{"improve", Holds::straight_mesh, Holds::planned_nodes, {}, Places::refuses},
-    Step<config::Remesh>{"remesh", Holds::straight_mesh, Holds::planned_nodes, {}, Places::refuses},
+    Step<config::Elevate>{"elevate", RunContent::straight_mesh, RunContent::straight_mesh, RunContent::curved_mesh},
+    Step<config::Curve>{"curve", RunContent::curved_mesh, RunContent::planned_nodes, RunContent::planned_nodes,
+                        Places::plans},
+    Step<config::Validate>{"validate", RunContent::curved_mesh, RunContent::planned_nodes},
+    Step<config::Relax>{"relax", RunContent::planned_nodes, RunContent::planned_nodes, {}, Places::plans},
+    Step<config::Commit>{"commit", RunContent::planned_nodes, RunContent::planned_nodes, {}, Places::commits},
+    Step<config::Reinsert>{"reinsert", RunContent::curved_mesh, RunContent::planned_nodes, RunContent::planned_nodes,
+                           Places::commits},
+    Step<config::Collapse>{"collapse", RunContent::straight_mesh, RunContent::planned_nodes, {}, Places::refuses},
+    Step<config::Split>{"split", RunContent::straight_mesh, RunContent::planned_nodes, {}, Places::refuses},
+    Step<config::Swap>{"swap", RunContent::straight_mesh, RunContent::planned_nodes, {}, Places::refuses},
+    Step<config::Smooth>{"smooth", RunContent::straight_mesh, RunContent::planned_nodes, {}, Places::refuses},
+    Step<config::Mend>{"improve", RunContent::straight_mesh, RunContent::planned_nodes, {}, Places::refuses},
+    Step<config::Remesh>{"remesh", RunContent::straight_mesh, RunContent::planned_nodes, {}, Places::refuses},
 };
 
 /// True if a stage is a pass that changes the topology.

@@ -71,10 +71,10 @@ Outcome<Buffer<std::array<Vec<D>, D>>> corner_normals(const MetricInput<D>& inpu
     auto surrogate =
         build_surrogate(mesh, input.edges, input.boundary.features, SurrogateOptions{}, part_of(execution, 0.2, 0.8));
     if (!surrogate) return fail(surrogate.error());
-    const auto made = normals_of(Geometry<D>(std::move(*surrogate)), mesh, part_of(execution, 0.8, 1));
-    if (!made) return made;
+    const auto result = normals_of(Geometry<D>(std::move(*surrogate)), mesh, part_of(execution, 0.8, 1));
+    if (!result) return result;
     for (const std::size_t f : facets)
-        if (!has_surface(f)) (*normals)[f] = (*made)[f];
+        if (!has_surface(f)) (*normals)[f] = (*result)[f];
     return normals;
 }
 
@@ -137,8 +137,8 @@ struct Operation {
                                          .max_anisotropy = bound.max_anisotropy > 0 ? bound.max_anisotropy : none},
                             execution);
     }
-    Outcome<Column<LogMetric<D>>> operator()(const config::Complexity& wanted) {
-        return scale_to_complexity(input.mesh, field.log_metrics, wanted.target, execution);
+    Outcome<Column<LogMetric<D>>> operator()(const config::Complexity& requested) {
+        return scale_to_complexity(input.mesh, field.log_metrics, requested.target, execution);
     }
 };
 
@@ -348,18 +348,18 @@ Outside joined(const Outside& a, const Outside& b) {
 /// A metric takes the values of the nearest point for what is outside of its mesh. That is meant for walls that are
 /// not quite the same; a mesh in another place, or another unit, gets a metric that has nothing to do with it.
 template <int D, class Mesh>
-Outcome<Done> check_place(const MetricFile& file, const Mesh& mesh, const Column<Vec<D>>& asked, FileField<D>& field,
-                          const Execution& execution) {
-    constexpr double refused = 0.1, told = 1e-3;  // of the mesh's size
+Outcome<Done> check_place(const MetricFile& file, const Mesh& mesh, const Column<Vec<D>>& input_points,
+                          FileField<D>& field, const Execution& execution) {
+    constexpr double refused = 0.1, noted = 1e-3;  // of the mesh's size
     Box<D> box;
-    for (const Vec<D>& p : asked) box.include(p);
+    for (const Vec<D>& p : input_points) box.include(p);
     const double size = box.diagonal();
     const auto outside = reduce_each(
-        execution, asked.size(), Outside{},
+        execution, input_points.size(), Outside{},
         [&](Outside& all, std::size_t v) {
-            const FieldSample<D> sample = sample_value(field.back, asked[v], ElementId(0));
+            const FieldSample<D> sample = sample_value(field.back, input_points[v], ElementId(0));
             if (sample.location.placement == Placement::inside) return;
-            all = joined(all, {1, distance(asked[v], place_of(sample.location, mesh)), v + 1});
+            all = joined(all, {1, distance(input_points[v], place_of(sample.location, mesh)), v + 1});
         },
         joined, 512);
     if (!outside) return fail(outside.error());
@@ -368,10 +368,10 @@ Outcome<Done> check_place(const MetricFile& file, const Mesh& mesh, const Column
             ErrorKind::input,
             fmt::format("is in another place than the mesh: {} of its {} vertices are outside, by up to {:.4g}, "
                         "and it is {:.4g} large",
-                        outside->points, asked.size(), outside->farthest, size),
+                        outside->points, input_points.size(), outside->farthest, size),
             "/metric_mesh", {},
             "give the mesh of " + file.name + " in the mesh's place and unit, or the metric of this mesh");
-    if (outside->farthest > told * size)
+    if (outside->farthest > noted * size)
         field.notices.push_back(
             fmt::format("{} vertices are outside the metric's mesh, by up to {:.4g}: they have the metric of its "
                         "nearest points",
@@ -382,7 +382,8 @@ Outcome<Done> check_place(const MetricFile& file, const Mesh& mesh, const Column
 }  // namespace
 
 template <int D>
-Outcome<FileField<D>> field_of_file(const MetricFile& file, const Column<Vec<D>>& asked, const Execution& execution) {
+Outcome<FileField<D>> field_of_file(const MetricFile& file, const Column<Vec<D>>& input_points,
+                                    const Execution& execution) {
     return std::visit(
         [&]<int Own>(const Mesh<Own>& mesh) -> Outcome<FileField<D>> {
             if constexpr (Own == D)
@@ -390,7 +391,7 @@ Outcome<FileField<D>> field_of_file(const MetricFile& file, const Column<Vec<D>>
                     return guarded([&]() -> Outcome<FileField<D>> {
                         auto field = field_on(file, of, part_of(execution, 0, 0.9));
                         if (!field || file.mesh->of == MetricMesh::Of::input) return field;
-                        return check_place(file, of, asked, *field, part_of(execution, 0.9, 1)).map([&](Done) {
+                        return check_place(file, of, input_points, *field, part_of(execution, 0.9, 1)).map([&](Done) {
                             return std::move(*field);
                         });
                     });
@@ -428,11 +429,12 @@ template <int D>
 Outcome<SourcedMetric<D>> log_metrics_of(const MetricInput<D>& input, const config::Pipeline& config,
                                          const Execution& execution) {
     if (input.inherited) return inherited_metric(*input.inherited);
-    auto made = make_log_metrics(input, config.metric, part_of(execution, 0, 0.3));
-    if (made) return apply_operations(std::move(*made), input, config.metric_operations, part_of(execution, 0.3, 1));
-    Error& error = made.error();
+    auto result = make_log_metrics(input, config.metric, part_of(execution, 0, 0.3));
+    if (result)
+        return apply_operations(std::move(*result), input, config.metric_operations, part_of(execution, 0.3, 1));
+    Error& error = result.error();
     if (error.kind == ErrorKind::usage && error.where.empty()) error.where = "/metric";
-    return made;
+    return result;
 }
 
 /// Adds the complexity and the largest anisotropy to the report of a metric.
@@ -450,14 +452,14 @@ Outcome<SourcedMetric<D>> with_extent(const LinearMesh<D>& mesh, SourcedMetric<D
 template <int D>
 Outcome<SourcedMetric<D>> field_of(const MetricInput<D>& input, const config::Pipeline& config,
                                    const Execution& execution) {
-    auto made = log_metrics_of(input, config, part_of(execution, 0, 0.5));
-    if (!made) return made;
-    return with_extent(input.mesh, std::move(*made), part_of(execution, 0.5, 1));
+    auto result = log_metrics_of(input, config, part_of(execution, 0, 0.5));
+    if (!result) return result;
+    return with_extent(input.mesh, std::move(*result), part_of(execution, 0.5, 1));
 }
 
 /// True if the config requests the mesh's own metric, which differs where the mesh has curves.
 template <int D>
-bool asks_for_natural(const MetricInput<D>& input, const config::Pipeline& config) {
+bool uses_natural_metric(const MetricInput<D>& input, const config::Pipeline& config) {
     if (input.inherited) return false;
     const auto is_natural = [](const config::Metric& m) { return std::holds_alternative<config::NaturalMetric>(m); };
     return is_natural(config.metric) ||
@@ -475,11 +477,12 @@ const MetricFile* whole_field(const Runner<D>& run) {
 }
 
 template <int D>
-MetricSource<D> field_of_whole(const MetricFile& file, const Column<Vec<D>>& asked, MetricTold& told) {
-    return MetricField<D>{[&file, asked, &told](const Execution& e) -> Outcome<BackMesh<D>> {
-        auto field = field_of_file<D>(file, asked, e);
+MetricSource<D> field_of_whole(const MetricFile& file, const Column<Vec<D>>& input_points,
+                               MetricReports& metric_report) {
+    return MetricField<D>{[&file, input_points, &metric_report](const Execution& e) -> Outcome<BackMesh<D>> {
+        auto field = field_of_file<D>(file, input_points, e);
         if (!field) return fail(field.error());
-        told = {std::move(field->report), std::move(field->notices)};
+        metric_report = {std::move(field->report), std::move(field->notices)};
         return std::move(field->back);
     }};
 }
@@ -487,101 +490,105 @@ MetricSource<D> field_of_whole(const MetricFile& file, const Column<Vec<D>>& ask
 /// Told of once: a second one is of the same mesh with straight edges.
 template <int D>
 MetricSource<D> at_vertices(const Runner<D>& run, const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
-                            const Boundary<D>& boundary, MetricTold& told) {
+                            const Boundary<D>& boundary, MetricReports& metric_report) {
     const MetricInput<D> input{mesh,
                                edges,
                                boundary,
-                               run.state.given_points,
+                               run.state.input_points,
                                run.files,
                                {},
                                run.state.inherited ? &*run.state.inherited : nullptr};
     const config::Pipeline& config = run.config;
     return MetricAtVertices<D>{
-        asks_for_natural(input, config),
-        [input, &config, &told](const Column<LogMetric<D>>& natural,
-                                const Execution& e) -> Outcome<Column<LogMetric<D>>> {
+        uses_natural_metric(input, config),
+        [input, &config, &metric_report](const Column<LogMetric<D>>& natural,
+                                         const Execution& e) -> Outcome<Column<LogMetric<D>>> {
             MetricInput<D> with_natural = input;
             with_natural.natural = natural;
-            if (told.report) return log_metrics_of(with_natural, config, e).map(&SourcedMetric<D>::log_metrics);
+            if (metric_report.report)
+                return log_metrics_of(with_natural, config, e).map(&SourcedMetric<D>::log_metrics);
             auto field = field_of(with_natural, config, e);
             if (!field) return fail(field.error());
-            told = {std::move(field->report), std::move(field->notices)};
+            metric_report = {std::move(field->report), std::move(field->notices)};
             return std::move(field->log_metrics);
         }};
 }
 
 /// The metric of a goal, with its report.
 template <int D>
-MetricSource<D> metric_of_goal(const MetricSource<D>& metric, const LinearMesh<D>& mesh, MetricTold& told) {
+MetricSource<D> metric_of_goal(const MetricSource<D>& metric, const LinearMesh<D>& mesh, MetricReports& metric_report) {
     MetricReport report;
     report.source = origin_of(metric) == MetricOrigin::natural ? "natural" : "values";
-    const auto* const given = std::get_if<MetricAtVertices<D>>(&metric);
-    if (given == nullptr) {
-        told.report = report;
+    const auto* const specified = std::get_if<MetricAtVertices<D>>(&metric);
+    if (specified == nullptr) {
+        metric_report.report = report;
         return metric;
     }
     return MetricAtVertices<D>{
-        given->of_natural,
-        [make = given->make, report, &mesh, &told](const Column<LogMetric<D>>& natural,
-                                                   const Execution& e) -> Outcome<Column<LogMetric<D>>> {
+        specified->of_natural,
+        [make = specified->make, report, &mesh, &metric_report](const Column<LogMetric<D>>& natural,
+                                                                const Execution& e) -> Outcome<Column<LogMetric<D>>> {
             auto logs = make(natural, part_of(e, 0, 0.5));
-            if (!logs || told.report) return logs;
-            auto made = with_extent(mesh, SourcedMetric<D>{std::move(*logs), report, {}}, part_of(e, 0.5, 1));
-            if (!made) return fail(made.error());
-            told.report = std::move(made->report);
-            return std::move(made->log_metrics);
+            if (!logs || metric_report.report) return logs;
+            auto result = with_extent(mesh, SourcedMetric<D>{std::move(*logs), report, {}}, part_of(e, 0.5, 1));
+            if (!result) return fail(result.error());
+            metric_report.report = std::move(result->report);
+            return std::move(result->log_metrics);
         }};
 }
 
 template <int D>
 MetricSource<D> metric_for_passes(const Runner<D>& run, const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
-                                  const Boundary<D>& boundary, MetricTold& told) {
+                                  const Boundary<D>& boundary, MetricReports& metric_report) {
     if (run.sources.goal != nullptr && !run.state.inherited)
-        return metric_of_goal(run.sources.goal->metric, mesh, told);
+        return metric_of_goal(run.sources.goal->metric, mesh, metric_report);
     const MetricFile* const file = whole_field(run);
-    return file ? field_of_whole<D>(*file, mesh.points, told) : at_vertices(run, mesh, edges, boundary, told);
+    return file ? field_of_whole<D>(*file, mesh.points, metric_report)
+                : at_vertices(run, mesh, edges, boundary, metric_report);
 }
 
 template <int D>
-Outcome<OwnField<D>> own_field(Runner<D>& run, const auto& mesh, const MetricSource<D>& source, MetricTold& told) {
-    auto made = run.step("metric", [&](const Execution& e) { return make_field(mesh, source, e); });
-    if (!made) return fail(made.error());
-    MetricReport report = *told.report;
-    report_metric(run, std::move(told));
-    return OwnField<D>{std::move(*made), std::move(report), origin_of(source)};
+Outcome<OwnField<D>> own_field(Runner<D>& run, const auto& mesh, const MetricSource<D>& source,
+                               MetricReports& metric_report) {
+    auto result = run.step("metric", [&](const Execution& e) { return make_field(mesh, source, e); });
+    if (!result) return fail(result.error());
+    MetricReport report = *metric_report.report;
+    report_metric(run, std::move(metric_report));
+    return OwnField<D>{std::move(*result), std::move(report), origin_of(source)};
 }
 
 }  // namespace
 
 template <int D>
-void report_metric(Runner<D>& run, MetricTold told) {
-    if (told.report) run.report.metric = std::move(told.report);
-    for (std::string& notice : told.notices) run.note(std::move(notice));
+void report_metric(Runner<D>& run, MetricReports metric_report) {
+    if (metric_report.report) run.report.metric = std::move(metric_report.report);
+    for (std::string& notice : metric_report.notices) run.note(std::move(notice));
 }
 
 template <int D>
 MetricSource<D> metric_for_curving(const Runner<D>& run, const QuadraticMesh<D>& mesh, const Boundary<D>& boundary,
-                                   MetricTold& told) {
+                                   MetricReports& metric_report) {
     if (run.sources.goal != nullptr && !run.state.inherited)
-        return metric_of_goal(run.sources.goal->metric, mesh.linear, told);
+        return metric_of_goal(run.sources.goal->metric, mesh.linear, metric_report);
     // Hints are the mesh's own elements: another one's field is read at the vertices.
     const MetricFile* const file = whole_field(run);
     const bool is_of_input = file && file->mesh->of == MetricMesh::Of::input;
-    return is_of_input ? field_of_whole<D>(*file, mesh.linear.points, told)
-                       : at_vertices(run, mesh.linear, mesh.edges, boundary, told);
+    return is_of_input ? field_of_whole<D>(*file, mesh.linear.points, metric_report)
+                       : at_vertices(run, mesh.linear, mesh.edges, boundary, metric_report);
 }
 
 template <int D>
 Outcome<OwnField<D>> make_own_field(Runner<D>& run, const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
                                     const Boundary<D>& boundary) {
-    MetricTold told;
-    return own_field<D>(run, mesh, metric_for_passes(run, mesh, edges, boundary, told), told);
+    MetricReports metric_report;
+    return own_field<D>(run, mesh, metric_for_passes(run, mesh, edges, boundary, metric_report), metric_report);
 }
 
 template <int D>
 Outcome<OwnField<D>> make_own_field(Runner<D>& run, const QuadraticMesh<D>& mesh, const Boundary<D>& boundary) {
-    MetricTold told;
-    return own_field<D>(run, mesh, metric_for_passes(run, mesh.linear, mesh.edges, boundary, told), told);
+    MetricReports metric_report;
+    return own_field<D>(run, mesh, metric_for_passes(run, mesh.linear, mesh.edges, boundary, metric_report),
+                        metric_report);
 }
 
 #define CAMBER_INSTANTIATE(D)                                                                                          \
@@ -593,9 +600,9 @@ Outcome<OwnField<D>> make_own_field(Runner<D>& run, const QuadraticMesh<D>& mesh
         SourcedMetric<D>, const MetricInput<D>&, std::span<const config::MetricOperation>, const Execution&);          \
     template Outcome<FileField<D>> field_of_file<D>(const MetricFile&, const Column<Vec<D>>&, const Execution&);       \
     template Outcome<SourcedMetric<D>> sampled_file<D>(const MetricFile&, const Column<Vec<D>>&, const Execution&);    \
-    template void report_metric<D>(Runner<D>&, MetricTold);                                                            \
+    template void report_metric<D>(Runner<D>&, MetricReports);                                                         \
     template MetricSource<D> metric_for_curving<D>(const Runner<D>&, const QuadraticMesh<D>&, const Boundary<D>&,      \
-                                                   MetricTold&);                                                       \
+                                                   MetricReports&);                                                    \
     template Outcome<OwnField<D>> make_own_field<D>(Runner<D>&, const LinearMesh<D>&, const EdgeSet<D>&,               \
                                                     const Boundary<D>&);                                               \
     template Outcome<OwnField<D>> make_own_field<D>(Runner<D>&, const QuadraticMesh<D>&, const Boundary<D>&);

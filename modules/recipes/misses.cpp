@@ -99,7 +99,7 @@ std::string geometry_error_missed(const Report& r) {
 
 std::string elements_missed(const Report& r) {
     const std::size_t straight = r.validity->straight_inverted;
-    const std::size_t below = r.validity->is_asked ? r.validity->below_bound : 0;
+    const std::size_t below = r.validity->is_explicit ? r.validity->below_bound : 0;
     std::string line = fmt::format("{} elements are not certified valid", r.not_valid());
     if (below > 0) line += fmt::format(" above {:g}", r.validity->bound);
     if (!r.invalid_elements.empty()) line += "; invalid: " + listed(r.invalid_elements);
@@ -128,25 +128,25 @@ std::string deviation_missed(const DeviationReport& d, std::string_view entities
 
 /// Causes for which nodes of the boundary are off.
 struct NodeCauses {
-    std::size_t relaxed = 0;    ///< boundary edges whose nodes repair moved
-    bool is_uncrossed = false;  ///< nodes were moved back until no boundary facets crossed
-    std::size_t given_up = 0;   ///< elements on which the budget of work was spent
+    std::size_t relaxed = 0;     ///< boundary edges whose nodes repair moved
+    bool is_uncrossed = false;   ///< nodes were moved back until no boundary facets crossed
+    std::size_t unresolved = 0;  ///< elements on which the budget of work was spent
 };
 
 std::string nodes_missed(const DeviationReport& d, const NodeCauses& causes) {
     std::string line = deviation_missed(d, "nodes");
     if (causes.relaxed > 0) line += "; cause: validity, nodes were relaxed until elements are valid";
     if (causes.is_uncrossed) line += "; cause: crossing, nodes were moved back until no boundary facets cross";
-    if (causes.given_up > 0)
-        line +=
-            fmt::format("; cause: budget of work, spent on {} elements (the option effort of relax)", causes.given_up);
+    if (causes.unresolved > 0)
+        line += fmt::format("; cause: budget of work, spent on {} elements (the option effort of relax)",
+                            causes.unresolved);
     return line +
            fmt::format("; remedy: smaller elements there, or accept it by --geometry-tolerance {:.2g}", 1.1 * d.share);
 }
 
 NodeCauses causes_of(const Report& r) {
     NodeCauses causes;
-    if (r.relax) causes.relaxed = r.relax->relaxed_surface_edges, causes.given_up = r.relax->given_up;
+    if (r.relax) causes.relaxed = r.relax->relaxed_surface_edges, causes.unresolved = r.relax->unresolved;
     if (const auto& walls = r.boundary->walls; walls && walls->relaxed) {
         causes.is_uncrossed = true;
         causes.relaxed -= std::min(causes.relaxed, walls->relaxed->nodes);  // counted among the relaxed ones too
@@ -167,19 +167,19 @@ std::vector<std::string> misses(const Report& report) {
     if (std::string overlaps = overlap_message(report); !overlaps.empty()) all.push_back(std::move(overlaps));
     if (!report.boundary) return all;
     const BoundaryReport& boundary = *report.boundary;
-    if (!report.keeps_geometry_error()) all.push_back(geometry_error_missed(report));
+    if (!report.meets_geometry_error()) all.push_back(geometry_error_missed(report));
     const auto is_off = [](const std::optional<DeviationReport>& d) { return d && d->off > 0; };
     if (is_off(boundary.node_deviation)) all.push_back(nodes_missed(*boundary.node_deviation, causes_of(report)));
     if (is_off(boundary.vertex_deviation))
         all.push_back(deviation_missed(*boundary.vertex_deviation, "vertices") +
                       "; remedy: " + (boundary.cad && !boundary.cad->moves ? "--cad-vertices move, or " : "") +
                       "a mesh of this geometry");
-    if (!report.walls_hold()) all.push_back(crossing_message(*boundary.walls, report.mesh.dimension));
+    if (!report.are_facets_disjoint()) all.push_back(crossing_message(*boundary.walls, report.mesh.dimension));
     return all;
 }
 
 std::string recommended_bound_note(const Report& r) {
-    if (!r.validity || r.validity->is_asked || r.elements_below_bound.empty()) return {};
+    if (!r.validity || r.validity->is_explicit || r.elements_below_bound.empty()) return {};
     std::string_view raise;
     if (r.input_boundary && slides_on_geometry(r))
         raise = "; --boundary-tolerance gives it room to raise them";
@@ -200,7 +200,7 @@ std::string recommended_bound_note(const Report& r) {
 
 namespace {
 
-std::string_view judged_name(const MeshReport& m) { return m.is_surface_alone() ? "triangles" : "elements"; }
+std::string_view judged_name(const MeshReport& m) { return m.is_standalone_surface() ? "triangles" : "elements"; }
 
 /// "42 of 252 elements are …".
 std::string share(const CheckReport& report, std::size_t count, std::string_view what) {
@@ -217,18 +217,18 @@ std::string invalid_text(const CheckReport& r) {
     std::string text = share(
         r, r.invalid, r.bound > 0 ? fmt::format("below the scaled Jacobian {:g}", r.bound) : "inverted somewhere");
     if (r.straight_inverted >= r.invalid) return text + ", when straight too: mend the straight mesh";
-    if (r.mesh.is_surface_alone()) return text + ": smaller triangles bow less";
+    if (r.mesh.is_standalone_surface()) return text + ": smaller triangles bow less";
     return text + "; `camber repair` mends such, with `--cad MODEL` where the boundary alone makes them so";
 }
 
 /// Faults of a mesh, the gravest first.
-std::vector<std::string> faults(const CheckReport& r) {
+std::vector<std::string> failed_checks(const CheckReport& r) {
     std::vector<std::string> all;
     if (r.soundness.empty) return {"the mesh is empty"};
     if (r.invalid > 0) all.push_back(invalid_text(r));
     if (r.undecided > 0) all.push_back(share(r, r.undecided, "too near to the bound to be certified"));
     for (const auto& [key, found] : r.soundness.findings)
-        if (found.harms && !(r.is_only_reversed && key == "reversed_elements")) all.push_back(found.sentence);
+        if (found.is_harmful && !(r.is_only_reversed && key == "reversed_elements")) all.push_back(found.sentence);
     if (const std::size_t crossing = r.crossings.counts.crossing; crossing > 0)
         all.push_back(fmt::format("{} pairs of {} of the boundary pass through each other", grouped(crossing),
                                   r.mesh.dimension == 2 ? "edges" : "triangles"));
@@ -246,7 +246,7 @@ std::string overlap_text(const OverlapReport& overlap, const MeshReport& mesh) {
 }
 
 std::string CheckReport::answer() const {
-    const std::vector<std::string> bad = faults(*this);
+    const std::vector<std::string> bad = failed_checks(*this);
     if (bad.size() > 1) return fmt::format("NO: {} (and {} more faults, below)", bad.front(), bad.size() - 1);
     if (!bad.empty()) return "NO: " + bad.front();
     const std::size_t n = mesh.judged(), near = crossings.counts.touching + crossings.counts.undecided;

@@ -97,7 +97,7 @@ Outcome<MeshFields> renumbered_fields(const MeshFields& fields, const FieldRows&
             [&](const auto& rows) {
                 return renumbered_rows(rows, field.centring == Centring::node ? before.nodes : before.cells, execution,
                                        width)
-                    .map([](auto made) { return FieldValues(std::move(made)); });
+                    .map([](auto result) { return FieldValues(std::move(result)); });
             },
             field.values);
         if (!values) return fail(std::move(values.error()));
@@ -117,41 +117,41 @@ Outcome<Done> renumber_rows(Solution& solution, const Column<VertexId>& before, 
 template <int D>
 Outcome<Column<EdgeId>> renumber(Mesh<D>& mesh, const Renumbering& order, const Execution& execution) {
     if (mesh.degree == 1) {
-        auto made = renumbered(straight_simplices(std::move(mesh)), order, execution);
-        if (!made) return fail(std::move(made.error()));
-        mesh = as_mesh(std::move(*made));
+        auto result = renumbered(straight_simplices(std::move(mesh)), order, execution);
+        if (!result) return fail(std::move(result.error()));
+        mesh = as_mesh(std::move(*result));
         return Column<EdgeId>{};
     }
     auto quadratic = as_quadratic(std::move(mesh));
     if (!quadratic) return fail(std::move(quadratic.error()));
-    auto made = renumbered(std::move(*quadratic), order, execution);
-    if (!made) return fail(std::move(made.error()));
-    mesh = as_mesh(std::move(made->mesh));
-    return std::move(made->edges);
+    auto result = renumbered(std::move(*quadratic), order, execution);
+    if (!result) return fail(std::move(result.error()));
+    mesh = as_mesh(std::move(result->mesh));
+    return std::move(result->edges);
 }
 
 /// An entity from 1 as it was; 0, which is none, stays.
 template <class EntityId>
-std::size_t given_number(std::size_t number, const Permutation<EntityId>& order) {
+std::size_t input_number(std::size_t number, const Permutation<EntityId>& order) {
     return number == 0 ? 0 : order.before[number - 1].index() + 1;
 }
 
 void renumber_report(Report& report, const Permutation<ElementId>& order, const Permutation<VertexId>& vertices) {
     for (auto* const validity : {&report.validity, &report.validity_before})
-        if (*validity) (*validity)->worst = given_number((*validity)->worst, order);
+        if (*validity) (*validity)->worst = input_number((*validity)->worst, order);
     for (auto* const elements : {&report.invalid_elements, &report.undecided_elements, &report.elements_below_bound}) {
-        for (std::size_t& e : *elements) e = given_number(e, order);
+        for (std::size_t& e : *elements) e = input_number(e, order);
         std::ranges::sort(*elements);
     }
     for (RemainingReport& r : report.remaining) {
-        r.element = given_number(r.element, order);
-        r.at = given_number(r.at, vertices);
+        r.element = input_number(r.element, order);
+        r.at = input_number(r.at, vertices);
     }
     std::ranges::stable_sort(report.remaining, {}, &RemainingReport::element);
     if (!report.boundary) return;
     for (auto* const deviation : {&report.boundary->node_deviation, &report.boundary->vertex_deviation})
         if (*deviation)
-            for (std::size_t& v : (*deviation)->vertices) v = given_number(v, vertices);
+            for (std::size_t& v : (*deviation)->vertices) v = input_number(v, vertices);
 }
 
 }  // namespace
@@ -176,7 +176,7 @@ Outcome<StageInputs<D>> in_working_order(StageInputs<D> inputs, const Renumberin
 }
 
 template <int D>
-Outcome<MeshRun<D>> in_given_order(MeshRun<D> run, const Renumbering& order, const Execution& execution) {
+Outcome<MeshRun<D>> in_input_order(MeshRun<D> run, const Renumbering& order, const Execution& execution) {
     const Renumbering back = inverse(order);
     const auto edges = renumber(run.mesh, back, part_of(execution, 0, 0.9));
     if (!edges) return fail(edges.error());
@@ -193,13 +193,13 @@ Outcome<MeshRun<D>> in_given_order(MeshRun<D> run, const Renumbering& order, con
 }
 
 template <int D>
-Error in_given_order(Error error, const Renumbering& order) {
+Error in_input_order(Error error, const Renumbering& order) {
     if (!error.entity) return error;
     auto& [kind, number] = *error.entity;
     if (kind.ends_with("vertex"))  // "metric at vertex" too
-        number = given_number(number, order.vertices);
+        number = input_number(number, order.vertices);
     else if (kind == simplex_name<D>)
-        number = given_number(number, order.elements);
+        number = input_number(number, order.elements);
     return error;
 }
 
@@ -228,8 +228,8 @@ Groups groups_of(const AnyMesh& mesh) {
     template Outcome<std::optional<BetterOrder>> working_order<D>(                                              \
         const StageInputs<D>&, std::span<const config::Stage>, const OrderingOptions&, const Execution&);       \
     template Outcome<StageInputs<D>> in_working_order<D>(StageInputs<D>, const Renumbering&, const Execution&); \
-    template Outcome<MeshRun<D>> in_given_order<D>(MeshRun<D>, const Renumbering&, const Execution&);           \
-    template Error in_given_order<D>(Error, const Renumbering&);
+    template Outcome<MeshRun<D>> in_input_order<D>(MeshRun<D>, const Renumbering&, const Execution&);           \
+    template Error in_input_order<D>(Error, const Renumbering&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

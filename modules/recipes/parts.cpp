@@ -42,7 +42,7 @@ void add_up(std::optional<RelaxReport>& sum, const RelaxReport& part) {
     sum->slid_vertices += part.slid_vertices;
     sum->moved_vertices += part.moved_vertices;
     sum->work += part.work;
-    sum->given_up += part.given_up;
+    sum->unresolved += part.unresolved;
 }
 
 }  // namespace
@@ -55,7 +55,7 @@ std::vector<std::pair<std::string, std::size_t>> PassReport::rejected_by_reason(
     return counts;
 }
 
-RelaxReport relax_report(const RepairStatistics& s, std::size_t given_up, RepairMethod method) {
+RelaxReport relax_report(const RepairStatistics& s, std::size_t unresolved, RepairMethod method) {
     return {.method = std::string(word_of(method)),
             .corrected_elements = s.corrected_elements,
             .raised_elements = s.raised_elements,
@@ -63,11 +63,11 @@ RelaxReport relax_report(const RepairStatistics& s, std::size_t given_up, Repair
             .relaxed_surface_edges = s.moved_surface_nodes,
             .moved_vertices = s.moved_vertices,
             .work = s.work,
-            .given_up = given_up};
+            .unresolved = unresolved};
 }
 
 template <int D>
-VerdictsReport verdicts_report(const Validation<D>& v, bool is_asked) {
+VerdictsReport verdicts_report(const Validation<D>& v, bool is_explicit) {
     VerdictsReport part;
     auto next = v.not_positive.begin();
     for (std::size_t e = 0; e < v.verdicts.size(); ++e) {
@@ -77,7 +77,7 @@ VerdictsReport verdicts_report(const Validation<D>& v, bool is_asked) {
             part.below_bound.push_back(e + 1);
     }
     part.summary = {v.bound,
-                    is_asked,
+                    is_explicit,
                     part.invalid.size(),
                     part.undecided.size(),
                     part.below_bound.size(),
@@ -163,7 +163,7 @@ MeshField edge_changes(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal
 template <int D>
 double distance_from(const Geometry<D>& geometry, const LinearMesh<D>& mesh, std::span<const FacetId> facets,
                      const Vec<D>& p) {
-    return facets.empty() ? nan : geometry->distance_where(facet_sites(mesh, facets), p);
+    return facets.empty() ? nan : geometry->distance_at_facets(facet_sites(mesh, facets), p);
 }
 
 template <int D>
@@ -219,20 +219,20 @@ Outcome<MeshFields> mesh_fields(const Quadratic<D>& end, const BackMesh<D>* fiel
     fields = std::move(fields).with(edge_field_with_means(mesh, "curvature", curvatures<D>(mesh, mesh.mid_nodes.view()),
                                                           [](std::size_t) { return true; }));
     if (plan) fields = std::move(fields).with(edge_changes(mesh, plan->proposal()));
-    if (plan && lengths && !is_surface_alone(mesh.linear))
+    if (plan && lengths && !is_standalone_surface(mesh.linear))
         fields = std::move(fields).with(
             edge_field_with_means(mesh, "length_reduction", length_reductions(lengths->straight, lengths->curved),
                                   [&](std::size_t e) { return plan->proposal().kinds[e] == EdgeKind::volume; }));
-    const Wanted<D>* const wanted = plan ? plan->wanted() : nullptr;
-    if (wanted) {
-        auto made = distances(mesh, wanted->boundary.geometry, part_of(execution, 0, 0.1));
-        if (!made) return fail(std::move(made.error()));
-        fields = std::move(fields).with(std::move(*made));
+    const CurvingTarget<D>* const target = plan ? plan->target() : nullptr;
+    if (target) {
+        auto result = distances(mesh, target->boundary.geometry, part_of(execution, 0, 0.1));
+        if (!result) return fail(std::move(result.error()));
+        fields = std::move(fields).with(std::move(*result));
     }
-    if (wanted && field) {
-        auto made = metrics(mesh, *field, wanted->shells, part_of(execution, 0.1, 1));
-        if (!made) return fail(std::move(made.error()));
-        fields = std::move(fields).with(std::move(*made));
+    if (target && field) {
+        auto result = metrics(mesh, *field, target->shells, part_of(execution, 0.1, 1));
+        if (!result) return fail(std::move(result.error()));
+        fields = std::move(fields).with(std::move(*result));
     }
     return fields;
 }

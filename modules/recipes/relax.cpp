@@ -32,9 +32,9 @@ namespace {
 template <int D>
 Outcome<RepairGuide<D>> guide_for(const Plan<D>& plan, const JudgedProposal<D>& judged, const BackMesh<D>* field,
                                   const RepairOptions& options, const Execution& execution) {
-    std::optional<WantedNodes<D>> nodes;
-    if (const Wanted<D>* wanted = plan.wanted())
-        nodes.emplace(WantedNodes<D>{wanted->curved, wanted->shells, wanted->extended, wanted->aim, field});
+    std::optional<TargetNodes<D>> nodes;
+    if (const CurvingTarget<D>* target = plan.target())
+        nodes.emplace(TargetNodes<D>{target->curved, target->shells, target->extended, target->aim, field});
     return make_guide(judged, nodes, plan.boundary(), options, execution);
 }
 
@@ -68,10 +68,10 @@ std::vector<RemainingReport> remaining_report(std::vector<RemainingElement> elem
                                               const JacobianBound& bound) {
     std::vector<RemainingReport> reports;
     for (const RemainingElement& remaining : elements)
-        if (bound.is_asked || std::ranges::binary_search(validation.not_positive, remaining.element, {},
-                                                         [](const auto& entry) { return entry.first; }))
+        if (bound.is_explicit || std::ranges::binary_search(validation.not_positive, remaining.element, {},
+                                                            [](const auto& entry) { return entry.first; }))
             reports.push_back({remaining.element.index() + 1, remaining.reason,
-                               remaining.at.valid() ? remaining.at.index() + 1 : 0, remaining.is_given_up});
+                               remaining.at.valid() ? remaining.at.index() + 1 : 0, remaining.is_unresolved});
     return reports;
 }
 
@@ -80,7 +80,7 @@ template <int D>
 struct Relaxed {
     JudgedProposal<D> judged;
     CorrectionReport report;
-    MovedBack<D> uncrossed = {};  ///< nodes that were moved back because walls crossed
+    MoveBackStatistics<D> uncrossed = {};  ///< nodes that were moved back because walls crossed
     std::optional<Crossings> crossings = {};
 };
 template <int D>
@@ -94,10 +94,10 @@ Outcome<Relaxed<D>> relax_plan(const JudgedProposal<D>& judged, const RepairGuid
         repaired->judged = std::move(uncrossed->judged);
         repaired = with_all_changes(judged, std::move(*repaired));
     }
-    CorrectionReport report{relax_report(repaired->statistics, repaired->given_up.size(), options.method),
-                            {},
-                            remaining_report(remaining_but_for_shape(*repaired), repaired->judged.validation(),
-                                             options.min_scaled_jacobian)};
+    CorrectionReport report{
+        relax_report(repaired->statistics, repaired->unresolved.size(), options.method),
+        {},
+        remaining_report(remaining_by_limits(*repaired), repaired->judged.validation(), options.min_scaled_jacobian)};
     count_slides(judged, repaired->judged, guide.onto, report.relax);
     return Relaxed<D>{std::move(repaired->judged), std::move(report), uncrossed->moved,
                       std::move(uncrossed->crossings)};
@@ -106,7 +106,7 @@ Outcome<Relaxed<D>> relax_plan(const JudgedProposal<D>& judged, const RepairGuid
 template <int D>
 bool holds(const Repaired<D>& repaired, const JacobianBound& bound) {
     const Validation<D>& validation = repaired.judged.validation();
-    return validation.not_positive.empty() && (!bound.is_asked || validation.invalid + validation.undecided == 0);
+    return validation.not_positive.empty() && (!bound.is_explicit || validation.invalid + validation.undecided == 0);
 }
 
 /// In three digits, not below x.
@@ -118,8 +118,8 @@ double rounded_up(double x) {
 /// A tolerance of the boundary by which all elements become valid: what repair needs where it may take any, tried
 /// again. None: it does not, or nothing has to move.
 template <int D>
-std::optional<double> tolerance_that_sufficient_tolerance(const JudgedProposal<D>& judged, const RepairGuide<D>& guide,
-                                                          const config::Relax& options, const Execution& execution) {
+std::optional<double> tolerance_if_sufficient(const JudgedProposal<D>& judged, const RepairGuide<D>& guide,
+                                              const config::Relax& options, const Execution& execution) {
     Box<D> box;
     for (const Vec<D>& p : judged.mesh().linear.points) box.include(p);
     config::Relax freer = options;
@@ -142,13 +142,13 @@ Outcome<Relaxed<D>> relax_within_boundary(const JudgedProposal<D>& judged, const
     if (!repaired) return fail(repaired.error());
     const BoundaryShift shift = boundary_shift(judged.mesh(), repaired->judged.proposal());
     CorrectionReport report{
-        relax_report(repaired->statistics, repaired->given_up.size(), options.method),
+        relax_report(repaired->statistics, repaired->unresolved.size(), options.method),
         InputBoundaryReport{options.boundary_tolerance, {}, shift.moved_nodes, shift.largest, shift.largest_relative},
         remaining_report(remaining(*repaired), repaired->judged.validation(), options.min_scaled_jacobian)};
     count_slides(judged, repaired->judged, guide.onto, report.relax);
     if (!report.remaining.empty() && !guide.onto)
         report.input_boundary->sufficient_tolerance =
-            tolerance_that_sufficient_tolerance(judged, guide, options, without_progress(execution));
+            tolerance_if_sufficient(judged, guide, options, without_progress(execution));
     return Relaxed<D>{std::move(repaired->judged), std::move(report)};
 }
 
@@ -164,26 +164,26 @@ void close(History<D>& history) {
 }  // namespace
 
 template <int D>
-Outcome<Done> apply(Runner<D>& run, const config::Relax& given) {
+Outcome<Done> apply(Runner<D>& run, const config::Relax& original) {
     if (auto adopted = adopt_own_nodes(run); !adopted) return adopted;
-    return run.step_of(given, [&](const Execution& e) -> Outcome<Done> {
-        config::Relax options = with_target(given, run.state.target);
-        options.min_scaled_jacobian = bound_for(run, given.min_scaled_jacobian);
+    return run.step_of(original, [&](const Execution& e) -> Outcome<Done> {
+        config::Relax options = with_target(original, run.state.target);
+        options.min_scaled_jacobian = bound_for(run, original.min_scaled_jacobian);
         if (auto done = judge_plan(run, options.min_scaled_jacobian, part_of(e, 0, 0.05)); !done) return done;
         const JudgedProposal<D>& judged = *run.plan().judged();
         const auto guide = guide_for(run.plan(), judged, run.field(), options, part_of(e, 0.05, 0.1));
         if (!guide) return fail(guide.error());
-        const auto relax = run.quadratic().boundary_is_given() ? relax_within_boundary<D> : relax_plan<D>;
-        auto made = relax(judged, *guide, options, part_of(e, 0.1, 1));
-        if (!made) return fail(made.error());
-        add(run.report, made->report);
-        if (const MovedBack<D>& moved = made->uncrossed; moved.nodes > 0)
+        const auto relax = run.quadratic().is_boundary_from_input() ? relax_within_boundary<D> : relax_plan<D>;
+        auto result = relax(judged, *guide, options, part_of(e, 0.1, 1));
+        if (!result) return fail(result.error());
+        add(run.report, result->report);
+        if (const MoveBackStatistics<D>& moved = result->uncrossed; moved.nodes > 0)
             run.state.relaxed_walls = relaxed_walls_report(moved);
-        if (made->crossings)
-            run.state.crossings = KnownCrossings<D>{made->judged.proposal().points, made->judged.proposal().mid_nodes,
-                                                    std::move(*made->crossings)};
+        if (result->crossings)
+            run.state.crossings = KnownCrossings<D>{result->judged.proposal().points,
+                                                    result->judged.proposal().mid_nodes, std::move(*result->crossings)};
         close(run.state.history);
-        run.plan().places = std::move(made->judged);
+        run.plan().places = std::move(result->judged);
         report_verdicts(run, *run.plan().validation());
         return Done{};
     });
@@ -191,13 +191,13 @@ Outcome<Done> apply(Runner<D>& run, const config::Relax& given) {
 
 template <int D>
 JacobianBound bound_for(Runner<D>& run, const JacobianBound& of_stage) {
-    if (of_stage.is_asked) run.state.bound = of_stage;
+    if (of_stage.is_explicit) run.state.bound = of_stage;
     return run.state.bound;
 }
 
 template <int D>
 void report_verdicts(Runner<D>& run, const Validation<D>& validation) {
-    add(run.report, verdicts_report(validation, run.state.bound.is_asked));
+    add(run.report, verdicts_report(validation, run.state.bound.is_explicit));
     auto* const open = std::get_if<Uncorrected<D>>(&run.state.history);
     if (!open) return;
     open->last = validation;
@@ -260,20 +260,20 @@ std::vector<Histogram> with_after(std::vector<Histogram> histograms, const std::
 
 template <int D>
 Outcome<Done> finish_rows(Runner<D>& run, Changing<D>& changing) {
-    BroughtRows<D> brought = std::move(*changing.shared);
+    RemeshedRows<D> remeshed = std::move(*changing.shared);
     std::optional<UnitMeshOfRanks> measured;
-    auto made = run.step("finish", [&](const Execution& e) -> Outcome<FinishedRows<D>> {
-        const auto own = measured_rows(brought.shared, *run.sources.ranks, part_of(e, 0, 0.5));
+    auto result = run.step("finish", [&](const Execution& e) -> Outcome<FinishedRows<D>> {
+        const auto own = measured_rows(remeshed.shared, *run.sources.ranks, part_of(e, 0, 0.5));
         if (!own) return fail(own.error());
         auto all = unit_mesh_of_ranks(changing.metric.source, *own, *run.sources.ranks);
         if (!all) return fail(all.error());
         measured = std::move(*all);
-        return finished_rows(std::move(brought.shared), brought.given, *run.sources.ranks);
+        return finished_rows(std::move(remeshed.shared), remeshed.original, *run.sources.ranks);
     });
-    if (!made) return fail(made.error());
+    if (!result) return fail(result.error());
     run.report.remesh->after = std::move(measured->report);
     add(run.report.histograms, with_after(std::move(changing.histograms), measured->histograms));
-    run.state.rows = std::move(*made);
+    run.state.rows = std::move(*result);
     run.state.mesh = LinearMesh<D>{};
     return Done{};
 }
@@ -289,7 +289,7 @@ Outcome<Done> finish(Runner<D>& run) {
     std::optional<VerdictsReport> verdicts;  // of degree 2: what was told before is of the mesh before
     std::optional<RemeshedNodesReport> placed_for;
     std::optional<BoundedFacetsReport> bounded;
-    auto made = run.step("finish", [&](const Execution& e) -> Outcome<FinishedMesh<D>> {
+    auto result = run.step("finish", [&](const Execution& e) -> Outcome<FinishedMesh<D>> {
         const auto facets = bounded_facets(changing->mesh, changing->goal, without_progress(e));
         if (!facets) return fail(facets.error());
         if (facets->limited + facets->far > 0) bounded = BoundedFacetsReport{facets->limited, facets->far};
@@ -302,7 +302,7 @@ Outcome<Done> finish(Runner<D>& run) {
         if (!nodes.empty()) {
             auto validation = validate(QuadraticMesh<D>{linear, edges, nodes}, run.state.bound, without_progress(e));
             if (!validation) return fail(validation.error());
-            verdicts = verdicts_report(*validation, run.state.bound.is_asked);
+            verdicts = verdicts_report(*validation, run.state.bound.is_explicit);
             if (!places_nodes_anew(run.config)) placed_for = remeshed_nodes(run.state.curving.aim);
         }
         auto in_metric =
@@ -312,7 +312,7 @@ Outcome<Done> finish(Runner<D>& run) {
         measured = std::move(*in_metric);
         return mesh;
     });
-    if (!made) return fail(made.error());
+    if (!result) return fail(result.error());
     auto histograms = with_after(std::move(changing->histograms), histograms_of(measured, "remeshed"));
     if (bounded && bounded->limited > 0)
         run.note(std::to_string(bounded->limited) +
@@ -326,16 +326,16 @@ Outcome<Done> finish(Runner<D>& run) {
     if (verdicts) add(run.report, std::move(*verdicts));
     const bool has_mesh = file_with_mesh(run.config, run.files) != nullptr;
     run.state.inherited = Inherited<D>{
-        std::move(*changing->goal.geometry), std::move(made->log_metrics), std::move(changing->metric),
+        std::move(*changing->goal.geometry), std::move(result->log_metrics), std::move(changing->metric),
         has_mesh ? std::optional(std::move(changing->goal.field)) : std::nullopt, std::move(changing->goal.curves)};
-    run.state.given_points = made->compact.mesh.points;
-    run.state.given_nodes = {};
-    auto& [linear, edges, nodes, maps] = made->compact;
+    run.state.input_points = result->compact.mesh.points;
+    run.state.input_nodes = {};
+    auto& [linear, edges, nodes, maps] = result->compact;
     if (nodes.empty())
         run.state.mesh = std::move(linear);
     else {
-        run.state.given_nodes = Column<LagrangeNode<D>>(std::move(nodes));
-        run.state.mesh = Quadratic<D>{{std::move(linear), std::move(edges), run.state.given_nodes}, NodesOf::input, {}};
+        run.state.input_nodes = Column<LagrangeNode<D>>(std::move(nodes));
+        run.state.mesh = Quadratic<D>{{std::move(linear), std::move(edges), run.state.input_nodes}, NodesOf::input, {}};
     }
     return Done{};
 }

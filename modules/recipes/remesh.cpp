@@ -43,14 +43,14 @@ Outcome<Column<LogMetric<D>>> log_metrics_of(const Adaptation<D>& r, const Execu
 /// The longest edges that the config's passes leave, in lengths in the metric; none: no pass splits.
 std::optional<double> longest_edge_left(std::span<const config::Stage> stages) {
     std::optional<double> least;
-    const auto see = [&](const SplitOptions& split) {
+    const auto apply_limits = [&](const SplitOptions& split) {
         // An edge that would be split into shorter ones than `shortest` stays.
         const double longest = std::max(split.longest, 2 * split.shortest);
         least = std::min(longest, least.value_or(longest));
     };
     for (const config::Stage& stage : stages) {
-        if (const auto* split = std::get_if<config::Split>(&stage)) see(*split);
-        if (const auto* remesh = std::get_if<config::Remesh>(&stage)) see(remesh->split);
+        if (const auto* split = std::get_if<config::Split>(&stage)) apply_limits(*split);
+        if (const auto* remesh = std::get_if<config::Remesh>(&stage)) apply_limits(remesh->split);
     }
     return least;
 }
@@ -62,41 +62,42 @@ struct RemeshedSimplices {
 };
 template <int D>
 RemeshedSimplices remeshed_simplices(const LinearMesh<D>& mesh) {
-    if (is_surface_alone(mesh)) return {mesh.facets.size(), 2};
+    if (is_standalone_surface(mesh)) return {mesh.facets.size(), 2};
     return {mesh.elements.size(), D};
 }
 
 /// Errors: the mesh that passes will make exceeds the memory or 32-bit numbers.
 template <int D>
-Outcome<std::optional<Growth>> check_growth(const Runner<D>& run, double complexity, RemeshedSimplices given,
+Outcome<std::optional<Growth>> check_growth(const Runner<D>& run, double complexity, RemeshedSimplices specified,
                                             int degree) {
     const auto longest = longest_edge_left(run.config.stages);
     if (!longest) return std::nullopt;
-    Growth growth = expected_growth(complexity, *longest, given.count, given.dimension, degree);
+    Growth growth = expected_growth(complexity, *longest, specified.count, specified.dimension, degree);
     const auto curves = [](const config::Stage& s) { return std::holds_alternative<config::Curve>(s); };
     if (growth.elements < static_cast<double>(max_entities) && std::ranges::any_of(run.config.stages, curves)) {
-        const auto made = static_cast<std::size_t>(growth.elements);
-        growth.peak_bytes = std::max(
-            growth.peak_bytes, estimated_peak_bytes(made / (given.dimension == 2 ? 2 : 5), made, given.dimension));
+        const auto result = static_cast<std::size_t>(growth.elements);
+        growth.peak_bytes =
+            std::max(growth.peak_bytes,
+                     estimated_peak_bytes(result / (specified.dimension == 2 ? 2 : 5), result, specified.dimension));
     }
-    const std::string asked = fmt::format("the metric asks for some {:.2g} {}", growth.elements,
-                                          given.dimension == 2 ? "triangles" : "tetrahedra");
+    const std::string requested = fmt::format("the metric asks for some {:.2g} {}", growth.elements,
+                                              specified.dimension == 2 ? "triangles" : "tetrahedra");
     const char* const remedy = "make it coarser: metric_operations bound or complexity, or a larger split/longest";
     constexpr double gib = 1024.0 * 1024 * 1024;
     if (growth.peak_bytes > run.sources.memory.bytes)
         return fail(ErrorKind::memory,
-                    fmt::format("{}, which need about {:.3g} GiB of memory, and {} gives {:.3g} GiB", asked,
+                    fmt::format("{}, which need about {:.3g} GiB of memory, and {} gives {:.3g} GiB", requested,
                                 static_cast<double>(growth.peak_bytes) / gib, run.sources.memory.source,
                                 static_cast<double>(run.sources.memory.bytes) / gib),
                     {}, {}, remedy);
     if (!(growth.elements < static_cast<double>(max_entities)))
-        return fail(ErrorKind::unsupported, asked + ", more than 32 bits can number", {}, {}, remedy);
+        return fail(ErrorKind::unsupported, requested + ", more than 32 bits can number", {}, {}, remedy);
     return growth;
 }
 
 /// A mesh as passes take it, and how near to unit it is.
 template <int D>
-struct Begun {
+struct StartedRemeshing {
     Remeshing<D> remeshing;
     UnitMesh measured;
     std::size_t crossing = 0;  ///< pairs of facets
@@ -114,7 +115,8 @@ const LinearMesh<D>& linear_of(const QuadraticMesh<D>& mesh) {
 /// The run goes on with `mesh` as one that changes: `begin(by, execution)` → Outcome<Remeshing>, and
 /// `measure(log_metrics, execution)` → Outcome<UnitMesh>.
 template <int D, class Mesh>
-Outcome<Done> go_on_with(Runner<D>& run, const Mesh& mesh, OwnField<D> field, const auto& begin, const auto& measure) {
+Outcome<Done> start_changing(Runner<D>& run, const Mesh& mesh, OwnField<D> field, const auto& begin,
+                             const auto& measure) {
     constexpr int degree = std::is_same_v<Mesh, LinearMesh<D>> ? 1 : 2;
     RemeshingBy<D> by{std::move(field.back), run.state.curving,
                       std::min(max_elements_within(run.sources.memory.bytes, D, degree), max_entities),
@@ -123,22 +125,22 @@ Outcome<Done> go_on_with(Runner<D>& run, const Mesh& mesh, OwnField<D> field, co
         by.distance_bounds = default_distance_bounds(linear_of(mesh), degree, required_distances(run));
     static_cast<EdgeAccuracyOptions&>(by.curving) = accuracy_for(field.origin, by.curving);
     run.state.target = {};
-    auto made = run.step("topology", [&](const Execution& e) -> Outcome<Begun<D>> {
-        auto begun = begin(std::move(by), part_of(e, 0, 0.6));
-        if (!begun) return fail(begun.error());
-        auto logs = log_metrics_of(begun->mesh, without_progress(e));
+    auto result = run.step("topology", [&](const Execution& e) -> Outcome<StartedRemeshing<D>> {
+        auto started_remeshing = begin(std::move(by), part_of(e, 0, 0.6));
+        if (!started_remeshing) return fail(started_remeshing.error());
+        auto logs = log_metrics_of(started_remeshing->mesh, without_progress(e));
         if (!logs) return fail(logs.error());
         auto measured = measure(*logs, part_of(e, 0.6, 1));
         if (!measured) return fail(measured.error());
         const auto crossings = find_crossings(mesh, without_progress(e));
         if (!crossings) return fail(crossings.error());
-        return Begun<D>{std::move(*begun), std::move(*measured), crossings->crossing};
+        return StartedRemeshing<D>{std::move(*started_remeshing), std::move(*measured), crossings->crossing};
     });
-    if (!made) return fail(made.error());
-    if (!run.state.crossings_of_input) run.state.crossings_of_input = made->crossing;
-    run.report.remesh = RemeshReport{made->measured.report, {}, {}, {}};
-    run.state.mesh = Changing<D>{std::move(made->remeshing.mesh), std::move(made->remeshing.goal),
-                                 std::move(field.report), histograms_of(made->measured, "input")};
+    if (!result) return fail(result.error());
+    if (!run.state.crossings_of_input) run.state.crossings_of_input = result->crossing;
+    run.report.remesh = RemeshReport{result->measured.report, {}, {}, {}};
+    run.state.mesh = Changing<D>{std::move(result->remeshing.mesh), std::move(result->remeshing.goal),
+                                 std::move(field.report), histograms_of(result->measured, "input")};
     return Done{};
 }
 
@@ -150,10 +152,10 @@ struct Aims {
     std::optional<Growth> growth;
 };
 template <int D>
-Outcome<Aims<D>> aims(const Runner<D>& run, Boundary<D> boundary, Outcome<OwnField<D>> field, RemeshedSimplices given,
-                      int degree) {
+Outcome<Aims<D>> aims(const Runner<D>& run, Boundary<D> boundary, Outcome<OwnField<D>> field,
+                      RemeshedSimplices specified, int degree) {
     if (!field) return fail(field.error());
-    auto growth = check_growth(run, field->report.complexity, given, degree);
+    auto growth = check_growth(run, field->report.complexity, specified, degree);
     if (!growth) return fail(growth.error());
     return Aims<D>{std::move(boundary), std::move(*field), *growth};
 }
@@ -170,12 +172,12 @@ Outcome<Done> put_nodes_onto(Runner<D>& run, const Boundary<D>& boundary) {
     Quadratic<D>& state = run.quadratic();
     if (state.planned() || run.state.inherited) return Done{};
     auto placed = run.step("nodes", [&](const Execution& e) -> Outcome<OntoGeometry<D>> {
-        auto made = put_nodes_onto_geometry(state.mesh, boundary, e);
-        if (!made || made->nodes == 0 || run.state.crossings_of_input) return made;
+        auto result = put_nodes_onto_geometry(state.mesh, boundary, e);
+        if (!result || result->nodes == 0 || run.state.crossings_of_input) return result;
         const auto crossings = find_crossings(state.mesh, without_progress(e));
         if (!crossings) return fail(crossings.error());
         run.state.crossings_of_input = crossings->crossing;
-        return made;
+        return result;
     });
     if (!placed) return fail(placed.error());
     if (placed->nodes == 0) return Done{};
@@ -202,7 +204,7 @@ Outcome<Aims<D>> aims_for(Runner<D>& run, QuadraticMesh<D>& mesh, std::span<cons
 /// The nodes by which the boundary's own curves are told: none where they are not the file's.
 template <int D>
 std::span<const LagrangeNode<D>> own_boundary_nodes(Runner<D>& run, const QuadraticMesh<D>& mesh) {
-    return run.quadratic().boundary_is_given() ? mesh.mid_nodes.view() : std::span<const LagrangeNode<D>>();
+    return run.quadratic().is_boundary_from_input() ? mesh.mid_nodes.view() : std::span<const LagrangeNode<D>>();
 }
 template <int D>
 Outcome<EdgeSet<D>> edges_of(Runner<D>& run, const LinearMesh<D>& mesh) {
@@ -217,7 +219,7 @@ Outcome<Done> begin_changing(Runner<D>& run, const LinearMesh<D>& mesh) {
     auto aim = aims_for(run, mesh, *edges);
     if (!aim) return fail(aim.error());
     const std::string metric = aim->field.report.source;
-    return go_on_with(
+    return start_changing(
         run, mesh, std::move(aim->field),
         [&](RemeshingBy<D> by, const Execution& e) {
             return begin_remeshing(mesh, *edges, aim->boundary, std::move(by), e);
@@ -231,7 +233,7 @@ Outcome<Done> begin_changing(Runner<D>& run, QuadraticMesh<D> mesh) {
     if (!aim) return fail(aim.error());
     const auto nodes = own_boundary_nodes(run, mesh);
     const std::string metric = aim->field.report.source;
-    return go_on_with(
+    return start_changing(
         run, mesh, std::move(aim->field),
         [&](RemeshingBy<D> by, const Execution& e) {
             return begin_remeshing(mesh, nodes, aim->boundary, std::move(by), e);
@@ -255,12 +257,12 @@ template <int D, class Options, class Pass>
 Outcome<Done> change(Runner<D>& run, const Options& stage, const Pass& pass) {
     auto& changing = std::get<Changing<D>>(run.state.mesh);
     return run.step_of(stage, [&](const Execution& e) -> Outcome<Done> {
-        auto made = pass(std::move(changing.mesh), changing.goal, e);
-        if (!made) return fail(made.error());
-        changing.mesh = std::move(made->state);
+        auto result = pass(std::move(changing.mesh), changing.goal, e);
+        if (!result) return fail(result.error());
+        changing.mesh = std::move(result->state);
         run.state.reached.reset();
         constexpr std::string_view name = std::get<Step<Options>>(step_table).name;
-        add(run.report, PassReport{made->statistics, std::string(name)});
+        add(run.report, PassReport{result->statistics, std::string(name)});
         return Done{};
     });
 }
@@ -309,7 +311,7 @@ BoundedDistances bounded_distances(const Runner<D>& run) {
 }
 
 template <int D>
-Outcome<std::optional<Growth>> asked_growth(Runner<D>& run) {
+Outcome<std::optional<Growth>> requested_growth(Runner<D>& run) {
     const auto growth = [](Aims<D> by) { return by.growth; };
     const auto* const straight = std::get_if<LinearMesh<D>>(&run.state.mesh);
     if (straight == nullptr) {
@@ -323,7 +325,7 @@ Outcome<std::optional<Growth>> asked_growth(Runner<D>& run) {
 }
 
 template <int D>
-Outcome<OwnField<D>> asked_field(Runner<D>& run) {
+Outcome<OwnField<D>> requested_field(Runner<D>& run) {
     if (const auto* const straight = std::get_if<LinearMesh<D>>(&run.state.mesh)) {
         const auto edges = edges_of(run, *straight);
         if (!edges) return fail(edges.error());
@@ -371,18 +373,18 @@ void set_objective(CurveOptions& curving, config::RemeshObjective objective) {
 
 /// In the end of a run that ends in rows these stay with their ranks, and the mesh that is given back is empty.
 template <int D>
-Outcome<BroughtToMetric<D>> bring_by_blocks(Runner<D>& run, Changing<D>& changing, const config::Remesh& options,
-                                            std::size_t elements, const Around& around) {
-    const InBlocks by{elements, *run.sources.ranks};
-    const auto turns = block_turns<D>(options);
+Outcome<RemeshResult<D>> remesh_by_blocks_of_run(Runner<D>& run, Changing<D>& changing, const config::Remesh& options,
+                                                 std::size_t elements, const StepWrapper& around) {
+    const BlockRemeshing by{elements, *run.sources.ranks};
+    const auto turns = block_iterations<D>(options);
     const bool is_last = &options == std::get_if<config::Remesh>(&run.config.stages.back());
     if (run.sources.end == RunEnd::whole || !is_last)
-        return bring_to_metric_by_blocks(std::move(changing.mesh), changing.goal, options, by, turns, around);
-    auto brought = bring_rows_to_metric(std::move(changing.mesh), changing.goal, options, by, turns, around);
-    if (!brought) return fail(brought.error());
-    const ToMetricStatistics statistics = brought->statistics;
-    changing.shared = std::move(*brought);
-    return BroughtToMetric<D>{{}, statistics};
+        return remesh_by_blocks(std::move(changing.mesh), changing.goal, options, by, turns, around);
+    auto remeshed = remesh_shared_rows(std::move(changing.mesh), changing.goal, options, by, turns, around);
+    if (!remeshed) return fail(remeshed.error());
+    const ToMetricStatistics statistics = remeshed->statistics;
+    changing.shared = std::move(*remeshed);
+    return RemeshResult<D>{{}, statistics};
 }
 
 }  // namespace
@@ -392,23 +394,23 @@ Outcome<Done> apply(Runner<D>& run, const config::Remesh& options) {
     set_objective(run.state.curving, options.objective);
     if (auto done = begin_changing(run); !done) return done;
     auto& changing = std::get<Changing<D>>(run.state.mesh);
-    const Around& around = run.around();
+    const StepWrapper& around = run.around();
     const std::size_t elements = options.blocks > 0              ? static_cast<std::size_t>(options.blocks)
                                  : run.sources.ranks->size() > 1 ? default_block_elements
                                                                  : 0;
-    auto made = elements == 0 ? bring_to_metric(std::move(changing.mesh), changing.goal, options, around)
-                              : bring_by_blocks(run, changing, options, elements, around);
-    if (!made) return fail(made.error());
+    auto result = elements == 0 ? remesh_to_metric(std::move(changing.mesh), changing.goal, options, around)
+                                : remesh_by_blocks_of_run(run, changing, options, elements, around);
+    if (!result) return fail(result.error());
     const auto [bounds, are_required] = bounded_distances(run);
     if (!bounds.empty()) {
         const BoundaryEffort effort = are_required ? BoundaryEffort::any : BoundaryEffort::near_metric;
-        auto within = bring_within(std::move(*made), changing.goal, bounds, options, effort, around);
+        auto within = refine_within(std::move(*result), changing.goal, bounds, options, effort, around);
         if (!within) return fail(within.error());
-        made = BroughtToMetric<D>{std::move(within->state), within->statistics};
+        result = RemeshResult<D>{std::move(within->state), within->statistics};
         run.state.reached = within->reached;
     }
-    changing.mesh = std::move(made->state);
-    const ToMetricStatistics& s = made->statistics;
+    changing.mesh = std::move(result->state);
+    const ToMetricStatistics& s = result->statistics;
     for (const auto& [pass, done] :
          {std::pair("collapse", &s.collapse), std::pair("split", &s.split), std::pair("swap", &s.swap),
           std::pair("smooth", &s.smooth), std::pair("improve", &s.mend)})
@@ -419,8 +421,8 @@ Outcome<Done> apply(Runner<D>& run, const config::Remesh& options) {
 #define CAMBER_INSTANTIATE(D)                                                    \
     template std::vector<DistanceBound> required_distances<D>(const Runner<D>&); \
     template BoundedDistances bounded_distances<D>(const Runner<D>&);            \
-    template Outcome<std::optional<Growth>> asked_growth<D>(Runner<D>&);         \
-    template Outcome<OwnField<D>> asked_field<D>(Runner<D>&);                    \
+    template Outcome<std::optional<Growth>> requested_growth<D>(Runner<D>&);     \
+    template Outcome<OwnField<D>> requested_field<D>(Runner<D>&);                \
     template Outcome<Done> apply<D>(Runner<D>&, const config::Collapse&);        \
     template Outcome<Done> apply<D>(Runner<D>&, const config::Split&);           \
     template Outcome<Done> apply<D>(Runner<D>&, const config::Swap&);            \

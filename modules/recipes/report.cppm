@@ -159,23 +159,25 @@ struct Report {
     /// Number of elements that are not certified valid, above the bound where one is requested.
     [[nodiscard]] std::size_t not_valid() const {
         if (!validity) return 0;
-        return validity->invalid + validity->undecided + (validity->is_asked ? validity->below_bound : 0);
+        return validity->invalid + validity->undecided + (validity->is_explicit ? validity->below_bound : 0);
     }
     /// True if no boundary node or vertex is off its geometry by more than the tolerance.
-    [[nodiscard]] bool boundary_holds() const {
+    [[nodiscard]] bool is_boundary_within_bounds() const {
         const auto holds = [](const std::optional<DeviationReport>& d) { return !d || d->off == 0; };
         return !boundary || (holds(boundary->node_deviation) && holds(boundary->vertex_deviation));
     }
     /// True if no walls pass through each other.
-    [[nodiscard]] bool walls_hold() const { return !boundary || !boundary->walls || boundary->walls->crossing == 0; }
+    [[nodiscard]] bool are_facets_disjoint() const {
+        return !boundary || !boundary->walls || boundary->walls->crossing == 0;
+    }
     /// True if the boundary is as near to its geometry as `--geometry-error` requires.
-    [[nodiscard]] bool keeps_geometry_error() const {
+    [[nodiscard]] bool meets_geometry_error() const {
         return !boundary || !boundary->geometry_error || !boundary->geometry_error->is_required ||
                boundary->geometry_error->is_met();
     }
     /// True if the result is the requested one: the exit code is 0.
-    [[nodiscard]] bool holds_what_was_asked() const {
-        return has_valid_elements() && boundary_holds() && keeps_geometry_error() && walls_hold() &&
+    [[nodiscard]] bool meets_requirements() const {
+        return has_valid_elements() && is_boundary_within_bounds() && meets_geometry_error() && are_facets_disjoint() &&
                overlaps.overlapping == 0;
     }
 };
@@ -207,16 +209,16 @@ struct VerdictsReport {
     ValidityReport summary;
     std::vector<std::size_t> invalid, undecided, below_bound;  ///< elements, from 1
 };
-/// `is_asked`: the bound is required.
+/// `is_explicit`: the bound is required.
 template <int D>
-[[nodiscard]] VerdictsReport verdicts_report(const Validation<D>& validation, bool is_asked);
+[[nodiscard]] VerdictsReport verdicts_report(const Validation<D>& validation, bool is_explicit);
 
-/// `given_up`: number of elements left when the work was spent.
-[[nodiscard]] RelaxReport relax_report(const RepairStatistics& statistics, std::size_t given_up, RepairMethod method);
+/// `unresolved`: number of elements left when the work was spent.
+[[nodiscard]] RelaxReport relax_report(const RepairStatistics& statistics, std::size_t unresolved, RepairMethod method);
 
 /// Reports nodes that were moved back because walls crossed.
 template <int D>
-[[nodiscard]] RelaxedWallsReport relaxed_walls_report(const MovedBack<D>& moved) {
+[[nodiscard]] RelaxedWallsReport relaxed_walls_report(const MoveBackStatistics<D>& moved) {
     return {moved.nodes, moved.largest, {moved.largest_at.c.begin(), moved.largest_at.c.end()}};
 }
 

@@ -65,9 +65,9 @@ Outcome<MeshFields> shown_fields(Runner<D>& run, const std::optional<EdgeLengths
 
 /// The metric that the output wants, if the stages made one.
 template <int D>
-Outcome<std::optional<Solution>> wanted_metric(Runner<D>& run) {
+Outcome<std::optional<Solution>> output_metric(Runner<D>& run) {
     if (run.config.output.metric.empty()) return std::nullopt;
-    const auto some = [](Solution made) { return std::optional(std::move(made)); };
+    const auto some = [](Solution result) { return std::optional(std::move(result)); };
     const auto* const end = std::get_if<Quadratic<D>>(&run.state.mesh);
     if (const auto& inherited = run.state.inherited; inherited && (run.field() == nullptr || inherited->field))
         return run.step("fields", [&](const Execution& e) {
@@ -103,7 +103,7 @@ Outcome<Done> finish_and_apply(Runner<D>& run, const Options& stage) {
 /// The geometry's source with its CAD model in the unit of the mesh, where that is to be found.
 template <int D>
 Outcome<GeometrySource> source_in_unit(const Mesh<D>& mesh, const config::Geometry& geometry, GeometrySource source,
-                                       const Around& around) {
+                                       const StepWrapper& around) {
     const auto* const cad = std::get_if<config::Cad>(&geometry);
     if (!cad || cad->unit != CadUnit::automatic) return source;
     return run_step(around, "unit", [&](const Execution& e) {
@@ -123,7 +123,7 @@ struct PreparedRun {
 /// Steps: prepare, unit. Errors: those of prepare_stage and in_unit_of_mesh.
 template <int D>
 Outcome<PreparedRun<D>> prepared_run(StageInputs<D> input, RunSources<D> sources, const config::Pipeline& pipeline,
-                                     std::span<const config::Stage> stages, const Around& around) {
+                                     std::span<const config::Stage> stages, const StepWrapper& around) {
     auto sound = run_step(around, "prepare", [&](const Execution& e) {
         return prepare_stage(std::move(input), stages, sources.ordering, e);
     });
@@ -144,22 +144,22 @@ Outcome<MeshRun<D>> end_of(Runner<D>& run) {
     if (!lengths) return fail(lengths.error());
     auto fields = shown_fields(run, *lengths);
     if (!fields) return fail(fields.error());
-    auto metric = wanted_metric(run);
+    auto metric = output_metric(run);
     if (!metric) return fail(metric.error());
-    MeshRun<D> made;
-    made.rows = std::move(run.state.rows);
-    if (!made.rows) made.mesh = taken_mesh(run.state);
-    run.report.mesh = made.rows ? mesh_report(*made.rows) : mesh_report(made.mesh);
-    made.remeshed = std::move(run.state.inherited);
-    made.fields = std::move(*fields);
-    made.metric = std::move(*metric);
-    made.report = std::move(run.report);
-    return made;
+    MeshRun<D> result;
+    result.rows = std::move(run.state.rows);
+    if (!result.rows) result.mesh = taken_mesh(run.state);
+    run.report.mesh = result.rows ? mesh_report(*result.rows) : mesh_report(result.mesh);
+    result.remeshed = std::move(run.state.inherited);
+    result.fields = std::move(*fields);
+    result.metric = std::move(*metric);
+    result.report = std::move(run.report);
+    return result;
 }
 
 /// The driver: runs the steps one after the other on the state of a prepared run.
 template <int D>
-Outcome<MeshRun<D>> run_prepared(PreparedRun<D> prepared, const config::Pipeline& pipeline, const Around& around) {
+Outcome<MeshRun<D>> run_prepared(PreparedRun<D> prepared, const config::Pipeline& pipeline, const StepWrapper& around) {
     Runner<D> run(pipeline, std::move(prepared.state), std::move(prepared.sources), prepared.files, around);
     run.report.notices = prepared.notices;
     if (auto done = move_vertices(run); !done) return fail(done.error());
@@ -174,17 +174,17 @@ Outcome<MeshRun<D>> run_prepared(PreparedRun<D> prepared, const config::Pipeline
 
 template <int D>
 Outcome<MeshRun<D>> run_steps(StageInputs<D> input, const config::Pipeline& pipeline, RunSources<D> sources,
-                              const Around& around) {
+                              const StepWrapper& around) {
     if (auto order = check_order(pipeline.stages, input.mesh.degree); !order) return fail(order.error());
     auto prepared = prepared_run(std::move(input), std::move(sources), pipeline, pipeline.stages, around);
     if (!prepared) return fail(prepared.error());
     const std::optional<BetterOrder> order = std::move(prepared->order);
     auto run = run_prepared(std::move(*prepared), pipeline, around);
     if (!order) return run;
-    if (!run) return fail(in_given_order<D>(run.error(), order->renumbering));
+    if (!run) return fail(in_input_order<D>(run.error(), order->renumbering));
     run->report.reordered = ReorderedReport{order->scatter};
     return run_step(around, "renumber",
-                    [&](const Execution& e) { return in_given_order(std::move(*run), order->renumbering, e); });
+                    [&](const Execution& e) { return in_input_order(std::move(*run), order->renumbering, e); });
 }
 
 namespace {
@@ -192,18 +192,18 @@ namespace {
 /// All metrics that have rows: of files, taken out of the inputs, and those that are made for the solution.
 struct MetricRows {
     std::vector<MetricFile> files;
-    std::optional<SolutionMetricReport> told;  ///< of the last that was made
+    std::optional<SolutionMetricReport> solution_report;  ///< of the last that was made
     Notices notices;
 };
 
 /// Rows as those of a metric file of this mesh.
-MetricFile file_of(NamedField metric, const config::SolutionMetric& asked, const AnyMesh& mesh) {
+MetricFile file_of(NamedField metric, const config::SolutionMetric& requested, const AnyMesh& mesh) {
     const auto width = static_cast<std::size_t>(metric.field.components);
     const int dimension = std::visit([]<int D>(const Mesh<D>&) { return D; }, mesh);
     MetricFile file{"the solution's metric",
                     Solution{dimension, {metric.kind}, metric.field.values.size() / width, metric.field.values},
                     {},
-                    asked};
+                    requested};
     if (metric.field.degree == 2) file.mesh = {mesh, MetricMesh::Of::input};
     return file;
 }
@@ -216,27 +216,27 @@ Error of_solution(Error error, const std::string& path, const std::string& file)
     return error;
 }
 
-Outcome<MetricRows> metric_rows(const config::Pipeline& pipeline, Inputs& inputs, const Around& around) {
+Outcome<MetricRows> metric_rows(const config::Pipeline& pipeline, Inputs& inputs, const StepWrapper& around) {
     MetricRows rows{std::move(inputs.operands), {}, {}};
     if (inputs.metric)
         rows.files.push_back({std::get<config::FilePath>(pipeline.metric).path, std::move(*inputs.metric),
                               std::move(inputs.metric_mesh)});
     for (const SolutionMetricInput& input : inputs.solution_metrics) {
-        auto made = metric_of_fields(inputs.mesh.mesh, inputs.fields, input.asked, input.intersect,
-                                     pipeline.features.ridge_angle, around);
-        if (!made) return fail(of_solution(made.error(), input.path, pipeline.solution.file));
-        std::ranges::move(solution_metric_notices(made->report), std::back_inserter(rows.notices));
-        rows.told = made->report;
-        rows.files.push_back(file_of(std::move(made->metric), input.asked, inputs.mesh.mesh));
-        rows.files.back().bounds = std::move(made->bounds);
+        auto result = metric_of_fields(inputs.mesh.mesh, inputs.fields, input.requested, input.intersect,
+                                       pipeline.features.ridge_angle, around);
+        if (!result) return fail(of_solution(result.error(), input.path, pipeline.solution.file));
+        std::ranges::move(solution_metric_notices(result->report), std::back_inserter(rows.notices));
+        rows.solution_report = result->report;
+        rows.files.push_back(file_of(std::move(result->metric), input.requested, inputs.mesh.mesh));
+        rows.files.back().bounds = std::move(result->bounds);
     }
     return rows;
 }
 
 /// The fields of a run's input, on the mesh that it made.
 Outcome<Done> carry(Run& run, const AnyMesh& old_mesh, std::vector<NamedField> fields, const config::Pipeline& pipeline,
-                    const Around& around) {
-    auto carried = fields_brought_to(run.mesh, old_mesh, std::move(fields), pipeline.solution, around);
+                    const StepWrapper& around) {
+    auto carried = transfer_fields(run.mesh, old_mesh, std::move(fields), pipeline.solution, around);
     if (!carried) return fail(of_solution(carried.error(), "/solution", pipeline.solution.file));
     const bool is_evaluated = !pipeline.solution.expression.empty();
     run.solution = is_evaluated && plan_size(run.mesh).degree == 1 ? at_vertices(run.mesh, std::move(carried->fields))
@@ -273,7 +273,7 @@ void take_as_straight(const config::Pipeline& pipeline, DecodedMesh& mesh) {
 /// Runs the steps before the first pass, which may be `elevate` alone, and predicts what that pass makes.
 template <int D>
 Outcome<std::optional<Growth>> growth_on(StageInputs<D> input, const config::Pipeline& pipeline, RunSources<D> sources,
-                                         const Around& around) {
+                                         const StepWrapper& around) {
     if (auto order = check_order(pipeline.stages, input.mesh.degree); !order) return fail(order.error());
     const auto first = std::ranges::find_if(
         pipeline.stages, [](const config::Stage& s) { return !std::holds_alternative<config::Elevate>(s); });
@@ -286,29 +286,29 @@ Outcome<std::optional<Growth>> growth_on(StageInputs<D> input, const config::Pip
     if (first != pipeline.stages.begin())
         if (auto done = apply(run, std::get<config::Elevate>(pipeline.stages.front())); !done)
             return fail(done.error());
-    return asked_growth(run);
+    return requested_growth(run);
 }
 
 /// Makes the metric in the order of the input: the rows are those of its vertices.
 template <int D>
-Outcome<MadeMetric> metric_on(StageInputs<D> input, const config::Pipeline& pipeline, RunSources<D> sources,
-                              const Around& around) {
+Outcome<MetricResult> metric_on(StageInputs<D> input, const config::Pipeline& pipeline, RunSources<D> sources,
+                                const StepWrapper& around) {
     sources.ordering = {.min_elements = max_entities};
     auto prepared = prepared_run(std::move(input), std::move(sources), pipeline, {}, around);
     if (!prepared) return fail(prepared.error());
     Runner<D> run(pipeline, std::move(prepared->state), std::move(prepared->sources), prepared->files, around);
     run.report.notices = std::move(prepared->notices);
-    auto field = asked_field(run);
+    auto field = requested_field(run);
     if (!field) return fail(field.error());
     auto rows = run.step("fields", [&](const Execution& e) { return metric_solution(field->back, e); });
     if (!rows) return fail(rows.error());
-    return MadeMetric{std::move(*rows), std::move(field->report), std::move(run.report.notices)};
+    return MetricResult{std::move(*rows), std::move(field->report), std::move(run.report.notices)};
 }
 
 template <int D>
-Run run_of(MeshRun<D> made) {
-    Run run{std::move(made.mesh), std::move(made.report), std::move(made.fields), std::move(made.metric)};
-    if (made.rows) run.rows = std::move(*made.rows);
+Run run_of(MeshRun<D> result) {
+    Run run{std::move(result.mesh), std::move(result.report), std::move(result.fields), std::move(result.metric)};
+    if (result.rows) run.rows = std::move(*result.rows);
     return run;
 }
 
@@ -325,21 +325,22 @@ RunSources<D> sources_of(Inputs& inputs, const SolutionSource* solution) {
 
 }  // namespace
 
-Outcome<MadeMetric> made_metric(const config::Pipeline& pipeline, Inputs inputs, const Around& around) {
+Outcome<MetricResult> compute_metric(const config::Pipeline& pipeline, Inputs inputs, const StepWrapper& around) {
     auto rows = metric_rows(pipeline, inputs, around);
     if (!rows) return fail(rows.error());
     const Notices of_rows = rows->notices;
-    auto made = std::visit(
+    auto result = std::visit(
         [&]<int D>(Mesh<D> mesh) {
             return metric_on(StageInputs<D>{std::move(mesh), std::move(rows->files)}, pipeline,
                              sources_of<D>(inputs, nullptr), around);
         },
         std::move(inputs.mesh.mesh));
-    if (made) std::ranges::copy(of_rows, std::back_inserter(made->notices));
-    return made;
+    if (result) std::ranges::copy(of_rows, std::back_inserter(result->notices));
+    return result;
 }
 
-Outcome<std::optional<Growth>> planned_growth(const config::Pipeline& pipeline, Inputs inputs, const Around& around) {
+Outcome<std::optional<Growth>> planned_growth(const config::Pipeline& pipeline, Inputs inputs,
+                                              const StepWrapper& around) {
     auto rows = metric_rows(pipeline, inputs, around);
     if (!rows) return fail(rows.error());
     take_as_straight(pipeline, inputs.mesh);
@@ -359,7 +360,7 @@ bool is_curved(const AnyMesh& mesh) {
 const MeshFormat* format_of(const config::Output& output) {
     if (output.mesh.empty()) return nullptr;
     if (output.partition > 0 && output.mesh.ends_with(".pvtu")) return format_with_name(mesh_formats(), "vtu");
-    return output.format.empty() ? format_with_ending(mesh_formats(), output.mesh)
+    return output.format.empty() ? format_with_extension(mesh_formats(), output.mesh)
                                  : format_with_name(mesh_formats(), output.format);
 }
 
@@ -370,7 +371,7 @@ bool shows_fields(const config::Output& output) {
 
 bool carries_fields(const config::Output& output) {
     const MeshFormat* const format = format_of(output);
-    return !output.solution.empty() || !output.vtu.empty() || (format != nullptr && format->holds_fields);
+    return !output.solution.empty() || !output.vtu.empty() || (format != nullptr && format->has_fields);
 }
 
 bool places_by_solution(const config::Pipeline& pipeline) {
@@ -391,20 +392,22 @@ bool may_end_in_rows(const config::Pipeline& pipeline) {
            std::holds_alternative<config::Remesh>(pipeline.stages.back());
 }
 
-bool keeps_elements(const config::Pipeline& pipeline) {
-    const auto keeps = []<class Options>(const Options&) { return !changes_topology<Options>(); };
-    return std::ranges::all_of(pipeline.stages, [&](const config::Stage& stage) { return std::visit(keeps, stage); });
+bool preserves_elements(const config::Pipeline& pipeline) {
+    const auto preserves = []<class Options>(const Options&) { return !changes_topology<Options>(); };
+    return std::ranges::all_of(pipeline.stages,
+                               [&](const config::Stage& stage) { return std::visit(preserves, stage); });
 }
 
 namespace {
 
 /// Gives remaining elements and deviations the numbers that the file has for their elements and vertices.
 void name_places(Report& report, const FileNumbers& numbers) {
-    const int dimension = report.mesh.is_surface_alone() ? 2 : report.mesh.dimension;
+    const int dimension = report.mesh.is_standalone_surface() ? 2 : report.mesh.dimension;
     for (RemainingReport& r : report.remaining) {
-        const RemainingElement left{{}, r.reason, VertexId(r.at > 0 ? r.at - 1 : 0), r.is_given_up};
-        const RemainingElement nowhere{{}, r.reason, {}, r.is_given_up};
-        r.reason = r.at > 0 ? sentence_of(left, fmt::format("{}", numbers(r.at - 1))) : sentence_of(nowhere, {});
+        const RemainingElement left{{}, r.reason, VertexId(r.at > 0 ? r.at - 1 : 0), r.is_unresolved};
+        const RemainingElement without_position{{}, r.reason, {}, r.is_unresolved};
+        r.reason =
+            r.at > 0 ? sentence_of(left, fmt::format("{}", numbers(r.at - 1))) : sentence_of(without_position, {});
         r.tag = numbers.tag(dimension, r.element);
     }
     for (auto* const validity : {&report.validity_before, &report.validity})
@@ -418,11 +421,11 @@ void name_places(Report& report, const FileNumbers& numbers) {
 
 }  // namespace
 
-Outcome<Run> run_pipeline(const config::Pipeline& pipeline, Inputs inputs, const Around& around) {
+Outcome<Run> run_pipeline(const config::Pipeline& pipeline, Inputs inputs, const StepWrapper& around) {
     auto rows = metric_rows(pipeline, inputs, around);
     if (!rows) return fail(rows.error());
     const bool carries = !inputs.fields.empty() && carries_fields(pipeline.output);
-    const std::optional<AnyMesh> given = carries ? std::optional(inputs.mesh.mesh) : std::nullopt;
+    const std::optional<AnyMesh> specified = carries ? std::optional(inputs.mesh.mesh) : std::nullopt;
     std::optional<SolutionSource> solution;
     if (places_by_solution(pipeline))
         solution = {inputs.mesh.mesh, inputs.fields, pipeline.solution.expression, pipeline.solution.weights};
@@ -432,17 +435,17 @@ Outcome<Run> run_pipeline(const config::Pipeline& pipeline, Inputs inputs, const
         [&]<int D>(Mesh<D> mesh) {
             return run_steps(StageInputs<D>{std::move(mesh), std::move(rows->files)}, pipeline,
                              sources_of<D>(inputs, solution ? &*solution : nullptr), around)
-                .map([](MeshRun<D> made) { return run_of(std::move(made)); });
+                .map([](MeshRun<D> result) { return run_of(std::move(result)); });
         },
         std::move(inputs.mesh.mesh));
     if (!run) return run;
-    run->report.solution_metric = rows->told;
+    run->report.solution_metric = rows->solution_report;
     std::ranges::move(rows->notices, std::back_inserter(run->report.notices));
-    if (given)
-        if (auto done = carry(*run, *given, std::move(inputs.fields), pipeline, around); !done)
+    if (specified)
+        if (auto done = carry(*run, *specified, std::move(inputs.fields), pipeline, around); !done)
             return fail(done.error());
     for (Notice& notice : inputs.mesh.notices) run->report.notices.push_back(std::move(notice.what));
-    name_places(run->report, keeps_elements(pipeline) ? numbers : FileNumbers{});
+    name_places(run->report, preserves_elements(pipeline) ? numbers : FileNumbers{});
     return run;
 }
 
@@ -461,7 +464,7 @@ namespace {
 /// A pipeline of these stages on values.
 template <int D>
 Outcome<MeshRun<D>> run_recipe(Mesh<D> mesh, const MeshGoal<D>& goal, const config::Pipeline& pipeline,
-                               const Around& around) {
+                               const StepWrapper& around) {
     RunSources<D> sources;
     sources.goal = &goal;
     sources.ordering.min_elements = max_entities;  // the goal's rows and facets are those of the given order
@@ -470,8 +473,9 @@ Outcome<MeshRun<D>> run_recipe(Mesh<D> mesh, const MeshGoal<D>& goal, const conf
 
 }  // namespace
 
-#define CAMBER_INSTANTIATE(D) \
-    template Outcome<MeshRun<D>> run_steps<D>(StageInputs<D>, const config::Pipeline&, RunSources<D>, const Around&);
+#define CAMBER_INSTANTIATE(D)                                                                         \
+    template Outcome<MeshRun<D>> run_steps<D>(StageInputs<D>, const config::Pipeline&, RunSources<D>, \
+                                              const StepWrapper&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)
@@ -483,7 +487,7 @@ namespace camber {
 
 template <int D>
 Outcome<run::MeshRun<D>> curve_mesh(Mesh<D> mesh, const MeshGoal<D>& goal, const CurveMeshOptions& options,
-                                    const Around& around) {
+                                    const StepWrapper& around) {
     config::Pipeline pipeline;
     config::Curve curve;
     static_cast<ProposeOptions&>(curve) = options.curve;
@@ -494,7 +498,7 @@ Outcome<run::MeshRun<D>> curve_mesh(Mesh<D> mesh, const MeshGoal<D>& goal, const
 
 template <int D>
 Outcome<run::MeshRun<D>> remesh_mesh(Mesh<D> mesh, const MeshGoal<D>& goal, const RemeshMeshOptions& options,
-                                     const Around& around) {
+                                     const StepWrapper& around) {
     config::Pipeline pipeline;
     config::Remesh remesh;
     static_cast<ToMetricOptions&>(remesh) = options.passes;
@@ -506,9 +510,9 @@ Outcome<run::MeshRun<D>> remesh_mesh(Mesh<D> mesh, const MeshGoal<D>& goal, cons
 
 #define CAMBER_INSTANTIATE(D)                                                                               \
     template Outcome<run::MeshRun<D>> curve_mesh<D>(Mesh<D>, const MeshGoal<D>&, const CurveMeshOptions&,   \
-                                                    const Around&);                                         \
+                                                    const StepWrapper&);                                    \
     template Outcome<run::MeshRun<D>> remesh_mesh<D>(Mesh<D>, const MeshGoal<D>&, const RemeshMeshOptions&, \
-                                                     const Around&);
+                                                     const StepWrapper&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

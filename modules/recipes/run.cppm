@@ -47,7 +47,7 @@ template <int D>
 class Runner {
   public:
     Runner(const config::Pipeline& config, State<D> state, RunSources<D> sources, std::span<const MetricFile> files,
-           const Around& around)
+           const StepWrapper& around)
         : config(config), files(files), sources(std::move(sources)), state(std::move(state)), around_(around) {}
 
     const config::Pipeline& config;
@@ -65,7 +65,7 @@ class Runner {
     auto step(std::string_view name, F&& f) {
         return run_step(around_, name, std::forward<F>(f));
     }
-    [[nodiscard]] const Around& around() const { return around_; }
+    [[nodiscard]] const StepWrapper& around() const { return around_; }
     /// The step of the stage with these options.
     template <class Options, class F>
     auto step_of(const Options&, F&& f) {
@@ -74,7 +74,7 @@ class Runner {
     void note(std::string sentence) { report.notices.push_back(std::move(sentence)); }
 
   private:
-    const Around& around_;
+    const StepWrapper& around_;
 };
 
 // ---------------------------------------------------------------- steps, which change the state of a run
@@ -134,7 +134,7 @@ template <int D>
 [[nodiscard]] BoundedDistances bounded_distances(const Runner<D>& run);
 
 /// Report of the config's metric when it is made.
-struct MetricTold {
+struct MetricReports {
     std::optional<MetricReport> report;
     Notices notices;
 };
@@ -142,7 +142,7 @@ struct MetricTold {
 /// or the file. All arguments are asked then.
 template <int D>
 [[nodiscard]] MetricSource<D> metric_for_curving(const Runner<D>& run, const QuadraticMesh<D>& mesh,
-                                                 const Boundary<D>& boundary, MetricTold& told);
+                                                 const Boundary<D>& boundary, MetricReports& metric_report);
 /// The same as a field on the mesh itself, straight or with its curves.
 template <int D>
 struct OwnField {
@@ -157,17 +157,17 @@ template <int D>
 [[nodiscard]] Outcome<OwnField<D>> make_own_field(Runner<D>& run, const QuadraticMesh<D>& mesh,
                                                   const Boundary<D>& boundary);
 template <int D>
-void report_metric(Runner<D>& run, MetricTold told);
+void report_metric(Runner<D>& run, MetricReports metric_report);
 
 /// Before any work of passes: what those of the config will make of the run's mesh; none where none of them splits.
 /// Errors: those of describe_boundary and make_own_field; memory: more than there is room for.
 template <int D>
-[[nodiscard]] Outcome<std::optional<Growth>> asked_growth(Runner<D>& run);
+[[nodiscard]] Outcome<std::optional<Growth>> requested_growth(Runner<D>& run);
 
 /// The field that passes of the config would go by, on the run's mesh as it is. Errors: those of describe_boundary and
 /// make_own_field.
 template <int D>
-[[nodiscard]] Outcome<OwnField<D>> asked_field(Runner<D>& run);
+[[nodiscard]] Outcome<OwnField<D>> requested_field(Runner<D>& run);
 
 /// A mesh that passes have changed becomes one as any other; nothing where none has.
 template <int D>
@@ -191,11 +191,12 @@ template <int D>
 void report_verdicts(Runner<D>& run, const Validation<D>& validation);
 
 template <int D>
-void report_curves(Runner<D>& run, const ProposedCurves<D>& made, const ProposeOptions& options);
+void report_curves(Runner<D>& run, const ProposedCurves<D>& result, const ProposeOptions& options);
 
 /// The field goes to the run's state, the rest to a plan.
 template <int D>
-[[nodiscard]] Wanted<D> keep_field(Runner<D>& run, Boundary<D> boundary, ProposedCurves<D> made, CurvingAim aim);
+[[nodiscard]] CurvingTarget<D> store_field(Runner<D>& run, Boundary<D> boundary, ProposedCurves<D> result,
+                                           CurvingAim aim);
 
 /// The last step: what the report says of the end, and the lengths after correction where they were measured.
 template <int D>
@@ -205,7 +206,7 @@ template <int D>
 
 /// A metric that is made for the run's solution.
 struct SolutionMetricInput {
-    config::SolutionMetric asked;
+    config::SolutionMetric requested;
     std::vector<Solution> intersect;  ///< rows of its files, at the input's vertices
     std::string path;                 ///< in the config, for errors
 };
@@ -229,7 +230,7 @@ struct Inputs {
 template <int D>
 struct MeshRun {
     Mesh<D> mesh;                               ///< committed, or the last state if nothing was
-    Report report;                              ///< `holds_what_was_asked`: the result is the requested one
+    Report report;                              ///< `meets_requirements`: the result is the requested one
     std::optional<Inherited<D>> remeshed = {};  ///< geometry and metric at the vertices of a mesh that passes changed
     MeshFields fields = {};                     ///< if the output shows them
     std::optional<Solution> metric = {};        ///< if the output requests it and the steps made one
@@ -239,7 +240,7 @@ struct MeshRun {
 /// needs (check_order), those of the steps with their JSON path, stopped, memory.
 template <int D>
 [[nodiscard]] Outcome<MeshRun<D>> run_steps(StageInputs<D> input, const config::Pipeline& pipeline,
-                                            RunSources<D> sources, const Around& around);
+                                            RunSources<D> sources, const StepWrapper& around);
 
 struct Run {
     AnyMesh mesh;  ///< committed, or the last state when nothing was
@@ -261,27 +262,28 @@ struct Run {
 /// True if it has a place for fields of a solution: a file of their own, or with the mesh.
 [[nodiscard]] bool carries_fields(const config::Output& output);
 [[nodiscard]] bool places_by_solution(const config::Pipeline& pipeline);
-[[nodiscard]] bool keeps_elements(const config::Pipeline& pipeline);
+[[nodiscard]] bool preserves_elements(const config::Pipeline& pipeline);
 
 /// True if the mesh is of degree 2 and not straight: no stage `elevate` takes it.
 [[nodiscard]] bool is_curved(const AnyMesh& mesh);
 
 /// The mesh prepared, then the stages of a config, one after the other. Errors name the stage's JSON path.
-[[nodiscard]] Outcome<Run> run_pipeline(const config::Pipeline& pipeline, Inputs inputs, const Around& around);
+[[nodiscard]] Outcome<Run> run_pipeline(const config::Pipeline& pipeline, Inputs inputs, const StepWrapper& around);
 
 /// Predicts the mesh that passes make, where no stage but `elevate` comes before them; none: no stage splits, or the
 /// metric is not known before other stages run. Errors: those of the run so far, and memory.
 [[nodiscard]] Outcome<std::optional<Growth>> planned_growth(const config::Pipeline& pipeline, Inputs inputs,
-                                                            const Around& around);
+                                                            const StepWrapper& around);
 
 /// The metric of a config, its operations done, at the vertices of the input's mesh; no stage is run. Errors: those of
 /// the run so far.
-struct MadeMetric {
+struct MetricResult {
     Solution metric;
     MetricReport report;
     std::vector<std::string> notices;
 };
-[[nodiscard]] Outcome<MadeMetric> made_metric(const config::Pipeline& pipeline, Inputs inputs, const Around& around);
+[[nodiscard]] Outcome<MetricResult> compute_metric(const config::Pipeline& pipeline, Inputs inputs,
+                                                   const StepWrapper& around);
 
 /// The mesh of a config's shape.
 [[nodiscard]] Outcome<DecodedMesh> generate_shape(const config::Shape& shape, const Execution& execution = {});
@@ -315,11 +317,11 @@ template <int D>
 
 /// Renumbers the results as the input: mesh, fields, metric, and elements of the report. Errors: memory, stopped.
 template <int D>
-[[nodiscard]] Outcome<MeshRun<D>> in_given_order(MeshRun<D> run, const Renumbering& order, const Execution& execution);
+[[nodiscard]] Outcome<MeshRun<D>> in_input_order(MeshRun<D> run, const Renumbering& order, const Execution& execution);
 
 /// Renumbers the entity of an error.
 template <int D>
-[[nodiscard]] Error in_given_order(Error error, const Renumbering& order);
+[[nodiscard]] Error in_input_order(Error error, const Renumbering& order);
 
 // ---------------------------------------------------------------- meshes in blocks
 
@@ -343,7 +345,7 @@ struct BlocksRun {
 /// curve, validate, relax and commit, and options of these that need the whole mesh; those of the steps, of any rank.
 template <int D>
 [[nodiscard]] Outcome<BlocksRun<D>> run_steps(const MeshRows<D>& rows, const config::Pipeline& pipeline,
-                                              const BlockSources& sources, const Around& around);
+                                              const BlockSources& sources, const StepWrapper& around);
 
 }  // namespace camber::run
 
@@ -356,7 +358,7 @@ export namespace camber {
 /// memory.
 template <int D>
 [[nodiscard]] Outcome<run::MeshRun<D>> curve_mesh(Mesh<D> mesh, const MeshGoal<D>& goal,
-                                                  const CurveMeshOptions& options, const Around& around);
+                                                  const CurveMeshOptions& options, const StepWrapper& around);
 
 /// Options of remesh_mesh.
 struct RemeshMeshOptions {
@@ -369,6 +371,6 @@ struct RemeshMeshOptions {
 /// degree 2.
 template <int D>
 [[nodiscard]] Outcome<run::MeshRun<D>> remesh_mesh(Mesh<D> mesh, const MeshGoal<D>& goal,
-                                                   const RemeshMeshOptions& options, const Around& around);
+                                                   const RemeshMeshOptions& options, const StepWrapper& around);
 
 }  // namespace camber

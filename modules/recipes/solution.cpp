@@ -44,7 +44,7 @@ std::vector<Column<double>> scalars_of(std::span<const NamedField> fields) {
 Outcome<std::vector<NamedField>> named(std::vector<NamedField> fields, const std::vector<std::string>& names,
                                        const std::string& where) {
     if (names.empty()) return fields;
-    std::vector<NamedField> wanted;
+    std::vector<NamedField> selected;
     for (const std::string& name : names) {
         const auto found = std::ranges::find(fields, name, &NamedField::name);
         if (found == fields.end()) {
@@ -52,17 +52,18 @@ Outcome<std::vector<NamedField>> named(std::vector<NamedField> fields, const std
             for (const NamedField& field : fields) there += (there.empty() ? "" : ", ") + field.name;
             return fail(ErrorKind::usage, "there is no field of the name " + name, where, {}, "there is " + there);
         }
-        if (std::ranges::find(wanted, name, &NamedField::name) == wanted.end()) wanted.push_back(*found);
+        if (std::ranges::find(selected, name, &NamedField::name) == selected.end()) selected.push_back(*found);
     }
-    return wanted;
+    return selected;
 }
 
 template <int D>
 Outcome<QuadraticMesh<D>> of_degree_2(const AnyMesh& mesh, const Execution& execution) {
-    const auto* const given = std::get_if<Mesh<D>>(&mesh);
-    if (!given) return fail(ErrorKind::internal, "the mesh is of another dimension");
-    if (given->degree == 1) return as_linear(*given).and_then([&](const auto& m) { return elevate(m, execution); });
-    return as_quadratic(*given);
+    const auto* const specified = std::get_if<Mesh<D>>(&mesh);
+    if (!specified) return fail(ErrorKind::internal, "the mesh is of another dimension");
+    if (specified->degree == 1)
+        return as_linear(*specified).and_then([&](const auto& m) { return elevate(m, execution); });
+    return as_quadratic(*specified);
 }
 template Outcome<QuadraticMesh<2>> of_degree_2<2>(const AnyMesh&, const Execution&);
 template Outcome<QuadraticMesh<3>> of_degree_2<3>(const AnyMesh&, const Execution&);
@@ -81,22 +82,22 @@ Outcome<std::size_t> nodes_in_degree_2(const AnyMesh& mesh, const Execution& exe
 namespace {
 
 template <int D>
-Outcome<TransferredFields> brought(const AnyMesh& to, const AnyMesh& from, std::vector<NamedField> fields,
-                                   const TransferOptions& options, const Execution& execution) {
+Outcome<TransferredFields> transferred(const AnyMesh& to, const AnyMesh& from, std::vector<NamedField> fields,
+                                       const TransferOptions& options, const Execution& execution) {
     const auto old_mesh = of_degree_2<D>(from, without_progress(execution));
     if (!old_mesh) return fail(old_mesh.error());
     const auto new_mesh = of_degree_2<D>(to, without_progress(execution));
     if (!new_mesh) return fail(new_mesh.error());
-    std::vector<TransferField> given;
+    std::vector<TransferField> specified;
     std::vector<std::string> names;
     for (const NamedField& field : fields) {
-        given.push_back(field.field);
+        specified.push_back(field.field);
         names.push_back(field.name);
     }
-    auto made = transfer<D>(*old_mesh, given, *new_mesh, options, execution);
-    if (!made) return fail(made.error());
-    for (std::size_t f = 0; f < fields.size(); ++f) fields[f].field = std::move(made->fields[f]);
-    return TransferredFields{std::move(fields), {options.method, std::move(names), std::move(made->statistics)}};
+    auto result = transfer<D>(*old_mesh, specified, *new_mesh, options, execution);
+    if (!result) return fail(result.error());
+    for (std::size_t f = 0; f < fields.size(); ++f) fields[f].field = std::move(result->fields[f]);
+    return TransferredFields{std::move(fields), {options.method, std::move(names), std::move(result->statistics)}};
 }
 
 /// Nodes of a mesh: the number of vertices, and the ends of edges with nodes; none of a straight one.
@@ -124,9 +125,9 @@ Column<double> at_all_nodes(const NodesOfMesh& nodes, const TransferField& field
 
 }  // namespace
 
-Outcome<TransferredFields> fields_brought_to(const AnyMesh& new_mesh, const AnyMesh& old_mesh,
-                                             std::vector<NamedField> fields, const TransferOptions& options,
-                                             const Around& around) {
+Outcome<TransferredFields> transfer_fields(const AnyMesh& new_mesh, const AnyMesh& old_mesh,
+                                           std::vector<NamedField> fields, const TransferOptions& options,
+                                           const StepWrapper& around) {
     return std::visit(
         [&]<int D, int Old>(const Mesh<D>&, const Mesh<Old>&) -> Outcome<TransferredFields> {
             if constexpr (D != Old)
@@ -134,7 +135,7 @@ Outcome<TransferredFields> fields_brought_to(const AnyMesh& new_mesh, const AnyM
                             "give two meshes of one domain");
             else
                 return run_step(around, "transfer", [&](const Execution& e) {
-                    return brought<D>(new_mesh, old_mesh, std::move(fields), options, e);
+                    return transferred<D>(new_mesh, old_mesh, std::move(fields), options, e);
                 });
         },
         new_mesh, old_mesh);
@@ -143,11 +144,11 @@ Outcome<TransferredFields> fields_brought_to(const AnyMesh& new_mesh, const AnyM
 std::vector<NamedField> at_vertices(const AnyMesh& mesh, std::vector<NamedField> fields) {
     const std::size_t vertices = nodes_of(mesh).vertices;
     for (NamedField& field : fields) {
-        TransferField& given = field.field;
-        if (given.degree == 1) continue;
-        const auto count = static_cast<std::ptrdiff_t>(vertices * static_cast<std::size_t>(given.components));
-        given.values = Column<double>(Buffer<double>(given.values.begin(), given.values.begin() + count));
-        given.degree = 1;
+        TransferField& specified = field.field;
+        if (specified.degree == 1) continue;
+        const auto count = static_cast<std::ptrdiff_t>(vertices * static_cast<std::size_t>(specified.components));
+        specified.values = Column<double>(Buffer<double>(specified.values.begin(), specified.values.begin() + count));
+        specified.degree = 1;
     }
     return fields;
 }
@@ -198,15 +199,15 @@ Outcome<NamedField> field_of_expression(const AnyMesh& mesh, const std::string& 
 }
 
 template <int D>
-Outcome<GivenSolution<D>> solution_on(const SolutionSource& source, const QuadraticMesh<D>& mesh,
-                                      const Around& around) {
+Outcome<SolutionInput<D>> solution_on(const SolutionSource& source, const QuadraticMesh<D>& mesh,
+                                      const StepWrapper& around) {
     const std::vector<double>& weights = source.weights;
     const auto check_weights = [&](std::size_t fields) -> Outcome<Done> {
         if (weights.empty() || weights.size() == fields) return Done{};
         return fail(ErrorKind::usage, fmt::format("there are {} weights, and {} fields", weights.size(), fields),
                     "/solution/weights", {}, "give one for each field, or none");
     };
-    GivenSolution<D> out;
+    SolutionInput<D> out;
     if (!source.expression.empty()) {
         const auto parsed = ScalarExpression<D>::parsed(source.expression);
         if (!parsed) return fail(parsed.error());
@@ -215,10 +216,10 @@ Outcome<GivenSolution<D>> solution_on(const SolutionSource& source, const Quadra
         return out;
     }
     if (source.fields.empty()) return out;
-    const auto brought =
-        fields_brought_to(AnyMesh(as_mesh(mesh)), source.mesh, source.fields, TransferOptions{}, around);
-    if (!brought) return fail(brought.error());
-    const std::vector<NamedField>& fields = brought->fields;
+    const auto transferred =
+        transfer_fields(AnyMesh(as_mesh(mesh)), source.mesh, source.fields, TransferOptions{}, around);
+    if (!transferred) return fail(transferred.error());
+    const std::vector<NamedField>& fields = transferred->fields;
     if (auto fit = check_weights(fields.size()); !fit) return fail(fit.error());
     for (std::size_t f = 0; f < fields.size(); ++f)
         for (Column<double>& scalar : scalars_of({&fields[f], 1}))
@@ -226,8 +227,8 @@ Outcome<GivenSolution<D>> solution_on(const SolutionSource& source, const Quadra
     return out;
 }
 
-template Outcome<GivenSolution<2>> solution_on<2>(const SolutionSource&, const QuadraticMesh<2>&, const Around&);
-template Outcome<GivenSolution<3>> solution_on<3>(const SolutionSource&, const QuadraticMesh<3>&, const Around&);
+template Outcome<SolutionInput<2>> solution_on<2>(const SolutionSource&, const QuadraticMesh<2>&, const StepWrapper&);
+template Outcome<SolutionInput<3>> solution_on<3>(const SolutionSource&, const QuadraticMesh<3>&, const StepWrapper&);
 
 namespace {
 
@@ -250,36 +251,38 @@ Outcome<NamedField> as_field(const QuadraticMesh<D>& mesh, const Column<LogMetri
         });
 }
 
-MetricOfSolutionOptions options_of(const config::SolutionMetric& asked, bool at_nodes, double ridge_angle) {
+MetricOfSolutionOptions options_of(const config::SolutionMetric& requested, bool at_nodes, double ridge_angle) {
     MetricOfSolutionOptions out;
     const int of_solution = at_nodes ? 2 : 1;
-    out.norm = {.degree = asked.degree > 0 ? asked.degree : of_solution, .p = asked.norm, .error_of = asked.error_of};
+    out.norm = {.degree = requested.degree > 0 ? requested.degree : of_solution,
+                .p = requested.norm,
+                .error_of = requested.error_of};
     SolutionMetricOptions& metric = out.metric;
-    for (const auto& [amount, of] :
-         {std::pair(asked.complexity, AmountOf::complexity), std::pair(asked.vertices, AmountOf::vertices),
-          std::pair(asked.elements, AmountOf::elements)})
+    for (const auto& [amount, of] : {std::pair(requested.complexity, TargetQuantity::complexity),
+                                     std::pair(requested.vertices, TargetQuantity::vertices),
+                                     std::pair(requested.elements, TargetQuantity::elements)})
         if (amount > 0) {
             metric.amount = amount;
             metric.of = of;
         }
-    if (asked.gradation > 0) metric.gradation = GradationOptions{.ratio = asked.gradation};
-    metric.min_size = asked.min_size;
-    metric.max_size = asked.max_size;
-    metric.max_anisotropy = asked.max_anisotropy;
-    out.models.max_anisotropy = std::max(out.models.max_anisotropy, asked.max_anisotropy);
-    out.sizes = asked.sizes;
-    out.geometry = asked.geometry;
+    if (requested.gradation > 0) metric.gradation = GradationOptions{.ratio = requested.gradation};
+    metric.min_size = requested.min_size;
+    metric.max_size = requested.max_size;
+    metric.max_anisotropy = requested.max_anisotropy;
+    out.models.max_anisotropy = std::max(out.models.max_anisotropy, requested.max_anisotropy);
+    out.sizes = requested.sizes;
+    out.geometry = requested.geometry;
     out.ridge_angle = ridge_angle;
-    out.expected = asked.expected;
+    out.expected = requested.expected;
     return out;
 }
 
 /// Weights of the scalars of fields, by those of the solution's fields, which stand in its order.
-std::vector<double> weights_of_scalars(std::span<const NamedField> fields, std::span<const NamedField> wanted,
+std::vector<double> weights_of_scalars(std::span<const NamedField> fields, std::span<const NamedField> selected,
                                        const std::vector<double>& weights) {
     std::vector<double> out;
     if (weights.size() != fields.size()) return out;
-    for (const NamedField& field : wanted) {
+    for (const NamedField& field : selected) {
         const auto of = std::ranges::find(fields, field.name, &NamedField::name);
         out.insert(out.end(), static_cast<std::size_t>(field.field.components),
                    weights[static_cast<std::size_t>(of - fields.begin())]);
@@ -288,14 +291,15 @@ std::vector<double> weights_of_scalars(std::span<const NamedField> fields, std::
 }
 
 template <int D>
-SolutionMetricReport told(const MetricOfSolution<D>& made, const MetricOfSolutionOptions& options, double largest) {
-    const SolutionMetric<D>& m = made.metric;
+SolutionMetricReport report_of_metric(const MetricOfSolution<D>& result, const MetricOfSolutionOptions& options,
+                                      double largest) {
+    const SolutionMetric<D>& m = result.metric;
     return {.degree = options.norm.degree,
-            .asked = m.asked,
+            .requested = m.requested,
             .complexity = m.reached,
             .elements = m.reached * elements_per_complexity<D>(),
-            .of_fixed = m.of_fixed,
-            .is_fixed_alone = m.is_fixed_alone,
+            .fixed_complexity = m.fixed_complexity,
+            .is_fixed_sufficient = m.is_fixed_sufficient,
             .is_reached = m.is_reached,
             .is_graded = m.is_graded,
             .evaluations = m.evaluations,
@@ -303,21 +307,21 @@ SolutionMetricReport told(const MetricOfSolution<D>& made, const MetricOfSolutio
             .largest_anisotropy = largest,
             .at_min = m.at_min,
             .at_max = m.at_max,
-            .rows = made.rows,
-            .from_inner_fits = made.from_inner_fits,
-            .lower_degree = made.lower_degree,
-            .zero_models = made.zero_models,
-            .floored_models = made.floored_models,
+            .rows = result.rows,
+            .from_inner_fits = result.from_inner_fits,
+            .lower_degree = result.lower_degree,
+            .zero_models = result.zero_models,
+            .floored_models = result.floored_models,
             .models_max_anisotropy = options.models.max_anisotropy};
 }
 
 template <int D>
-Outcome<std::vector<Column<LogMetric<D>>>> logs_of(std::span<const Solution> given, std::size_t vertices,
+Outcome<std::vector<Column<LogMetric<D>>>> logs_of(std::span<const Solution> specified, std::size_t vertices,
                                                    const std::vector<config::FilePath>& names,
                                                    const Execution& execution) {
     std::vector<Column<LogMetric<D>>> out;
-    for (std::size_t i = 0; i < given.size(); ++i) {
-        auto logs = log_metrics_of_file<D>({names[i].path, given[i]}, vertices, execution);
+    for (std::size_t i = 0; i < specified.size(); ++i) {
+        auto logs = log_metrics_of_file<D>({names[i].path, specified[i]}, vertices, execution);
         if (!logs) return fail(logs.error());
         out.push_back(std::move(logs->log_metrics));
     }
@@ -327,12 +331,12 @@ Outcome<std::vector<Column<LogMetric<D>>>> logs_of(std::span<const Solution> giv
 /// The names of fields whose values are as unrelated as in a random order. Errors (input): values that are certainly in
 /// another order than the nodes.
 template <int D>
-Outcome<std::vector<std::string>> fields_in_doubt(const QuadraticMesh<D>& mesh, std::span<const NamedField> fields,
-                                                  const Execution& execution) {
+Outcome<std::vector<std::string>> unordered_fields(const QuadraticMesh<D>& mesh, std::span<const NamedField> fields,
+                                                   const Execution& execution) {
     constexpr const char* remedy =
         "give a row for each vertex, then one for each edge by (lower vertex, higher vertex), or a file with its "
         "own mesh, such as .vtu (docs/formats.md, Fields of degree 2)";
-    std::vector<std::string> in_doubt;
+    std::vector<std::string> unordered;
     for (const NamedField& field : fields)
         for (const Column<double>& values : scalars_of({&field, 1})) {
             const auto check = check_node_order(mesh, values, execution);
@@ -348,10 +352,10 @@ Outcome<std::vector<std::string>> fields_in_doubt(const QuadraticMesh<D>& mesh, 
                                         "their edges is {:.2f}, that of neighbouring vertices {:.2f}",
                                         nodes, check->between_ends_and_middle, check->between_vertices),
                             {}, {}, remedy);
-            if (check->order == NodeOrder::unrelated && (in_doubt.empty() || in_doubt.back() != field.name))
-                in_doubt.push_back(field.name);
+            if (check->order == NodeOrder::unrelated && (unordered.empty() || unordered.back() != field.name))
+                unordered.push_back(field.name);
         }
-    return in_doubt;
+    return unordered;
 }
 
 /// Request of a metric for fields.
@@ -363,49 +367,50 @@ struct FieldsMetric {
 };
 
 template <int D>
-Outcome<SolutionMetricMade> made_metric(const QuadraticMesh<D>& mesh, int mesh_degree, const FieldsMetric& request,
-                                        const Around& around) {
-    const auto& [fields, asked, given, ridge_angle] = request;
+Outcome<SolutionMetricResult> compute_metric(const QuadraticMesh<D>& mesh, int mesh_degree, const FieldsMetric& request,
+                                             const StepWrapper& around) {
+    const auto& [fields, requested, specified, ridge_angle] = request;
     const bool at_nodes = fields.front().field.degree == 2;
     for (const NamedField& field : fields)
         if ((field.field.degree == 2) != at_nodes)
             return fail(ErrorKind::usage, "some fields are known at the vertices only", "fields", {},
                         "name those that are known alike");
-    const MetricOfSolutionOptions options = options_of(asked, at_nodes, ridge_angle);
+    const MetricOfSolutionOptions options = options_of(requested, at_nodes, ridge_angle);
     const auto logs = run_step(around, "fixed", [&](const Execution& e) {
-        return logs_of<D>(given, mesh.linear.points.size(), asked.intersect, e);
+        return logs_of<D>(specified, mesh.linear.points.size(), requested.intersect, e);
     });
     if (!logs) return fail(logs.error());
-    auto in_doubt = run_step(around, "order", [&](const Execution& e) { return fields_in_doubt(mesh, fields, e); });
-    if (!in_doubt) return fail(in_doubt.error());
+    auto unordered = run_step(around, "order", [&](const Execution& e) { return unordered_fields(mesh, fields, e); });
+    if (!unordered) return fail(unordered.error());
     const auto scalars = scalars_of(fields);
-    const auto made = metric_of_solution<D>(mesh, scalars, *logs, options, around);
-    if (!made) return fail(made.error());
-    return run_step(around, "metric", [&](const Execution& e) -> Outcome<SolutionMetricMade> {
-        const auto largest = largest_anisotropy(made->metric.log_metrics, without_progress(e));
+    const auto result = metric_of_solution<D>(mesh, scalars, *logs, options, around);
+    if (!result) return fail(result.error());
+    return run_step(around, "metric", [&](const Execution& e) -> Outcome<SolutionMetricResult> {
+        const auto largest = largest_anisotropy(result->metric.log_metrics, without_progress(e));
         if (!largest) return fail(largest.error());
-        auto field = as_field(mesh, made->metric.log_metrics, mesh_degree, without_progress(e));
+        auto field = as_field(mesh, result->metric.log_metrics, mesh_degree, without_progress(e));
         if (!field) return fail(field.error());
-        SolutionMetricReport report = told(*made, options, *largest);
-        report.fields_in_doubt = std::move(*in_doubt);
-        return SolutionMetricMade{std::move(*field), std::move(report), made->bounds};
+        SolutionMetricReport report = report_of_metric(*result, options, *largest);
+        report.unordered_fields = std::move(*unordered);
+        return SolutionMetricResult{std::move(*field), std::move(report), result->bounds};
     });
 }
 
 }  // namespace
 
-Outcome<SolutionMetricMade> metric_of_fields(const AnyMesh& mesh, std::span<const NamedField> fields,
-                                             const config::SolutionMetric& asked, std::span<const Solution> given,
-                                             double ridge_angle, const Around& around) {
+Outcome<SolutionMetricResult> metric_of_fields(const AnyMesh& mesh, std::span<const NamedField> fields,
+                                               const config::SolutionMetric& requested,
+                                               std::span<const Solution> specified, double ridge_angle,
+                                               const StepWrapper& around) {
     if (fields.empty())
         return fail(ErrorKind::usage, "there is no solution that the metric could be made for", "/solution", {},
                     "give {\"file\": …}, or a mesh file with fields at its nodes; --solution on the command line");
-    const auto wanted = named({fields.begin(), fields.end()}, asked.fields, "fields");
-    if (!wanted) return fail(wanted.error());
-    config::SolutionMetric by = asked;
-    by.expected.weights = weights_of_scalars(fields, *wanted, asked.expected.weights);
+    const auto selected = named({fields.begin(), fields.end()}, requested.fields, "fields");
+    if (!selected) return fail(selected.error());
+    config::SolutionMetric by = requested;
+    by.expected.weights = weights_of_scalars(fields, *selected, requested.expected.weights);
     return std::visit(
-        [&]<int D>(const Mesh<D>& m) -> Outcome<SolutionMetricMade> {
+        [&]<int D>(const Mesh<D>& m) -> Outcome<SolutionMetricResult> {
             if (plan_size(mesh).elements == 0)
                 return fail(ErrorKind::input,
                             std::string("is of a mesh without ") + (D == 2 ? "triangles" : "tetrahedra") +
@@ -414,7 +419,7 @@ Outcome<SolutionMetricMade> metric_of_fields(const AnyMesh& mesh, std::span<cons
             const auto quadratic =
                 run_step(around, "elevate", [&](const Execution& e) { return of_degree_2<D>(mesh, e); });
             if (!quadratic) return fail(quadratic.error());
-            return made_metric<D>(*quadratic, m.degree, {*wanted, by, given, ridge_angle}, around);
+            return compute_metric<D>(*quadratic, m.degree, {*selected, by, specified, ridge_angle}, around);
         },
         mesh);
 }
@@ -456,14 +461,14 @@ Outcome<Solution> hessians_of(const AnyMesh& mesh, const NamedField& field, cons
 
 std::vector<std::string> solution_metric_notices(const SolutionMetricReport& r) {
     std::vector<std::string> notices;
-    if (r.is_fixed_alone)
+    if (r.is_fixed_sufficient)
         notices.push_back(
             fmt::format("sizes by reference, geometry, bounds and gradation alone have the complexity {:.6g}: the "
                         "solution has no say (ask for more, or for less of them)",
-                        r.of_fixed));
+                        r.fixed_complexity));
     else if (!r.is_reached)
         notices.emplace_back("the complexity is another than was asked for: bounds or gradation stand in the way");
-    for (const std::string& field : r.fields_in_doubt)
+    for (const std::string& field : r.unordered_fields)
         notices.push_back(fmt::format(
             "the values of {} at neighbouring nodes are as unrelated as in a random order: the mesh does not "
             "resolve the field, or its rows are in another order than the nodes (docs/formats.md, Fields of "

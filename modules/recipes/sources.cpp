@@ -102,15 +102,15 @@ template <int D>
 Outcome<Column<LogMetric<D>>> at_moved_vertices(Column<LogMetric<D>> field, const MetricInput<D>& input,
                                                 const Execution& execution) {
     const Column<Vec<D>>& points = input.mesh.points;
-    if (points == input.given_points) return field;
-    LinearMesh<D> given = input.mesh;
-    given.points = input.given_points;
-    const auto around = balls(given, part_of(execution, 0, 0.2));
+    if (points == input.input_points) return field;
+    LinearMesh<D> specified = input.mesh;
+    specified.points = input.input_points;
+    const auto around = balls(specified, part_of(execution, 0, 0.2));
     if (!around) return fail(around.error());
-    const auto back = make_back_mesh(given, *around, field, part_of(execution, 0.2, 0.7));
+    const auto back = make_back_mesh(specified, *around, field, part_of(execution, 0.2, 0.7));
     if (!back) return fail(back.error());
     auto moved = map_each(part_of(execution, 0.7, 1), points.size(), [&](std::size_t v) {
-        if (points[v] == given.points[v] || (*around)[v].empty()) return field[v];
+        if (points[v] == specified.points[v] || (*around)[v].empty()) return field[v];
         return sample_value(*back, points[v], (*around)[v].front()).log_metric;
     });
     if (!moved) return fail(moved.error());
@@ -134,31 +134,31 @@ struct Source {
         return sourced(Column<LogMetric<D>>(std::move(logs)), "constant");
     }
     Outcome<SourcedMetric<D>> operator()(const config::SurfaceMetric& surface) const {
-        return made(make_surface_metric(surface, input, execution), "surface");
+        return sourced_metric(make_surface_metric(surface, input, execution), "surface");
     }
     Outcome<SourcedMetric<D>> operator()(const config::FieldMetric& field) const {
-        return made(make_field_metric(field, input.mesh, execution), "field");
+        return sourced_metric(make_field_metric(field, input.mesh, execution), "field");
     }
     Outcome<SourcedMetric<D>> operator()(const MetricExpression& expression) const {
-        return made(log_metrics_of<D>(expression, input.mesh.points.view(), execution), "expression");
+        return sourced_metric(log_metrics_of<D>(expression, input.mesh.points.view(), execution), "expression");
     }
-    Outcome<SourcedMetric<D>> operator()(const config::SizesMetric& asked) const {
-        auto sizes = sizes_by_reference(input.mesh, asked.sizes);
+    Outcome<SourcedMetric<D>> operator()(const config::SizesMetric& requested) const {
+        auto sizes = sizes_by_reference(input.mesh, requested.sizes);
         if (!sizes) return fail(sizes.error());
-        return made(within_domain({std::move(*sizes)}), "sizes");
+        return sourced_metric(within_domain({std::move(*sizes)}), "sizes");
     }
-    Outcome<SourcedMetric<D>> operator()(const config::GeometryMetric& asked) const {
-        auto sizes = geometry_sizes(input.mesh, input.boundary.features, asked, diameter(input.mesh),
+    Outcome<SourcedMetric<D>> operator()(const config::GeometryMetric& requested) const {
+        auto sizes = geometry_sizes(input.mesh, input.boundary.features, requested, diameter(input.mesh),
                                     part_of(execution, 0, 0.8));
         if (!sizes) return fail(sizes.error());
-        return made(within_domain(*sizes), "geometry");
+        return sourced_metric(within_domain(*sizes), "geometry");
     }
     Outcome<SourcedMetric<D>> operator()(const config::FilePath& path) const { return rows_of(path); }
     Outcome<SourcedMetric<D>> operator()(const config::SolutionMetric& solution) const { return rows_of(solution); }
 
   private:
-    [[nodiscard]] Outcome<SourcedMetric<D>> rows_of(const config::Metric& asked) const {
-        const auto file = std::ranges::find_if(input.files, [&](const MetricFile& f) { return f.is_of(asked); });
+    [[nodiscard]] Outcome<SourcedMetric<D>> rows_of(const config::Metric& requested) const {
+        const auto file = std::ranges::find_if(input.files, [&](const MetricFile& f) { return f.is_of(requested); });
         if (file == input.files.end()) return fail(ErrorKind::internal, "the metric's rows were not read");
         if (file->mesh) return sampled_file<D>(*file, input.mesh.points, execution);
         auto metric = log_metrics_of_file<D>(*file, input.mesh.points.size(), part_of(execution, 0, 0.6));
@@ -172,7 +172,7 @@ struct Source {
     [[nodiscard]] Outcome<Column<LogMetric<D>>> within_domain(const std::vector<MetricsAtVertices<D>>& sizes) const {
         return fixed_metric<D>(input.mesh, sizes, {}, diameter(input.mesh), without_progress(execution));
     }
-    static Outcome<SourcedMetric<D>> made(Outcome<Column<LogMetric<D>>> logs, const char* source) {
+    static Outcome<SourcedMetric<D>> sourced_metric(Outcome<Column<LogMetric<D>>> logs, const char* source) {
         if (!logs) return fail(logs.error());
         return sourced(std::move(*logs), source);
     }
@@ -183,16 +183,16 @@ struct Source {
 template <int D>
 Outcome<SourcedMetric<D>> make_log_metrics(const MetricInput<D>& input, const config::Metric& metric,
                                            const Execution& execution) {
-    auto made = std::visit(Source<D>{input, execution}, metric);
-    if (!made || std::holds_alternative<config::NaturalMetric>(metric)) return made;
-    if (auto sizes = check_sizes(made->log_metrics, without_progress(execution)); !sizes) {
+    auto result = std::visit(Source<D>{input, execution}, metric);
+    if (!result || std::holds_alternative<config::NaturalMetric>(metric)) return result;
+    if (auto sizes = check_sizes(result->log_metrics, without_progress(execution)); !sizes) {
         Error error = sizes.error();
         const auto* file = std::get_if<config::FilePath>(&metric);
         if (file) error.where = file->path;
         if (!file && error.kind == ErrorKind::input) error.kind = ErrorKind::usage;
         return fail(std::move(error));
     }
-    return made;
+    return result;
 }
 
 template Outcome<SourcedMetric<2>> log_metrics_of_file<2>(const MetricFile&, std::size_t, const Execution&);
@@ -203,32 +203,32 @@ namespace {
 /// In the order to work in, which makes this too faster; nothing where there is something to say of the mesh, since
 /// that is said of the given one.
 template <int D>
-Outcome<std::optional<Sound<D>>> sound_in_order(const StageInputs<D>& given, BetterOrder order,
+Outcome<std::optional<Sound<D>>> sound_in_order(const StageInputs<D>& specified, BetterOrder order,
                                                 const Execution& execution) {
-    auto inputs = in_working_order(given, order.renumbering, part_of(execution, 0, 0.2));
+    auto inputs = in_working_order(specified, order.renumbering, part_of(execution, 0, 0.2));
     if (!inputs) return fail(inputs.error());
-    auto made = prepare(std::move(inputs->mesh), part_of(execution, 0.2, 1));
-    if (!made || !made->notices.empty()) return std::nullopt;
-    return Sound<D>{{std::move(made->mesh), std::move(inputs->files)}, {}, std::move(order)};
+    auto result = prepare(std::move(inputs->mesh), part_of(execution, 0.2, 1));
+    if (!result || !result->notices.empty()) return std::nullopt;
+    return Sound<D>{{std::move(result->mesh), std::move(inputs->files)}, {}, std::move(order)};
 }
 
 }  // namespace
 
 template <int D>
-Outcome<Sound<D>> prepare_stage(StageInputs<D> given, std::span<const config::Stage> stages,
+Outcome<Sound<D>> prepare_stage(StageInputs<D> specified, std::span<const config::Stage> stages,
                                 const OrderingOptions& ordering, const Execution& execution) {
-    auto order = working_order(given, stages, ordering, part_of(execution, 0, 0.02));
+    auto order = working_order(specified, stages, ordering, part_of(execution, 0, 0.02));
     if (!order) return fail(order.error());
     const bool is_bad = order->has_value();
     if (is_bad) {
-        auto sound = sound_in_order(given, std::move(**order), part_of(execution, 0.02, 0.9));
+        auto sound = sound_in_order(specified, std::move(**order), part_of(execution, 0.02, 0.9));
         if (!sound) return fail(sound.error());
         if (*sound) return std::move(**sound);
     }
-    auto made = prepare(std::move(given.mesh), part_of(execution, is_bad ? 0.9 : 0.02, 1));
-    if (!made) return fail(made.error());
-    given.mesh = std::move(made->mesh);
-    Sound<D> sound{std::move(given), std::move(made->notices), {}};
+    auto result = prepare(std::move(specified.mesh), part_of(execution, is_bad ? 0.9 : 0.02, 1));
+    if (!result) return fail(result.error());
+    specified.mesh = std::move(result->mesh);
+    Sound<D> sound{std::move(specified), std::move(result->notices), {}};
     if (!is_bad) return sound;
     // Anew: elements may have gone.
     auto now = working_order(sound.inputs, stages, ordering, without_progress(execution));
@@ -262,7 +262,7 @@ Outcome<Adopted<D>> own_nodes(const QuadraticMesh<D>& mesh, const BoundaryOption
                               const Execution& execution) {
     auto features = find_features(mesh.linear, mesh.edges, options.features, execution);
     if (!features) return fail(features.error());
-    Proposal<D> proposal = own_proposal(mesh, features->edge_kinds, options.required);
+    Proposal<D> proposal = proposal_from_mesh(mesh, features->edge_kinds, options.required);
     const BoundaryReport report{
         features->surface_edges, features->ridge_edges, features->corners, features->patch_count, {}, {}};
     return Adopted<D>{{std::move(*features)}, std::move(proposal), report};
@@ -277,9 +277,9 @@ Outcome<Plan<D>> own_nodes_on_geometry(Runner<D>& run) {
     if (!boundary) return fail(boundary.error());
     return run.step("nodes", [&](const Execution& e) -> Outcome<Plan<D>> {
         const Column<EdgeKind>& kinds = boundary->features.edge_kinds;
-        auto nodes = own_nodes_on(boundary->geometry, kinds, mesh, boundary->required, e);
+        auto nodes = mesh_nodes_on(boundary->geometry, kinds, mesh, boundary->required, e);
         if (!nodes) return fail(nodes.error());
-        Proposal<D> proposal = own_proposal(mesh, kinds, boundary->required);
+        Proposal<D> proposal = proposal_from_mesh(mesh, kinds, boundary->required);
         proposal.mid_nodes = std::move(*nodes);
         return Plan<D>{OwnNodes<D>{boundary->features, *boundary}, std::move(proposal)};
     });
@@ -309,10 +309,10 @@ Outcome<Done> adopt_own_nodes(Runner<D>& run) {
         run.sources.goal != nullptr
             ? run.sources.goal->boundary
             : BoundaryOptions<D>{{.ridge_angle_degrees = features.ridge_angle}, features.required_boundary};
-    auto made = run.step("features", [&](const Execution& e) { return own_nodes(run.quadratic().mesh, options, e); });
-    if (!made) return fail(made.error());
-    add(run.report, made->report);
-    run.quadratic().plan = Plan<D>{std::move(made->own), std::move(made->proposal)};
+    auto result = run.step("features", [&](const Execution& e) { return own_nodes(run.quadratic().mesh, options, e); });
+    if (!result) return fail(result.error());
+    add(run.report, result->report);
+    run.quadratic().plan = Plan<D>{std::move(result->own), std::move(result->proposal)};
     return Done{};
 }
 

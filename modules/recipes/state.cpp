@@ -22,7 +22,7 @@ namespace camber::run {
 
 template <int D>
 const Features<D>& Plan<D>::features() const {
-    const Wanted<D>* const there = wanted();
+    const CurvingTarget<D>* const there = target();
     return there ? there->boundary.features : std::get<OwnNodes<D>>(origin).features;
 }
 
@@ -48,10 +48,10 @@ const Validation<D>* Quadratic<D>::validation() const {
 }
 
 template <int D>
-bool Quadratic<D>::boundary_is_given() const {
+bool Quadratic<D>::is_boundary_from_input() const {
     if (nodes != NodesOf::input) return false;
-    const Wanted<D>* const wanted = planned() ? planned()->wanted() : nullptr;
-    return !wanted || !wanted->boundary.geometry->prescribes_any();
+    const CurvingTarget<D>* const target = planned() ? planned()->target() : nullptr;
+    return !target || !target->boundary.geometry->prescribes_any();
 }
 
 template <int D>
@@ -64,16 +64,16 @@ bool Quadratic<D>::has_uncommitted() const {
 template <int D>
 Outcome<State<D>> beginning_with(Mesh<D> mesh) {
     State<D> state;
-    state.given_points = mesh.points;
-    state.given_nodes = mesh.edge_nodes;
-    auto begun = on_simplices(std::move(mesh), [&](auto simplices) -> Outcome<Done> {
+    state.input_points = mesh.points;
+    state.input_nodes = mesh.edge_nodes;
+    auto started = on_simplices(std::move(mesh), [&](auto simplices) -> Outcome<Done> {
         if constexpr (std::is_same_v<decltype(simplices), LinearMesh<D>>)
             state.mesh = std::move(simplices);
         else
             state.mesh = Quadratic<D>{std::move(simplices), NodesOf::input, Unplanned<D>{}};
         return Done{};
     });
-    if (!begun) return fail(std::move(begun.error()));
+    if (!started) return fail(std::move(started.error()));
     return state;
 }
 
@@ -82,8 +82,8 @@ namespace {
 /// A row without the type of its options.
 struct Row {
     std::string name;
-    Holds least, most;
-    std::optional<Holds> makes;
+    RunContent least, most;
+    std::optional<RunContent> result_content;
     Places places;
 };
 
@@ -91,31 +91,34 @@ Row row_of(const config::Stage& stage) {
     return std::visit(
         []<class Options>(const Options&) {
             const auto& row = std::get<Step<Options>>(step_table);
-            return Row{std::string(row.name), row.least, row.most, row.makes, row.places};
+            return Row{std::string(row.name), row.least, row.most, row.result_content, row.places};
         },
         stage);
 }
 
 /// The first stage of the table that makes this.
-std::string_view maker_of(Holds wanted) {
-    std::string_view maker;
-    std::apply([&](const auto&... rows) { ((maker = maker.empty() && rows.makes == wanted ? rows.name : maker), ...); },
-               step_table);
-    return maker;
+std::string_view first_stage_for(RunContent target) {
+    std::string_view stage_name;
+    std::apply(
+        [&](const auto&... rows) {
+            ((stage_name = stage_name.empty() && rows.result_content == target ? rows.name : stage_name), ...);
+        },
+        step_table);
+    return stage_name;
 }
 
 /// Why the stage cannot run on less than it needs.
-Error too_little(const Row& row, Holds now) {
+Error too_little(const Row& row, RunContent now) {
     // A stage that takes what is there finds a mesh of another degree; one that plans anew could have had it elevated.
-    if (now == Holds::straight_mesh && !row.makes)
+    if (now == RunContent::straight_mesh && !row.result_content)
         return {ErrorKind::input,
                 "the mesh is of degree 1, and stage \"" + row.name + "\" needs one of degree 2",
                 {},
                 {},
                 "camber curve makes it curved; in a config, put \"elevate\" before"};
-    const Holds missing = now == Holds::straight_mesh ? Holds::curved_mesh : row.least;
+    const RunContent missing = now == RunContent::straight_mesh ? RunContent::curved_mesh : row.least;
     return {ErrorKind::usage,
-            "stage \"" + row.name + "\" needs \"" + std::string(maker_of(missing)) + "\" before it",
+            "stage \"" + row.name + "\" needs \"" + std::string(first_stage_for(missing)) + "\" before it",
             {},
             {},
             {}};
@@ -149,13 +152,13 @@ Error not_committed(const Row& row) {
 }  // namespace
 
 Outcome<Done> check_order(std::span<const config::Stage> stages, int degree) {
-    Holds now = degree == 1 ? Holds::straight_mesh : Holds::planned_nodes;
+    RunContent now = degree == 1 ? RunContent::straight_mesh : RunContent::planned_nodes;
     bool committed = true;
     for (std::size_t i = 0; i < stages.size(); ++i) {
         const Row row = row_of(stages[i]);
         const bool fits = row.least <= now && now <= row.most;
         if (fits && (committed || row.places != Places::refuses)) {
-            now = row.makes.value_or(now);
+            now = row.result_content.value_or(now);
             if (row.places == Places::plans) committed = false;
             if (row.places == Places::commits) committed = true;
             continue;

@@ -50,7 +50,7 @@ struct OwnNodes {
 
 /// A plan of `curve` or `reinsert`: where they want nodes, and by what.
 template <int D>
-struct Wanted {
+struct CurvingTarget {
     Boundary<D> boundary;
     Incidence<ElementId> shells;
     Curved<D> curved;  ///< before any correction
@@ -68,7 +68,7 @@ struct CommittedPlaces {
 /// Places for nodes and vertices, committed or not.
 template <int D>
 struct Plan {
-    std::variant<OwnNodes<D>, Wanted<D>> origin;
+    std::variant<OwnNodes<D>, CurvingTarget<D>> origin;
     std::variant<Proposal<D>, JudgedProposal<D>, CommittedPlaces<D>> places;
 
     [[nodiscard]] const Features<D>& features() const;
@@ -77,11 +77,11 @@ struct Plan {
     /// Null: to be judged for the mesh as it is now.
     [[nodiscard]] const JudgedProposal<D>* judged() const { return std::get_if<JudgedProposal<D>>(&places); }
     /// Null: began with the nodes that the mesh was read with.
-    [[nodiscard]] const Wanted<D>* wanted() const { return std::get_if<Wanted<D>>(&origin); }
+    [[nodiscard]] const CurvingTarget<D>* target() const { return std::get_if<CurvingTarget<D>>(&origin); }
     /// Null: the mesh's own, without a geometry.
     [[nodiscard]] const Boundary<D>* boundary() const {
         if (const auto* own = std::get_if<OwnNodes<D>>(&origin)) return own->boundary ? &*own->boundary : nullptr;
-        return &std::get<Wanted<D>>(origin).boundary;
+        return &std::get<CurvingTarget<D>>(origin).boundary;
     }
 };
 
@@ -102,7 +102,7 @@ struct Quadratic {
     /// Verdicts of the plan, or of the mesh where there is none; null when nothing was judged.
     [[nodiscard]] const Validation<D>* validation() const;
     /// True if the boundary's nodes are the file's: they stay, unless analytic surfaces are given.
-    [[nodiscard]] bool boundary_is_given() const;
+    [[nodiscard]] bool is_boundary_from_input() const;
     [[nodiscard]] bool has_uncommitted() const;
 };
 
@@ -127,7 +127,7 @@ struct Changing {
     MetricReport metric;                ///< of the goal's field
     std::vector<Histogram> histograms;  ///< of the mesh before, see UnitMesh
     /// Shared among ranks, at the end of a run that ends in rows: the mesh is empty then.
-    std::optional<BroughtRows<D>> shared = {};
+    std::optional<RemeshedRows<D>> shared = {};
 };
 
 /// Inheritance of a remeshed mesh from the one before: its facets approximate the same geometry, and its vertices know
@@ -156,8 +156,8 @@ struct KnownCrossings {
 template <int D>
 struct State {
     std::variant<LinearMesh<D>, Changing<D>, Quadratic<D>> mesh;
-    Column<Vec<D>> given_points;  ///< of the vertices as they were read: where the rows of metric files speak
-    Column<LagrangeNode<D>> given_nodes = {};  ///< of a mesh of degree 2 its nodes, likewise: what came is told beside
+    Column<Vec<D>> input_points;  ///< of the vertices as they were read: where the rows of metric files speak
+    Column<LagrangeNode<D>> input_nodes = {};  ///< of a mesh of degree 2 its nodes, likewise: what came is told beside
     std::optional<BackMesh<D>> field;          ///< the last that was made
     /// If that is on a curved back mesh: the metric of the straight mesh at its vertices.
     std::optional<Column<LogMetric<D>>> straight_log_metrics;
@@ -195,14 +195,14 @@ struct MetricMesh {
 struct MetricFile {
     std::string name;
     Solution solution;
-    std::optional<MetricMesh> mesh = {};                 ///< none: the rows are at the vertices of the input
-    std::optional<config::SolutionMetric> made_by = {};  ///< none: of a file
-    std::vector<DistanceBound> bounds = {};              ///< of the boundary, by the error that the solution expects
+    std::optional<MetricMesh> mesh = {};                       ///< none: the rows are at the vertices of the input
+    std::optional<config::SolutionMetric> metric_config = {};  ///< none: of a file
+    std::vector<DistanceBound> bounds = {};  ///< of the boundary, by the error that the solution expects
 
     [[nodiscard]] bool is_of(const config::Metric& metric) const {
-        if (const auto* file = std::get_if<config::FilePath>(&metric)) return !made_by && name == file->path;
+        if (const auto* file = std::get_if<config::FilePath>(&metric)) return !metric_config && name == file->path;
         const auto* solution_metric = std::get_if<config::SolutionMetric>(&metric);
-        return solution_metric != nullptr && made_by && *made_by == *solution_metric;
+        return solution_metric != nullptr && metric_config && *metric_config == *solution_metric;
     }
 };
 
@@ -233,7 +233,7 @@ struct Sound {
     std::optional<BetterOrder> order;
 };
 template <int D>
-[[nodiscard]] Outcome<Sound<D>> prepare_stage(StageInputs<D> given, std::span<const config::Stage> stages,
+[[nodiscard]] Outcome<Sound<D>> prepare_stage(StageInputs<D> specified, std::span<const config::Stage> stages,
                                               const OrderingOptions& ordering, const Execution& execution);
 
 /// Input of a field of log-metrics at the vertices of the straight mesh.
@@ -242,7 +242,7 @@ struct MetricInput {
     const LinearMesh<D>& mesh;
     const EdgeSet<D>& edges;
     const Boundary<D>& boundary;
-    const Column<Vec<D>>& given_points;  ///< where the rows of files speak
+    const Column<Vec<D>>& input_points;  ///< where the rows of files speak
     std::span<const MetricFile> files;   ///< all that the config names
     Column<LogMetric<D>> natural;        ///< the mesh's own, with straight edges or with its curves
     const Inherited<D>* inherited;       ///< of a mesh that was remeshed: its metric is made; null of others
@@ -254,29 +254,29 @@ struct MetricInput {
 /// CAD model: errors of `associate`; of another mesh, whose ridges are found by `features_by`: those of
 /// geometry_of_mesh.
 template <int D>
-struct MadeGeometry {
+struct BuiltGeometry {
     Geometry<D> geometry;
     std::optional<CadReport> cad = {};
     std::vector<EdgeId> ridges = {};  ///< edges of the mesh on edges of the model, and vertices on its vertices, rising
     std::vector<VertexId> corners = {};
     std::optional<CurvedPatchesReport> curved_patches = {};
     std::optional<OffSurfacesReport> off_surfaces = {};  ///< of analytic surfaces
-    std::optional<Error> misfit = {};                    ///< the mesh does not belong to the CAD model
+    std::optional<Error> fit_error = {};                 ///< the mesh does not belong to the CAD model
 };
 template <int D>
-[[nodiscard]] Outcome<MadeGeometry<D>> make_geometry(const config::Geometry& geometry, const GeometrySource& source,
-                                                     const BoundaryCurves<D>& boundary,
-                                                     const FeatureOptions<D>& features_by, const Execution& execution);
+[[nodiscard]] Outcome<BuiltGeometry<D>> make_geometry(const config::Geometry& geometry, const GeometrySource& source,
+                                                      const BoundaryCurves<D>& boundary,
+                                                      const FeatureOptions<D>& features_by, const Execution& execution);
 /// Policy for vertices that are far from the boundary of the geometry's mesh. Passes leave vertices off it where
 /// elements would become invalid or walls would cross, so a mesh that an earlier cycle made is not refused.
-enum class MisfitPolicy : std::uint8_t { refused, accepted };
+enum class FitErrorPolicy : std::uint8_t { refused, accepted };
 
 /// The boundary of another mesh. Errors (usage): it is of another dimension, or lacks a reference of this one's
 /// boundary; (input): more than few vertices of the boundary are farther from it than a tenth of their
 /// edges, and not between its straight facets and the surfaces over them.
 template <int D>
 [[nodiscard]] Outcome<Geometry<D>> geometry_of_mesh(const AnyMesh& other, const FeatureOptions<D>& features_by,
-                                                    const LinearMesh<D>& mesh, MisfitPolicy misfits,
+                                                    const LinearMesh<D>& mesh, FitErrorPolicy policy,
                                                     const Execution& execution);
 /// The analytic surfaces of a config. Errors (usage) with the JSON path, `where` and the item's number.
 template <int D>
@@ -287,13 +287,13 @@ template <int D>
 /// edges, since meshes are made on surfaces that are not quite those of the model.
 template <int D>
 [[nodiscard]] OffSurfacesReport off_surfaces(const LinearMesh<D>& mesh, const AnalyticGeometry<D>& geometry);
-/// Makes the CAD model alone, of the facets that are not of the references `elsewhere` (rising). A mesh with too many
+/// Makes the CAD model alone, of the facets that are not of the references `excluded` (rising). A mesh with too many
 /// vertices off the model has a misfit. Errors: those of `associate`.
 template <int D>
-[[nodiscard]] Outcome<MadeGeometry<D>> make_cad_geometry(const config::Cad& config, const CadModel& model,
-                                                         const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
-                                                         std::span<const Reference> elsewhere,
-                                                         const Execution& execution);
+[[nodiscard]] Outcome<BuiltGeometry<D>> make_cad_geometry(const config::Cad& config, const CadModel& model,
+                                                          const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
+                                                          std::span<const Reference> excluded,
+                                                          const Execution& execution);
 
 /// The source with its CAD model in the unit of the mesh (camber.cad: in_unit_of) where the config has the unit "auto".
 /// Errors: stopped, memory.
@@ -316,9 +316,10 @@ template <int D>
 /// The CAD model with what lies beside it: analytic surfaces, and the surrogate of all else, which is made only where
 /// there is something. Errors (usage): references that are named twice or that no facet has.
 template <int D>
-[[nodiscard]] Outcome<MadeGeometry<D>> make_cad_mixture(const config::Cad& config, const CadModel& model,
-                                                        const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
-                                                        const MakesSurrogate<D>& surrogate, const Execution& execution);
+[[nodiscard]] Outcome<BuiltGeometry<D>> make_cad_mixture(const config::Cad& config, const CadModel& model,
+                                                         const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
+                                                         const SurrogateFactory<D>& surrogate,
+                                                         const Execution& execution);
 
 /// The largest distances that a config allows between the boundary and its geometry, by reference: those of chords in
 /// its metric and its operations.
@@ -350,10 +351,10 @@ struct FileField {
     MetricReport report;
     Notices notices;
 };
-/// Another mesh than that of `asked` must be in the same place: notices of vertices that are outside. Errors: those of
-/// log_metrics_of_file; a mesh of another dimension, or in another place (input).
+/// Another mesh than that of `requested` must be in the same place: notices of vertices that are outside. Errors: those
+/// of log_metrics_of_file; a mesh of another dimension, or in another place (input).
 template <int D>
-[[nodiscard]] Outcome<FileField<D>> field_of_file(const MetricFile& file, const Column<Vec<D>>& asked,
+[[nodiscard]] Outcome<FileField<D>> field_of_file(const MetricFile& file, const Column<Vec<D>>& requested,
                                                   const Execution& execution);
 template <int D>
 [[nodiscard]] Outcome<SourcedMetric<D>> sampled_file(const MetricFile& file, const Column<Vec<D>>& points,
@@ -408,18 +409,18 @@ template <int D>
 /// The fields with their values at the vertices alone, as fields of degree 1.
 [[nodiscard]] std::vector<NamedField> at_vertices(const AnyMesh& mesh, std::vector<NamedField> fields);
 
-/// The metric that fields ask for: at the vertices of a straight mesh, at all nodes of a curved one. `given`: those
+/// The metric that fields ask for: at the vertices of a straight mesh, at all nodes of a curved one. `specified`: those
 /// that it is intersected with, rows at the vertices. Each component of each field is a function by itself. Errors:
 /// those of `metric_of_solution` and of metric files; fields that are not known alike, none of the names (usage).
-struct SolutionMetricMade {
+struct SolutionMetricResult {
     NamedField metric;
     SolutionMetricReport report;
     std::vector<DistanceBound> bounds = {};  ///< of the boundary, by the expected error (MetricOfSolution)
 };
-[[nodiscard]] Outcome<SolutionMetricMade> metric_of_fields(const AnyMesh& mesh, std::span<const NamedField> fields,
-                                                           const config::SolutionMetric& asked,
-                                                           std::span<const Solution> given, double ridge_angle,
-                                                           const Around& around);
+[[nodiscard]] Outcome<SolutionMetricResult> metric_of_fields(const AnyMesh& mesh, std::span<const NamedField> fields,
+                                                             const config::SolutionMetric& requested,
+                                                             std::span<const Solution> specified, double ridge_angle,
+                                                             const StepWrapper& around);
 
 /// The second derivatives of a field of numbers at the vertices, where materials meet the mean of their sides. Errors:
 /// those of `recover_derivatives`; no field of numbers (usage).
@@ -430,9 +431,9 @@ struct TransferredFields {
     std::vector<NamedField> fields;
     TransferReport report;
 };
-[[nodiscard]] Outcome<TransferredFields> fields_brought_to(const AnyMesh& new_mesh, const AnyMesh& old_mesh,
-                                                           std::vector<NamedField> fields,
-                                                           const TransferOptions& options, const Around& around);
+[[nodiscard]] Outcome<TransferredFields> transfer_fields(const AnyMesh& new_mesh, const AnyMesh& old_mesh,
+                                                         std::vector<NamedField> fields, const TransferOptions& options,
+                                                         const StepWrapper& around);
 
 /// As fields of a mesh file: at the vertices and, of a mesh of degree 2, at the edges' nodes, where a field of degree 1
 /// has the means of their ends.
@@ -452,11 +453,11 @@ struct SolutionSource {
 };
 
 /// Each component of each field at the nodes of a mesh that came of that one: those that stayed keep their values; or
-/// the expression itself. Step: transfer. Errors: those of `fields_brought_to`; an expression that cannot be read;
+/// the expression itself. Step: transfer. Errors: those of `transfer_fields`; an expression that cannot be read;
 /// as many weights as fields (usage).
 template <int D>
-[[nodiscard]] Outcome<GivenSolution<D>> solution_on(const SolutionSource& source, const QuadraticMesh<D>& mesh,
-                                                    const Around& around);
+[[nodiscard]] Outcome<SolutionInput<D>> solution_on(const SolutionSource& source, const QuadraticMesh<D>& mesh,
+                                                    const StepWrapper& around);
 
 /// The fields that a run's end can show on its mesh, for a VTU file; only those that its stages made known. `field`:
 /// null where none was made.

@@ -45,9 +45,9 @@ struct MeshReport {
     std::size_t vertices = 0, nodes = 0, elements = 0, facets = 0, feature_edges = 0;
 
     /// A surface in space without elements: its triangles are judged.
-    [[nodiscard]] bool is_surface_alone() const { return dimension == 3 && elements == 0 && facets > 0; }
-    [[nodiscard]] std::size_t judged() const { return is_surface_alone() ? facets : elements; }
-    [[nodiscard]] int judged_dimension() const { return is_surface_alone() ? 2 : dimension; }
+    [[nodiscard]] bool is_standalone_surface() const { return dimension == 3 && elements == 0 && facets > 0; }
+    [[nodiscard]] std::size_t judged() const { return is_standalone_surface() ? facets : elements; }
+    [[nodiscard]] int judged_dimension() const { return is_standalone_surface() ? 2 : dimension; }
 
     static void fields(auto& s, auto& f) {
         f("dimension", s.dimension, "2 or 3");
@@ -57,7 +57,7 @@ struct MeshReport {
         f("elements", s.elements, "number of elements: triangles in 2D, tetrahedra in 3D");
         f("facets", s.facets, "number of edges (2D) or triangles (3D) of the boundary and of interfaces");
         f("feature_edges", s.feature_edges, "number of edges that the file lists in 3D");
-        f("standalone_surface", s.is_surface_alone(), "true: a surface in space without elements", unless_empty);
+        f("standalone_surface", s.is_standalone_surface(), "true: a surface in space without elements", unless_empty);
     }
 };
 
@@ -95,14 +95,14 @@ struct MetricReport {
 struct NodesByReport {
     std::string metric_kind;
     double size_share = 0;
-    std::size_t walls = 0, metric = 0, held_back = 0;
+    std::size_t walls = 0, metric = 0, loss_limited = 0;
 
     static void fields(auto& s, auto& f) {
         f("metric_kind", s.metric_kind, "kind of the metric that places nodes");
         f("size_share", s.size_share, "share σ of the metric’s sizes by which nodes may move", unit("1"));
         f("moved_by_walls", s.walls, "number of inner nodes that curved walls move by more than 1/1000 of the chord");
         f("moved_by_metric", s.metric, "number of inner nodes that the metric moves by more than that");
-        f("limited", s.held_back,
+        f("limited", s.loss_limited,
           "number of inner nodes that move by less than half of the way to their targets, since smooth functions would "
           "lose more than `max_smooth_error_increase`");
     }
@@ -148,7 +148,7 @@ struct CurveReport : CurveStatistics {
           of_volume);
         f("outside", s.outside, "number of edges with samples outside the back mesh", of_volume);
         f("not_located", s.lost, "number of edges with samples that were not located in the back mesh", of_volume);
-        f("limited_nodes", s.drawn_back,
+        f("limited_nodes", s.relaxed,
           "criterion accuracy: number of nodes in the volume, or sliding within planes, that move a part of their way "
           "or none of it, since an element would fall below `min_jacobian`",
           of_volume);
@@ -164,7 +164,7 @@ struct CurveReport : CurveStatistics {
 
 struct ValidityReport {
     double bound = 0;
-    bool is_asked = false;
+    bool is_explicit = false;
     std::size_t invalid = 0, undecided = 0, below_bound = 0, straight_inverted = 0;
     double smallest = 1;
     std::size_t worst = 0;
@@ -172,7 +172,7 @@ struct ValidityReport {
 
     static void fields(auto& s, auto& f) {
         f("bound", s.bound, "lower bound of the scaled Jacobian that is required or recommended", unit("1"));
-        f("bound_is_required", s.is_asked, "true: the bound is required; false: it is recommended");
+        f("bound_is_required", s.is_explicit, "true: the bound is required; false: it is recommended");
         f("invalid", s.invalid, "number of elements where det J ≤ 0 at a point");
         f("undecided", s.undecided, "number of elements without a certified answer");
         f("below_bound", s.below_bound,
@@ -191,7 +191,7 @@ struct RelaxReport {
     std::size_t relaxed_volume_edges = 0, relaxed_surface_edges = 0, slid_surface_edges = 0;
     std::size_t moved_vertices = 0, slid_vertices = 0;
     double work = 0;
-    std::size_t given_up = 0;
+    std::size_t unresolved = 0;
 
     static void fields(auto& s, auto& f) {
         f("method", s.method,
@@ -208,7 +208,7 @@ struct RelaxReport {
         f("moved_vertices", s.moved_vertices, "number of vertices that were moved");
         f("slid_vertices", s.slid_vertices, "number of these on the boundary, which slid on a prescribed geometry");
         f("work", s.work, "optimisation problems solved, in the unit of the option `effort`");
-        f("unrepaired_elements", s.given_up, "number of elements left when that work was spent");
+        f("unrepaired_elements", s.unresolved, "number of elements left when that work was spent");
     }
 };
 
@@ -236,8 +236,8 @@ struct InputBoundaryReport {
 struct RemainingReport {
     std::size_t element = 0;
     std::string reason;
-    std::size_t at = 0;        ///< the vertex where it is, from 1; 0: nowhere in particular, or the reason has its name
-    bool is_given_up = false;  ///< the work was spent; likewise
+    std::size_t at = 0;  ///< the vertex where it is, from 1; 0: nowhere in particular, or the reason has its name
+    bool is_unresolved = false;  ///< the work was spent; likewise
     std::uint64_t tag = 0;
 
     static void fields(auto& s, auto& f) {
@@ -309,9 +309,10 @@ struct PassReport : PassStatistics {
           "noticeable change), `deferred` (counted again later) ([cavity-operator.md](algorithms/cavity-operator.md))");
         f("corrections", s.corrections, "number of times that elements joined or left a cavity");
         f("shortened", s.shortened, "number of trials in which a point moved a part of the way to the geometry");
-        f("off_target", s.drawn_back, "degree 2: number of operations with nodes off the target of the metric");
+        f("off_target", s.relaxed, "degree 2: number of operations with nodes off the target of the metric");
         f("neighbour_moves", s.bent_around, "degree 2: number of operations that move nodes around their cavity");
-        f("optimisation_problems", s.programmes, "degree 2: number of optimisation problems solved for nodes");
+        f("optimisation_problems", s.optimisation_problems,
+          "degree 2: number of optimisation problems solved for nodes");
         f("moved_nodes", s.moved_nodes, "degree 2: number of nodes of inner edges that `smooth` moved by distortion");
         f("straight_inverted", s.straight_inverted,
           "degree 2: number of accepted operations that a test of straight elements would reject");

@@ -42,7 +42,7 @@ Outcome<Buffer<double>> straight_qualities(const LinearMesh<D>& mesh, const auto
         return measure(corners, at);
     };
     if constexpr (D == 3)
-        if (is_surface_alone(mesh))
+        if (is_standalone_surface(mesh))
             return map_each(execution, mesh.facets.size(), [&](std::size_t f) {
                 return quality(mesh.facets.vertices[f], [](const auto& corners, const auto& at) {
                     return quality_of_shape(triangle_shape(corners, at), 3);
@@ -107,7 +107,7 @@ Outcome<UnitMesh> measure_unit_mesh(const LinearMesh<D>& mesh, const EdgeSet<D>&
 template <int D>
 Outcome<UnitMesh> measure_unit_mesh(const QuadraticMesh<D>& mesh, const Column<LogMetric<D>>& log_metrics,
                                     std::string metric, const Execution& execution) {
-    const auto lengths = bent_lengths(mesh, log_metrics.view(), part_of(execution, 0, 0.5));
+    const auto lengths = quadratic_edge_lengths(mesh, log_metrics.view(), part_of(execution, 0, 0.5));
     if (!lengths) return fail(lengths.error());
     const auto qualities = map_each(part_of(execution, 0.5, 1), mesh.linear.elements.size(), [&](std::size_t e) {
         const auto element = element_in_metric<D>(mesh, log_metrics.view(), ElementId(e));
@@ -210,11 +210,11 @@ Outcome<UnitMeshOfRanks> unit_mesh_of_ranks(std::string metric, const MeasuredRo
     if (!of_all) return fail(of_all.error());
     OfRank all;
     for (const OfRank& next : *of_all) add(all, next);
-    UnitMeshOfRanks made{{static_cast<const UnitMeshNumbers&>(all), std::move(metric)},
-                         histograms_of(here, "remeshed")};
-    for (Histogram& histogram : made.histograms)
+    UnitMeshOfRanks result{{static_cast<const UnitMeshNumbers&>(all), std::move(metric)},
+                           histograms_of(here, "remeshed")};
+    for (Histogram& histogram : result.histograms)
         if (auto added = add_up(histogram.series.front(), ranks); !added) return fail(added.error());
-    return made;
+    return result;
 }
 
 namespace {
@@ -235,7 +235,7 @@ std::vector<std::uint32_t> find_worst(const std::vector<double>& qualities, std:
     return order;
 }
 
-Element element_at(std::size_t e, const std::vector<double>& qualities, const LeastQuality& least) {
+Element element_at(std::size_t e, const std::vector<double>& qualities, const QualityBound& least) {
     return {e + 1, qualities[e], least.attained, least.bound};
 }
 
@@ -251,20 +251,20 @@ Outcome<CurvedUnitMesh> measure_curved_unit_mesh(const QuadraticMesh<D>& mesh, c
                        {measured->qualities.begin(), measured->qualities.end()}};
     out.report.unit_mesh = unit_mesh_report(std::move(metric), out.lengths, out.qualities);
     const auto& least = measured->least;
-    const auto lowest = std::min_element(least.begin(), least.end(), [](const LeastQuality& a, const LeastQuality& b) {
+    const auto lowest = std::min_element(least.begin(), least.end(), [](const QualityBound& a, const QualityBound& b) {
         return a.attained < b.attained;
     });
     if (lowest != least.end()) {
         out.report.lowest = element_at(static_cast<std::size_t>(lowest - least.begin()), out.qualities, *lowest);
         out.report.bound = lowest->bound;
-        for (const LeastQuality& found : least) out.report.bound = std::min(out.report.bound, found.bound);
+        for (const QualityBound& found : least) out.report.bound = std::min(out.report.bound, found.bound);
     }
     const auto chosen = find_worst(out.qualities, worst);
     const auto described = map_each(
         part_of(execution, 0.95, 1), chosen.size(),
         [&](std::size_t i) {
             const ElementInMetric<D> element = element_in_metric<D>(mesh, log_metrics.view(), ElementId(chosen[i]));
-            LeastQuality found = least[chosen[i]];
+            QualityBound found = least[chosen[i]];
             const auto closer =
                 bound_quality<D>(element.nodes, element.metrics, {.enough = 1, .bisections = max_bisections});
             found.attained = std::min(found.attained, closer.attained);

@@ -50,7 +50,7 @@ struct Adaptation {
     double convergence_tolerance = 0.1;
     ResultOfCycles result = ResultOfCycles::automatic;
 
-    [[nodiscard]] bool is_asked() const { return cycles > 0; }
+    [[nodiscard]] bool is_requested() const { return cycles > 0; }
 
     [[nodiscard]] static constexpr auto options() {
         using S = Adaptation;
@@ -187,7 +187,7 @@ struct SolutionMetric {
     std::vector<std::string> fields = {};  ///< names; empty: all
     int degree = 0;                        ///< of the elements; 0: the solution's
     double norm = NormOptions{}.p;
-    ErrorOf error_of = NormOptions{}.error_of;
+    ErrorQuantity error_of = NormOptions{}.error_of;
     double complexity = 0, vertices = 0, elements = 0;  ///< one of them at most; none: as many elements as the mesh has
     double gradation = 2.5;
     double min_size = 0, max_size = 0, max_anisotropy = 0;
@@ -293,14 +293,14 @@ struct Input {
 // ---------------------------------------------------------------- what is known on it
 
 /// Fields at the nodes of the input's mesh: they go along to the mesh that is made.
-struct GivenSolution : TransferOptions {
+struct SolutionInput : TransferOptions {
     std::string file = {};                 ///< empty: the fields of the input's own file
     std::string expression = {};           ///< in place of a file; empty: none
     std::vector<std::string> fields = {};  ///< names; empty: all
     std::vector<double> weights = {};      ///< of their errors, one each; empty: 1
 
     [[nodiscard]] static constexpr auto options() {
-        using S = GivenSolution;
+        using S = SolutionInput;
         return std::tuple_cat(
             std::tuple(
                 option("file", &S::file,
@@ -318,7 +318,7 @@ struct GivenSolution : TransferOptions {
                     .count(0, 1000)),
             TransferOptions::options());
     }
-    friend bool operator==(const GivenSolution&, const GivenSolution&) = default;
+    friend bool operator==(const SolutionInput&, const SolutionInput&) = default;
 };
 
 // ---------------------------------------------------------------- the geometry
@@ -520,7 +520,7 @@ struct Output {
     std::string mesh, report, vtu, metric, solution, plots, page;  ///< empty: not written
     std::string format;  ///< of the mesh, by its name; empty: that of its ending
     VtuCells vtu_cells = VtuOptions{}.cells;
-    DistanceWays distances = DistanceWays::boundary;
+    DistanceDirections distances = DistanceDirections::boundary;
     int partition = 0;  ///< parts of the mesh; 0: it is not in parts
 
     [[nodiscard]] static constexpr auto options() {
@@ -568,7 +568,7 @@ enum class GeometryBound : std::uint8_t { by_default, none };
 
 struct Pipeline {
     Input input;
-    GivenSolution solution;
+    SolutionInput solution;
     Metric metric;
     std::string metric_mesh = {};
     std::vector<MetricOperation> metric_operations;

@@ -43,7 +43,7 @@ std::vector<std::uint32_t> find_lowest(const Column<Verdict>& verdicts, const Bu
 template <int D>
 auto with_element(const Judged<D>& judged, std::size_t e, const auto& visit) {
     if constexpr (D == 3)
-        if (is_surface_alone(judged.mesh.linear))
+        if (is_standalone_surface(judged.mesh.linear))
             return visit(surface_triangle(judged.mesh, judged.mesh.mid_nodes.view(), e),
                          facet_of(judged.mesh, FacetId(e)));
     return visit(nodal_element<D>(judged.mesh, judged.mesh.mid_nodes.view(), ElementId(e)),
@@ -52,7 +52,7 @@ auto with_element(const Judged<D>& judged, std::size_t e, const auto& visit) {
 
 template <int D>
 std::span<const VertexId> vertices_of(const LinearMesh<D>& mesh, std::size_t e) {
-    if (is_surface_alone(mesh)) return mesh.facets.vertices[e];
+    if (is_standalone_surface(mesh)) return mesh.facets.vertices[e];
     return mesh.elements.vertices[e];
 }
 
@@ -116,7 +116,7 @@ struct LowPlace {
 template <int K>
 std::optional<LowPlace<K>> find_low_place(const BoundedJacobian<K>& jacobian, const auto& nodes, Verdict verdict,
                                           double bound) {
-    const LowestPoint<K> low = lowest_point(jacobian);
+    const MinJacobianPoint<K> low = min_jacobian_point(jacobian);
     const bool flat = is_flat(jacobian);
     if (verdict != Verdict::invalid)
         return LowPlace<K>{low.at, flat ? low.jacobian : low.jacobian / std::abs(jacobian.straight)};
@@ -144,14 +144,14 @@ struct Facts {
     std::string where;
 };
 
-std::string give_reason(const ElementReport& element, const Facts& facts) {
+std::string reason_text(const ElementReport& element, const Facts& facts) {
     const double value = element.witness->scaled_jacobian;
-    const std::string told =
+    const std::string bound_text =
         element.verdict == Verdict::invalid ? upper_bound_text(value) : fmt::format("{:.4g}", value);
-    if (facts.flat) return fmt::format("flat when straight, and det J = {} {}", told, facts.where);
+    if (facts.flat) return fmt::format("flat when straight, and det J = {} {}", bound_text, facts.where);
     if (element.verdict == Verdict::valid && std::abs(value - 1) < 1e-6) return "as good as straight";
     if (facts.inverted_all_over) return "inverted: det J is negative all over";
-    const std::string share = fmt::format("det J = {} of the straight element's {}", told, facts.where);
+    const std::string share = fmt::format("det J = {} of the straight element's {}", bound_text, facts.where);
     switch (element.verdict) {
         case Verdict::valid: return *element.straight_inverted ? share + "; inverted when straight, yet valid" : share;
         case Verdict::undecided:
@@ -176,7 +176,7 @@ void describe_curved(const BoundedJacobian<K>& jacobian, const auto& nodes, cons
     const Vec<D> point = curved.point(place);
     element.witness = Witness{{low->at.begin(), low->at.end()}, {point.c.begin(), point.c.end()}, low->scaled_jacobian};
     const double highest = *std::max_element(jacobian.coefficients.begin(), jacobian.coefficients.end());
-    element.reason = give_reason(
+    element.reason = reason_text(
         element, {is_flat(jacobian), highest < -jacobian.error, bound, name_place<K>(low->at, element.vertices)});
 }
 
@@ -186,7 +186,7 @@ void describe_curved(const Judged<D>& judged, ElementReport& element, std::size_
     element.straight_inverted = judged.report.elements.straight_inverted[e] == 1;
     with_element(judged, e, [&](const auto& nodes, const auto& curved) {
         const auto plain = bounded_jacobian(nodes);
-        describe_curved(blurred(plain) ? sharp_jacobian(nodes) : plain, nodes, curved, judged.validation.bound,
+        describe_curved(blurred(plain) ? double_double_jacobian(nodes) : plain, nodes, curved, judged.validation.bound,
                         element);
     });
 }
@@ -195,7 +195,7 @@ template <int D>
 void describe_straight(const Judged<D>& judged, ElementReport& element, std::size_t e) {
     element.quality = judged.report.elements.quality[e];
     element.volume = judged.report.elements.volume[e];
-    const bool is_alone = is_surface_alone(judged.mesh.linear);
+    const bool is_alone = is_standalone_surface(judged.mesh.linear);
     const char* measure = D == 2 || is_alone ? "area" : "volume";
     if (element.verdict == Verdict::valid) {
         const std::span<const VertexId> vertices = vertices_of(judged.mesh.linear, e);
@@ -227,7 +227,7 @@ ElementReport describe_element(const Judged<D>& judged, std::size_t e) {
     element.vertices.reserve(D + 1);
     for (const VertexId v : vertices_of(judged.mesh.linear, e)) element.vertices.push_back(report.numbers(v.index()));
     report.elements.is_curved() ? describe_curved(judged, element, e) : describe_straight(judged, element, e);
-    if (is_surface_alone(judged.mesh.linear)) return element;
+    if (is_standalone_surface(judged.mesh.linear)) return element;
     if (const std::string wall = describe_wall(judged, ElementId(e)); !wall.empty()) element.reason += "; " + wall;
     return element;
 }

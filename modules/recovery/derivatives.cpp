@@ -22,12 +22,12 @@ namespace {
 
 /// Minimum `Fit::independence`; noise of values grows by the root of its inverse. Inside meshes it is at least 0.004
 /// for degree k + 2, about 0.001 for k + 3.
-constexpr double enough_independence = 1e-4;
+constexpr double min_independence = 1e-4;
 /// Nodes requested per coefficient of degree P; more where boundary rows use the polynomial, since noise grows outside
 /// its nodes.
-constexpr double nodes_a_coefficient = 4;
+constexpr double nodes_per_coefficient = 4;
 template <int D>
-constexpr double nodes_a_coefficient_taken = D == 2 ? 6 : 9;
+constexpr double nodes_per_shared_coefficient = D == 2 ? 6 : 9;
 /// Nodes per coefficient: required for degree k + 3, required for k + 2 or k + 1, requested for boundary rows without
 /// inner fits.
 constexpr double surplus_nodes = 3, few_nodes = 1.3, own_nodes = 2;
@@ -90,7 +90,7 @@ class Recovery {
 
   private:
     /// Frame of a row's polynomials for use by other rows.
-    struct Kept {
+    struct StoredFrame {
         Vec<D> origin;
         Mat<D> whitened_by;
     };
@@ -132,7 +132,7 @@ class Recovery {
     }
 
     Outcome<Done> find_inner(const Execution& execution) {
-        auto done = each_row(execution, vertices_alone(), [&](Work& work, VertexId v, std::size_t row) {
+        auto done = each_row(execution, vertex_mesh(), [&](Work& work, VertexId v, std::size_t row) {
             if (boundary_[row] == 0) return;
             find_inner_of(work, v, row);
             if (work.inner.empty()) return;
@@ -144,12 +144,12 @@ class Recovery {
         std::uint32_t count = 0;
         for (std::uint32_t& slot : slots_)
             if (slot != no_slot) slot = count++;
-        kept_ = Buffer<Kept>(count);
+        stored_ = Buffer<StoredFrame>(count);
         polynomials_ = Buffer<Polynomial>(count * fields_.size());
         return Done{};
     }
 
-    [[nodiscard]] NodalMesh<D> vertices_alone() const { return {nodal_.mesh, nodal_.balls, 1}; }
+    [[nodiscard]] NodalMesh<D> vertex_mesh() const { return {nodal_.mesh, nodal_.balls, 1}; }
 
     void place(Work& work, VertexId v) const {
         const Vec<D> origin = nodal_.mesh.linear.points[v];
@@ -164,14 +164,15 @@ class Recovery {
     }
 
     /// Degree to fit, minimum degree to stop, and requested number of nodes.
-    struct Wanted {
+    struct FitRequest {
         int degree, least;
         double nodes;
     };
-    [[nodiscard]] Wanted wanted(std::size_t row) const {
+    [[nodiscard]] FitRequest fit_request(std::size_t row) const {
         if (boundary_[row] != 0) return {K + 1, K + 1, own_nodes * monomials_up_to<D>(K + 1)};
-        return {P, K + 2,
-                (slots_[row] == no_slot ? nodes_a_coefficient : nodes_a_coefficient_taken<D>)*monomials_up_to<D>(P)};
+        return {
+            P, K + 2,
+            (slots_[row] == no_slot ? nodes_per_coefficient : nodes_per_shared_coefficient<D>)*monomials_up_to<D>(P)};
     }
 
     /// Highest degree up to `degree` determined by the nodes.
@@ -179,7 +180,7 @@ class Recovery {
         const auto nodes = static_cast<double>(fit.nodes());
         for (; degree > 0; --degree) {
             const double share = degree > K + 2 ? surplus_nodes : degree > K ? few_nodes : 1;
-            if (nodes >= share * monomials_up_to<D>(degree) && fit.independence(degree) >= enough_independence)
+            if (nodes >= share * monomials_up_to<D>(degree) && fit.independence(degree) >= min_independence)
                 return degree;
         }
         return 0;
@@ -187,28 +188,28 @@ class Recovery {
 
     /// Gathers the requested nodes around a vertex, and more until they determine a polynomial, and factorises. Returns
     /// its degree, below the minimum if the rings end first.
-    int gather(Work& work, VertexId v, Reference material, const Wanted& want) const {
+    int gather(Work& work, VertexId v, Reference material, const FitRequest& request) const {
         const auto grow = [&] { return work.rings.count() < options_.max_rings && work.rings.grow(); };
         work.rings.begin(v, material);
         while (work.rings.count() < options_.rings && work.rings.grow()) {
         }
-        while (static_cast<double>(work.rings.nodes().size()) < want.nodes && grow()) {
+        while (static_cast<double>(work.rings.nodes().size()) < request.nodes && grow()) {
         }
         for (;;) {
             place(work, v);
-            const int degree = determined(work.fit, want.degree);
-            if (degree >= want.least || !grow()) return degree;
+            const int degree = determined(work.fit, request.degree);
+            if (degree >= request.least || !grow()) return degree;
         }
     }
 
     /// Lowers the request where it fails: few nodes, or nodes in few layers.
     int determine(Work& work, VertexId v, std::size_t row) const {
-        Wanted want = wanted(row);
+        FitRequest request = fit_request(row);
         for (;;) {
-            const int degree = gather(work, v, rows_.materials.items[row], want);
-            if (degree >= want.least) return degree;
+            const int degree = gather(work, v, rows_.materials.items[row], request);
+            if (degree >= request.least) return degree;
             // A lower degree needs fewer rings.
-            want = {degree, degree, few_nodes * monomials_up_to<D>(degree)};
+            request = {degree, degree, few_nodes * monomials_up_to<D>(degree)};
         }
     }
 
@@ -222,7 +223,7 @@ class Recovery {
         const int degree = determine(work, v, row);
         degrees_[row] = static_cast<std::uint8_t>(degree);
         const std::uint32_t slot = slots_[row];
-        if (slot != no_slot) kept_[slot] = {nodal_.mesh.linear.points[v], work.fit.whitened_by()};
+        if (slot != no_slot) stored_[slot] = {nodal_.mesh.linear.points[v], work.fit.whitened_by()};
         for (std::size_t f = 0; f < fields_.size(); ++f) {
             work.values.clear();
             for (const std::uint32_t node : work.rings.nodes()) work.values.push_back(fields_[f][node]);
@@ -243,7 +244,7 @@ class Recovery {
     }
 
     Outcome<Done> take_inner(const Execution& execution) {
-        return each_row(execution, vertices_alone(), [&](Work& work, VertexId v, std::size_t row) {
+        return each_row(execution, vertex_mesh(), [&](Work& work, VertexId v, std::size_t row) {
             if (sources_[row] != RowSource::inner_fits) return;
             find_inner_of(work, v, row);
             degrees_[row] = P;
@@ -257,10 +258,10 @@ class Recovery {
         const double share = 1 / static_cast<double>(inner.size());
         for (const std::size_t other : inner) {
             const std::uint32_t slot = slots_[other];
-            const Kept& kept = kept_[slot];
-            const Vec<D> y = kept.whitened_by * (nodal_.mesh.linear.points[v] - kept.origin);
+            const StoredFrame& stored = stored_[slot];
+            const Vec<D> y = stored.whitened_by * (nodal_.mesh.linear.points[v] - stored.origin);
             const auto& p = polynomials_[slot * fields_.size() + field];
-            const Derivatives<D> d = by_place(p, derivatives_at<D, P>(p.c, y), kept.whitened_by);
+            const Derivatives<D> d = by_place(p, derivatives_at<D, P>(p.c, y), stored.whitened_by);
             mean.gradient += share * d.gradient;
             mean.hessian += share * d.hessian;
             mean.third += share * d.third;
@@ -277,7 +278,7 @@ class Recovery {
     Buffer<RowSource> sources_;
     Buffer<std::uint8_t> degrees_;
     Buffer<std::uint32_t> slots_;
-    Buffer<Kept> kept_;
+    Buffer<StoredFrame> stored_;
     Buffer<Polynomial> polynomials_;
 };
 
@@ -362,12 +363,12 @@ Outcome<Done> check_finite(const NodalMesh<D>& nodal, std::span<const Column<dou
                            const Execution& execution) {
     const QuadraticMesh<D>& mesh = nodal.mesh;
     const std::size_t nodes = mesh.linear.points.size() + (nodal.degree == 2 ? mesh.mid_nodes.size() : 0);
-    const auto nowhere = first_where(
+    const auto no_position = first_where(
         nodes, execution, [&](std::size_t i) { return !is_finite(nodal.place(static_cast<std::uint32_t>(i))); });
-    if (!nowhere) return fail(nowhere.error());
-    if (*nowhere < nodes)
-        return fail(ErrorKind::input, "has a coordinate that is not a finite number", {}, node_entity(mesh, *nowhere),
-                    "repair the mesh");
+    if (!no_position) return fail(no_position.error());
+    if (*no_position < nodes)
+        return fail(ErrorKind::input, "has a coordinate that is not a finite number", {},
+                    node_entity(mesh, *no_position), "repair the mesh");
     for (std::size_t f = 0; f < fields.size(); ++f) {
         const auto wrong = first_where(nodes, execution, [&](std::size_t i) { return !std::isfinite(fields[f][i]); });
         if (!wrong) return fail(wrong.error());

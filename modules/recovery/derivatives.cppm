@@ -165,7 +165,7 @@ template <int D>
 
 /// Factory of evaluators, one per thread, which write values at points into a span of the same size.
 template <int D>
-using FunctionOfPlace = std::function<std::function<void(std::span<const Vec<D>>, std::span<double>)>()>;
+using FunctionOfPosition = std::function<std::function<void(std::span<const Vec<D>>, std::span<double>)>()>;
 
 /// Values in units of 2^exponent.
 template <int D>
@@ -176,10 +176,11 @@ struct FunctionValues {
 /// Lattice values of a function. Errors: usage (a function without finite values in an element); memory; stopped.
 template <int D>
 [[nodiscard]] Outcome<FunctionValues<D>> element_values(const QuadraticMesh<D>& mesh,
-                                                        const FunctionOfPlace<D>& function, const Execution& execution);
+                                                        const FunctionOfPosition<D>& function,
+                                                        const Execution& execution);
 
 /// Exponent of the power of two that makes the range about 1; 0 for constant, empty or non-finite values.
-[[nodiscard]] inline int own_exponent(std::span<const double> values) {
+[[nodiscard]] inline int range_exponent(std::span<const double> values) {
     if (values.empty()) return 0;
     const auto [least, largest] = std::minmax_element(values.begin(), values.end());
     const double half_range = *largest / 2 - *least / 2;
@@ -188,8 +189,8 @@ template <int D>
 
 /// Scales a field by a power of two to a range of about 1. Products of derivatives stay in range, and results are
 /// bitwise independent of the user's unit.
-[[nodiscard]] inline Column<double> in_own_unit(const Column<double>& values) {
-    const int exponent = own_exponent(values);
+[[nodiscard]] inline Column<double> in_unit_range(const Column<double>& values) {
+    const int exponent = range_exponent(values);
     if (exponent == 0) return values;
     Buffer<double> scaled(values.begin(), values.end());
     for (double& x : scaled) x = std::scalbn(x, -exponent);

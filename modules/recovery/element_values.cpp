@@ -36,7 +36,7 @@ class ElementFits {
         const EdgeOffsets<D> offsets = edge_offsets(nodal_.mesh, e);
         std::array<double, D + 1> centroid{};
         centroid.fill(1.0 / (D + 1));
-        middle_ = place_within(nodal_.mesh.linear, e, offsets, centroid);
+        middle_ = position_within(nodal_.mesh.linear, e, offsets, centroid);
         const int degree = place(e);
         Lattice<D> places = lattice_of(nodal_.mesh.linear, e, edge_offsets(curved_, e));
         for (Vec<D>& x : places) x = fit_.whitened_by() * (x - middle_);
@@ -147,7 +147,7 @@ template Outcome<std::vector<Column<LatticeValues<3>>>> element_values<3>(const 
 namespace {
 
 template <int D>
-Outcome<Buffer<LatticeValues<D>>> sampled(const QuadraticMesh<D>& mesh, const FunctionOfPlace<D>& function,
+Outcome<Buffer<LatticeValues<D>>> sampled(const QuadraticMesh<D>& mesh, const FunctionOfPosition<D>& function,
                                           int exponent, const Execution& execution) {
     Buffer<LatticeValues<D>> values(mesh.linear.elements.size());
     const auto done = each_chunk(
@@ -170,13 +170,13 @@ Outcome<Buffer<LatticeValues<D>>> sampled(const QuadraticMesh<D>& mesh, const Fu
 }  // namespace
 
 template <int D>
-Outcome<FunctionValues<D>> element_values(const QuadraticMesh<D>& mesh, const FunctionOfPlace<D>& function,
+Outcome<FunctionValues<D>> element_values(const QuadraticMesh<D>& mesh, const FunctionOfPosition<D>& function,
                                           const Execution& execution) {
     return guarded([&]() -> Outcome<FunctionValues<D>> {
         if (mesh.linear.elements.size() == 0) return FunctionValues<D>{};
         Buffer<double> at_vertices(mesh.linear.points.size());
         function()(std::span<const Vec<D>>(mesh.linear.points), std::span<double>(at_vertices));
-        const int exponent = own_exponent(at_vertices);
+        const int exponent = range_exponent(at_vertices);
         auto values = sampled(mesh, function, exponent, execution);
         if (!values) return fail(values.error());
         const auto bad = std::ranges::find_if(*values, [](const LatticeValues<D>& at) {
@@ -190,9 +190,9 @@ Outcome<FunctionValues<D>> element_values(const QuadraticMesh<D>& mesh, const Fu
     });
 }
 
-template Outcome<FunctionValues<2>> element_values<2>(const QuadraticMesh<2>&, const FunctionOfPlace<2>&,
+template Outcome<FunctionValues<2>> element_values<2>(const QuadraticMesh<2>&, const FunctionOfPosition<2>&,
                                                       const Execution&);
-template Outcome<FunctionValues<3>> element_values<3>(const QuadraticMesh<3>&, const FunctionOfPlace<3>&,
+template Outcome<FunctionValues<3>> element_values<3>(const QuadraticMesh<3>&, const FunctionOfPosition<3>&,
                                                       const Execution&);
 
 }  // namespace camber

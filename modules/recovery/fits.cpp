@@ -44,12 +44,12 @@ Outcome<MaterialRows> rows_of(const LinearMesh<D>& mesh, const Incidence<Element
     Buffer<std::uint32_t> offsets(n + 1);
     offsets[0] = 0;
     constexpr std::size_t grain = 4096;
-    std::vector<std::vector<Reference>> kept((n + grain - 1) / grain);
+    std::vector<std::vector<Reference>> chunks((n + grain - 1) / grain);
     auto found = each_chunk(
         without_progress(execution), n,
         [&](std::size_t begin, std::size_t end) {
             std::vector<Reference> materials;
-            auto& all = kept[begin / grain];
+            auto& all = chunks[begin / grain];
             for (std::size_t v = begin; v < end; ++v) {
                 find_materials(mesh, balls[v], materials);
                 offsets[v + 1] = static_cast<std::uint32_t>(materials.size());
@@ -59,13 +59,13 @@ Outcome<MaterialRows> rows_of(const LinearMesh<D>& mesh, const Incidence<Element
         grain);
     if (!found) return fail(found.error());
     std::size_t total = 0;
-    for (const auto& chunk : kept) total += chunk.size();
+    for (const auto& chunk : chunks) total += chunk.size();
     if (total > max_entities)
         return fail(ErrorKind::unsupported, "a mesh of " + std::to_string(total) + " sides of vertices is too large");
     for (std::size_t v = 0; v < n; ++v) offsets[v + 1] += offsets[v];
     Buffer<Reference> materials;
     materials.reserve(total);
-    for (const auto& chunk : kept) materials.insert(materials.end(), chunk.begin(), chunk.end());
+    for (const auto& chunk : chunks) materials.insert(materials.end(), chunk.begin(), chunk.end());
     return MaterialRows{{std::move(offsets), std::move(materials)}};
 }
 
@@ -107,12 +107,12 @@ template <int D>
 void Rings<D>::begin(std::span<const VertexId> vertices, Reference material) {
     material_ = material;
     count_ = 0;
-    seen_nodes_.clear();
-    seen_elements_.clear();
+    visited_nodes_.clear();
+    visited_elements_.clear();
     nodes_.clear();
     last_.assign(vertices.begin(), vertices.end());
     for (const VertexId v : vertices) {
-        seen_nodes_.insert(Id<NodeTag>(v.index()));
+        visited_nodes_.insert(Id<NodeTag>(v.index()));
         nodes_.push_back(v.value);
     }
 }
@@ -135,16 +135,16 @@ bool Rings<D>::grow() {
     next_.clear();
     for (const VertexId v : last_)
         for (const ElementId e : nodal_.balls[v]) {
-            if (mesh.elements.references[e] != material_ || !seen_elements_.insert(e)) continue;
+            if (mesh.elements.references[e] != material_ || !visited_elements_.insert(e)) continue;
             for (const VertexId w : mesh.elements.vertices[e])
-                if (seen_nodes_.insert(Id<NodeTag>(w.index()))) {
+                if (visited_nodes_.insert(Id<NodeTag>(w.index()))) {
                     nodes_.push_back(w.value);
                     next_.push_back(w);
                 }
             if (nodal_.degree < 2) continue;
             for (const EdgeId edge : nodal_.mesh.edges.of_elements[e]) {
                 const Id<NodeTag> node(mesh.points.size() + edge.index());
-                if (seen_nodes_.insert(node)) nodes_.push_back(node.value);
+                if (visited_nodes_.insert(node)) nodes_.push_back(node.value);
             }
         }
     last_.swap(next_);
@@ -213,7 +213,7 @@ void Fit<D, P>::factorise() {
     independence_.fill(1);
     for (std::size_t i = 0; i < size; ++i) {
         const double length = moments_[products<D, P>[i][i]];
-        scale_[i] = length > nothing_left ? 1 / std::sqrt(length) : 0;
+        scale_[i] = length > negligible_length ? 1 / std::sqrt(length) : 0;
     }
     with_instructions(widest_instructions(), [&]() __attribute__((always_inline)) {
         for (std::size_t i = 0; i < size; ++i) {
@@ -227,7 +227,7 @@ void Fit<D, P>::factorise() {
             const double left = std::max(row[i], 0.0);
             for (std::size_t d = static_cast<std::size_t>(monomials<D, P>[i].degree); d <= P; ++d)
                 independence_[d] = std::min(independence_[d], left);
-            const double inverse_root = left > nothing_left ? 1 / std::sqrt(left) : 0;
+            const double inverse_root = left > negligible_length ? 1 / std::sqrt(left) : 0;
             for (std::size_t j = i + 1; j < size; ++j) row[j] *= inverse_root;
             row[i] = inverse_root;
         }

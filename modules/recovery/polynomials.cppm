@@ -181,8 +181,8 @@ class Rings {
     NodalMesh<D> nodal_;
     Reference material_ = 0;
     int count_ = 0;
-    ScratchSet<Id<NodeTag>> seen_nodes_{256};
-    ScratchSet<ElementId> seen_elements_{256};
+    ScratchSet<Id<NodeTag>> visited_nodes_{256};
+    ScratchSet<ElementId> visited_elements_{256};
     std::vector<std::uint32_t> nodes_;
     std::vector<VertexId> last_, next_;
 };
@@ -198,7 +198,7 @@ template <int D, int P>
 class Fit {
   public:
     static constexpr std::size_t size = monomials_up_to<D>(P);
-    static constexpr double nothing_left = 1e-30;
+    static constexpr double negligible_length = 1e-30;
 
     /// `offsets`: x − vertex, the vertex's own first; `noise`: of the coordinates.
     void place(std::span<const Vec<D>> offsets, double noise, double core);
@@ -324,8 +324,8 @@ template <int D>
 
 /// F(λ) = Σ λ_v x_v + Σ 4 λ_i λ_j offset of edge i–j.
 template <int D>
-[[nodiscard]] Vec<D> place_within(const LinearMesh<D>& mesh, ElementId e, const EdgeOffsets<D>& offsets,
-                                  const std::array<double, D + 1>& at) {
+[[nodiscard]] Vec<D> position_within(const LinearMesh<D>& mesh, ElementId e, const EdgeOffsets<D>& offsets,
+                                     const std::array<double, D + 1>& at) {
     Vec<D> x;
     for (std::size_t v = 0; v <= D; ++v) x += at[v] * mesh.points[mesh.elements.vertices[e][v]];
     for (int k = 0; k < edges_per_simplex<D>; ++k) x += edge_shape<D>(at, k) * offsets[k];
@@ -339,7 +339,7 @@ template <int D>
     for (std::size_t q = 0; q < places.size(); ++q) {
         std::array<double, D + 1> at{};
         for (std::size_t v = 0; v <= D; ++v) at[v] = all[q][v] * (1.0 / lattice_degree);
-        places[q] = place_within(mesh, e, offsets, at);
+        places[q] = position_within(mesh, e, offsets, at);
     }
     return places;
 }

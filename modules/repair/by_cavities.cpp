@@ -24,21 +24,22 @@ constexpr double min_return = 1e-7;
 /// Minimum step of a return along a segment.
 constexpr double min_step = 0.02;
 
-/// Returns the shell of an edge. Valid elements and those that `keeps(e)` selects must keep min(`asked`, their own
-/// value).
-template <int D, class Keeps>
-EdgeShell<D> shell_of(const RepairState<D>& state, EdgeId edge, double asked, Keeps&& keeps) {
+/// Returns the shell of an edge. Valid elements and those that `is_preserved(e)` selects must keep min(`requested`,
+/// their own value).
+template <int D, class IsPreserved>
+EdgeShell<D> shell_of(const RepairState<D>& state, EdgeId edge, double requested, IsPreserved&& is_preserved) {
     EdgeShell<D> shell{state.moved.nodes[edge], {}};
     shell.elements.reserve(state.shells[edge].size());
     for (const ElementId e : state.shells[edge]) {
         const auto& edges = state.mesh().edges.of_elements[e];
         const auto local = static_cast<int>(std::find(edges.begin(), edges.end(), edge) - edges.begin());
         ShellElement<D> element{state.element(e), local, {}};
-        if (state.good(e) || keeps(e)) {
-            const double kept = jacobian_to_keep(state, e, asked);
+        if (state.good(e) || is_preserved(e)) {
+            const double preserved = preserved_jacobian(state, e, requested);
             // The coefficients of a valid element can be a weaker bound than its verdict.
-            const double least = state.good(e) ? std::max(kept, state.options.min_scaled_jacobian.value) : kept;
-            if (least < asked) element.keep = least;
+            const double least =
+                state.good(e) ? std::max(preserved, state.options.min_scaled_jacobian.value) : preserved;
+            if (least < requested) element.required_jacobian = least;
         }
         shell.elements.push_back(element);
     }
@@ -67,11 +68,11 @@ Planned<D> plan_edge_repair(const RepairState<D>& state, ElementId seed) {
     const auto none = [](ElementId) { return false; };
     Planned<D> best;
     double least = 0;
-    const auto try_all = [&](double asked, auto&& keeps) {
+    const auto try_all = [&](double requested, auto&& is_preserved) {
         for (const EdgeId edge : state.mesh().edges.of_elements[seed]) {
             if (state.kinds[edge] != EdgeKind::volume) continue;
             const QuadraticModel<D> model = state.model(edge);
-            const auto nearest = nearest_node(shell_of(state, edge, asked, keeps), model, asked);
+            const auto nearest = nearest_node(shell_of(state, edge, requested, is_preserved), model, requested);
             best.work += edge_work;
             if (!nearest) continue;
             const double cost = nearest->cost - model(state.moved.nodes[edge].point);
@@ -86,7 +87,7 @@ Planned<D> plan_edge_repair(const RepairState<D>& state, ElementId seed) {
         }
         return best.plan.has_value();
     };
-    const double target = state.options.aim();
+    const double target = state.options.effective_target();
     if (try_all(target, none) || try_all(target, no_other)) return best;
     // With the other methods, cavities may still reach the target.
     if (target > bound && state.options.method == RepairMethod::edge && !try_all(bound, none)) try_all(bound, no_other);
@@ -96,9 +97,9 @@ Planned<D> plan_edge_repair(const RepairState<D>& state, ElementId seed) {
 template <int D>
 Planned<D> plan_return_on_segment(const RepairState<D>& state, EdgeId edge) {
     const LagrangeNode<D> from = state.moved.nodes[edge];
-    const LagrangeNode<D> to{state.wanted(edge)};
+    const LagrangeNode<D> to{state.target_position(edge)};
     if (from == to) return {};
-    const double target = state.options.aim();
+    const double target = state.options.effective_target();
     std::vector<AffineConstraint> constraints;
     for (const ElementId e : state.shells[edge]) {
         const auto here = bounded_jacobian(state.element(e));
@@ -123,7 +124,7 @@ Planned<D> plan_return(const RepairState<D>& state, EdgeId edge) {
     const double now = model(state.moved.nodes[edge].point);
     const double worth = std::max(min_return, min_returned_share * now);
     if (!(now > worth)) return {};
-    const double target = state.options.aim();
+    const double target = state.options.effective_target();
     const auto nearest = nearest_node(shell_of(state, edge, target, [](ElementId) { return true; }), model, target);
     if (!nearest || !(nearest->cost < now - worth)) return {{}, edge_work};
     return {plan_of(state, edge, nearest->node), edge_work};
@@ -137,7 +138,7 @@ constexpr double surface_weight = 1e4;
 /// Minimum gain of a joint return, as a share of the edge length.
 constexpr double min_joint_return = 1e-5;
 /// Shares of neighbouring determinants that vertex moves preserve, tried in this order.
-constexpr std::array kept_shares{0.2, 0.02, 0.0};
+constexpr std::array determinant_shares{0.2, 0.02, 0.0};
 
 bool may_move(EdgeKind kind, CavityExtent extent) {
     const bool also_surface =
@@ -165,7 +166,7 @@ bool moves_vertex(const RepairState<D>& state, VertexId v, CavityExtent extent) 
     const VertexFreedom freedom = state.around_vertices.freedom[v];
     if (freedom != VertexFreedom::sliding) return freedom == VertexFreedom::free;
     return extent.moves == CavityExtent::Moves::slides && state.vertices_onto != nullptr &&
-           (*state.vertices_onto)(v, state.moved.points[v]).across != Sym<D>::identity();
+           (*state.vertices_onto)(v, state.moved.points[v]).normal_projector != Sym<D>::identity();
 }
 
 /// Adds all edges at these vertices: their nodes move with them.
@@ -181,19 +182,21 @@ void add_edges_at(const RepairState<D>& state, const std::vector<VertexId>& vert
 
 /// The floor of a valid element is at least the bound, even if its coefficients do not show it.
 template <int D>
-double jacobian_to_keep_valid(const RepairState<D>& state, ElementId e, double asked) {
-    return std::max(jacobian_to_keep(state, e, asked), state.options.min_scaled_jacobian + floor_slack);
+double preserved_valid_jacobian(const RepairState<D>& state, ElementId e, double requested) {
+    return std::max(preserved_jacobian(state, e, requested), state.options.min_scaled_jacobian + floor_slack);
 }
 
-/// Returns `asked` for the seed and for invalid elements with all volume edges in the cavity; others keep their value.
+/// Returns `requested` for the seed and for invalid elements with all volume edges in the cavity; others keep their
+/// value.
 template <int D>
-double floor_of(const RepairState<D>& state, const RepairCavity<D>& cavity, ElementId e, ElementId seed, double asked) {
-    if (e == seed) return asked;
-    if (state.good(e)) return jacobian_to_keep_valid(state, e, asked);
+double floor_of(const RepairState<D>& state, const RepairCavity<D>& cavity, ElementId e, ElementId seed,
+                double requested) {
+    if (e == seed) return requested;
+    if (state.good(e)) return preserved_valid_jacobian(state, e, requested);
     for (const EdgeId edge : state.mesh().edges.of_elements[e])
-        if (state.kinds[edge] == EdgeKind::volume && position_in(cavity.edges, edge) < 0)
-            return jacobian_to_keep(state, e, asked);
-    return asked;
+        if (state.kinds[edge] == EdgeKind::volume && index_in(cavity.edges, edge) < 0)
+            return preserved_jacobian(state, e, requested);
+    return requested;
 }
 
 template <int D>
@@ -205,27 +208,27 @@ OffsetModel<D> model_of(const RepairState<D>& state, EdgeId edge) {
 
 /// `floor_of(e)`: scaled Jacobian required of element e.
 template <int D, class FloorOf>
-JointProgramme<D> programme_of(const RepairState<D>& state, const RepairCavity<D>& cavity, FloorOf&& floor_of) {
-    JointProgramme<D> programme;
-    programme.unknowns.reserve(cavity.edges.size() + cavity.vertices.size());
-    for (const EdgeId edge : cavity.edges) programme.unknowns.push_back(model_of(state, edge));
-    for (const VertexId vertex : cavity.vertices) programme.unknowns.push_back(model_of(state, vertex));
-    programme.elements.reserve(cavity.elements.size());
+JointProblem<D> joint_problem_of(const RepairState<D>& state, const RepairCavity<D>& cavity, FloorOf&& floor_of) {
+    JointProblem<D> problem;
+    problem.unknowns.reserve(cavity.edges.size() + cavity.vertices.size());
+    for (const EdgeId edge : cavity.edges) problem.unknowns.push_back(model_of(state, edge));
+    for (const VertexId vertex : cavity.vertices) problem.unknowns.push_back(model_of(state, vertex));
+    problem.elements.reserve(cavity.elements.size());
     const int edges = static_cast<int>(cavity.edges.size());
     for (const ElementId e : cavity.elements) {
-        typename JointProgramme<D>::Element element{
+        typename JointProblem<D>::Element element{
             .bezier = bezier_form(state.element(e)), .unknowns = {}, .floor = floor_of(e)};
         for (int i = 0; i <= D; ++i) {
-            const int at = position_in(cavity.vertices, state.mesh().linear.elements.vertices[e][i]);
-            element.unknowns[i] = at < 0 ? JointProgramme<D>::fixed : edges + at;
+            const int at = index_in(cavity.vertices, state.mesh().linear.elements.vertices[e][i]);
+            element.unknowns[i] = at < 0 ? JointProblem<D>::fixed : edges + at;
         }
         for (int i = 0; i < edges_per_simplex<D>; ++i) {
-            const int at = position_in(cavity.edges, state.mesh().edges.of_elements[e][i]);
-            element.unknowns[D + 1 + i] = at < 0 ? JointProgramme<D>::fixed : at;
+            const int at = index_in(cavity.edges, state.mesh().edges.of_elements[e][i]);
+            element.unknowns[D + 1 + i] = at < 0 ? JointProblem<D>::fixed : at;
         }
-        programme.elements.push_back(element);
+        problem.elements.push_back(element);
     }
-    return programme;
+    return problem;
 }
 
 /// The node of each edge also moves by half the offset of each free end vertex.
@@ -233,7 +236,7 @@ template <int D>
 Moves<D> changes_of(const RepairState<D>& state, const RepairCavity<D>& cavity, const std::vector<Vec<D>>& offsets) {
     Moves<D> plan;
     const auto shift = [&](VertexId v) {
-        const int at = position_in(cavity.vertices, v);
+        const int at = index_in(cavity.vertices, v);
         return at < 0 ? Vec<D>{} : offsets[cavity.edges.size() + static_cast<std::size_t>(at)];
     };
     for (const VertexId v : cavity.vertices) plan.points.emplace_back(v, state.moved.points[v] + shift(v));
@@ -241,12 +244,12 @@ Moves<D> changes_of(const RepairState<D>& state, const RepairCavity<D>& cavity, 
     for (const ElementId e : cavity.elements)
         for (const EdgeId edge : state.mesh().edges.of_elements[e])
             for (const VertexId v : state.mesh().edges.vertices[edge])
-                if (position_in(cavity.vertices, v) >= 0) moved.push_back(edge);
+                if (index_in(cavity.vertices, v) >= 0) moved.push_back(edge);
     moved |= ranges::actions::sort | ranges::actions::unique;
     for (const EdgeId edge : moved) {
         const auto& [a, b] = state.mesh().edges.vertices[edge];
         Vec<D> node = state.moved.nodes[edge].point + 0.5 * (shift(a) + shift(b));
-        if (const int at = position_in(cavity.edges, edge); at >= 0) node += offsets[static_cast<std::size_t>(at)];
+        if (const int at = index_in(cavity.edges, edge); at >= 0) node += offsets[static_cast<std::size_t>(at)];
         plan.nodes.push_back({edge, {node}});
     }
     return plan;
@@ -272,10 +275,10 @@ bool within_reach(const RepairState<D>& state, EdgeId edge, const LagrangeNode<D
     const auto& [a, b] = state.mesh().edges.vertices[edge];
     const Vec<D>& p = state.moved.points[a];
     const Vec<D>& q = state.moved.points[b];
-    const Vec<D> wanted = state.model(edge).centre;
+    const Vec<D> target_point = state.model(edge).centre;
     const double rounding = 1e-12 * distance(p, q);
-    return distance(node.point, wanted) <=
-           std::max(distance(midpoint(p, q), wanted) + rounding, state.options.boundary_tolerance);
+    return distance(node.point, target_point) <=
+           std::max(distance(midpoint(p, q), target_point) + rounding, state.options.boundary_tolerance);
 }
 
 /// Appends the verdicts to the plan; false if an element degrades.
@@ -286,7 +289,7 @@ bool judge(const RepairState<D>& state, const RepairCavity<D>& cavity, Moves<D>&
     for (const ElementId e : cavity.elements) {
         const NodalSimplex<D> next = changed_element(state, plan, e);
         const Verdict now = verdict_of(state, e, next);
-        if (is_degraded(state, e, next, now) || !keeps_shape(state, e, next, now)) return false;
+        if (is_degraded(state, e, next, now) || !preserves_shape(state, e, next, now)) return false;
         plan.verdicts.emplace_back(e, now);
     }
     return true;
@@ -298,9 +301,9 @@ bool repairs(const Moves<D>& plan, ElementId seed) {
 }
 
 template <int D>
-double cost_of(const JointProgramme<D>& programme, const std::vector<Vec<D>>& offsets) {
+double cost_of(const JointProblem<D>& problem, const std::vector<Vec<D>>& offsets) {
     double sum = 0;
-    for (std::size_t u = 0; u < offsets.size(); ++u) sum += programme.unknowns[u](offsets[u]);
+    for (std::size_t u = 0; u < offsets.size(); ++u) sum += problem.unknowns[u](offsets[u]);
     return sum;
 }
 
@@ -335,16 +338,17 @@ RepairCavity<D> repair_cavity(const RepairState<D>& state, ElementId seed, Cavit
 }
 
 template <int D>
-Planned<D> plan_cavity_repair(const RepairState<D>& state, const RepairCavity<D>& cavity, ElementId seed, double asked,
-                              double max_work) {
+Planned<D> plan_cavity_repair(const RepairState<D>& state, const RepairCavity<D>& cavity, ElementId seed,
+                              double requested, double max_work) {
     if (cavity.edges.empty() && cavity.vertices.empty()) return {};
-    const double floor = std::max(state.options.min_scaled_jacobian + floor_slack, asked);
-    auto programme = programme_of(state, cavity, [&](ElementId e) { return floor_of(state, cavity, e, seed, floor); });
-    if (asked == 0) programme.first_penalty = JointProgramme<D>::strong;
+    const double floor = std::max(state.options.min_scaled_jacobian + floor_slack, requested);
+    auto problem =
+        joint_problem_of(state, cavity, [&](ElementId e) { return floor_of(state, cavity, e, seed, floor); });
+    if (requested == 0) problem.first_penalty = JointProblem<D>::strong;
     Planned<D> planned;
     const auto succeeds = [&] {
-        programme.max_work = max_work - planned.work;
-        const auto solution = solve(programme, std::vector<Vec<D>>(programme.unknowns.size()));
+        problem.max_work = max_work - planned.work;
+        const auto solution = solve(problem, std::vector<Vec<D>>(problem.unknowns.size()));
         planned.work += solution.work;
         Moves<D> plan = changes_of(state, cavity, solution.offsets);
         if (!judge(state, cavity, plan) || !repairs(plan, seed)) return false;
@@ -355,9 +359,9 @@ Planned<D> plan_cavity_repair(const RepairState<D>& state, const RepairCavity<D>
         succeeds();
         return planned;
     }
-    for (const double share : kept_shares) {
+    for (const double share : determinant_shares) {
         for (std::size_t i = 0; i < cavity.elements.size(); ++i)
-            programme.elements[i].least = min_of(state, cavity, cavity.elements[i], share);
+            problem.elements[i].least = min_of(state, cavity, cavity.elements[i], share);
         if (succeeds()) break;
     }
     return planned;
@@ -365,23 +369,23 @@ Planned<D> plan_cavity_repair(const RepairState<D>& state, const RepairCavity<D>
 
 template <int D>
 Planned<D> plan_joint_return(const RepairState<D>& state, const RepairCavity<D>& cavity, double max_work) {
-    const double target = state.options.aim() + floor_slack;
-    auto programme = programme_of(state, cavity, [&](ElementId e) {
-        return state.good(e) ? jacobian_to_keep_valid(state, e, target) : jacobian_to_keep(state, e, target);
+    const double target = state.options.effective_target() + floor_slack;
+    auto problem = joint_problem_of(state, cavity, [&](ElementId e) {
+        return state.good(e) ? preserved_valid_jacobian(state, e, target) : preserved_jacobian(state, e, target);
     });
-    std::vector<Vec<D>> as_it_is(programme.unknowns.size());
-    const double now = cost_of(programme, as_it_is);
+    std::vector<Vec<D>> as_it_is(problem.unknowns.size());
+    const double now = cost_of(problem, as_it_is);
     double least = now - std::max(min_joint_return, min_returned_share * now);
     if (!(least > 0)) return {};
-    std::vector<Vec<D>> as_wanted;
-    as_wanted.reserve(programme.unknowns.size());
-    for (const auto& unknown : programme.unknowns) as_wanted.push_back(unknown.centre);
+    std::vector<Vec<D>> at_targets;
+    at_targets.reserve(problem.unknowns.size());
+    for (const auto& unknown : problem.unknowns) at_targets.push_back(unknown.centre);
     Planned<D> best;
-    for (auto* start : {&as_it_is, &as_wanted}) {
-        programme.max_work = max_work - best.work;
-        const auto solution = solve(programme, std::move(*start));
+    for (auto* start : {&as_it_is, &at_targets}) {
+        problem.max_work = max_work - best.work;
+        const auto solution = solve(problem, std::move(*start));
         best.work += solution.work;
-        const double cost = cost_of(programme, solution.offsets);
+        const double cost = cost_of(problem, solution.offsets);
         if (!(cost < least) || !(solution.shortfall < largest_shortfall)) continue;
         Moves<D> plan = changes_of(state, cavity, solution.offsets);
         if (!judge(state, cavity, plan)) continue;

@@ -184,10 +184,10 @@ void grow(Growth<D>& growth, const std::vector<ElementId>& seeds, double bound) 
 /// Deselects the edges of degraded elements until none is degraded.
 template <int D>
 void shrink(const RepairState<D>& state, Growth<D>& growth) {
-    std::vector<ElementId> suspects = growth.around(growth.edges);
-    while (!suspects.empty()) {
+    std::vector<ElementId> candidates = growth.around(growth.edges);
+    while (!candidates.empty()) {
         std::vector<EdgeId> removed;
-        for (const ElementId e : suspects) {
+        for (const ElementId e : candidates) {
             if (!is_degraded(state, e, growth.element(e), verdict_of(state, e, growth.element(e)))) continue;
             for (const EdgeId edge : state.mesh().edges.of_elements[e]) {
                 if (!growth.is_chosen(edge)) continue;
@@ -195,7 +195,7 @@ void shrink(const RepairState<D>& state, Growth<D>& growth) {
                 removed.push_back(edge);
             }
         }
-        suspects = growth.around(removed);
+        candidates = growth.around(removed);
     }
     std::erase_if(growth.edges, [&](EdgeId e) { return !growth.is_chosen(e); });
 }
@@ -205,12 +205,12 @@ constexpr int max_steps = 4;
 
 /// Next steps of the volume nodes to their extension positions.
 template <int D>
-Moves<D> steps_home(const RepairState<D>& state, const std::vector<ElementId>& elements, const HomeOf<D>& home,
-                    SparseMap<EdgeId, int>& steps) {
+Moves<D> restoring_moves(const RepairState<D>& state, const std::vector<ElementId>& elements,
+                         const RestoredPosition<D>& restored, SparseMap<EdgeId, int>& steps) {
     const std::vector<EdgeId> edges = volume_edges(state.mesh(), state.kinds, elements);
     Moves<D> moves;
     for (const EdgeId edge : edges) {
-        const auto there = home(edge);
+        const auto there = restored(edge);
         const LagrangeNode<D>& now = state.moved.nodes[edge];
         if (!there || *there == now) continue;
         const bool last = ++steps.at(edge) >= max_steps;
@@ -243,19 +243,19 @@ Moves<D> plan_of(const RepairState<D>& state, Growth<D>& growth) {
 }  // namespace
 
 template <int D>
-Outcome<Done> go_home(RepairState<D>& state, std::vector<ElementId> queue, const HomeOf<D>& home,
-                      const Execution& execution) {
-    const double asked = state.options.aim();
+Outcome<Done> restore_nodes(RepairState<D>& state, std::vector<ElementId> queue, const RestoredPosition<D>& restored,
+                            const Execution& execution) {
+    const double requested = state.options.effective_target();
     SparseMap<EdgeId, int> steps;
     while (!queue.empty()) {
-        const auto moves = steps_home(state, queue, home, steps);
+        const auto moves = restoring_moves(state, queue, restored, steps);
         if (moves.nodes.empty()) break;
         state.moved.apply(moves);
         const std::vector<ElementId> touched = elements_around_nodes(state, moves.nodes);
         const auto judged = map_each(execution, touched.size(), [&](std::size_t i) {
             const NodalSimplex<D> element = state.element(touched[i]);
             const Verdict verdict = verdict_of(state, touched[i], element);
-            return std::pair(verdict, verdict == Verdict::valid && decide(element, asked) == Verdict::valid);
+            return std::pair(verdict, verdict == Verdict::valid && decide(element, requested) == Verdict::valid);
         });
         if (!judged) return fail(judged.error());
         std::vector<ElementId> next;
@@ -347,7 +347,8 @@ Outcome<Proposal<3>> slid_in_planes(const JudgedProposal<3>& judged, double tole
     template Outcome<LocalExtension<D>> extend_around<D>(const MovedMesh<D>&, const Column<EdgeKind>&,               \
                                                          const Incidence<ElementId>&, const std::vector<ElementId>&, \
                                                          int, const Execution&);                                     \
-    template Outcome<Done> go_home<D>(RepairState<D>&, std::vector<ElementId>, const HomeOf<D>&, const Execution&);  \
+    template Outcome<Done> restore_nodes<D>(RepairState<D>&, std::vector<ElementId>, const RestoredPosition<D>&,     \
+                                            const Execution&);                                                       \
     template Moves<D> plan_towards<D>(const RepairState<D>&, const Overlay<EdgeId, LagrangeNode<D>>&);
 
 CAMBER_INSTANTIATE(2)

@@ -31,7 +31,7 @@ double scale_of(const BoundedJacobian<D>& j) {
 
 /// An element whose node moves on a segment: coefficients at both ends (θ = 0, 1).
 template <int D>
-struct Swept {
+struct SegmentElement {
     ElementId element;
     bool valid = false;
     BoundedJacobian<D> at_0, at_1;
@@ -41,11 +41,12 @@ struct Swept {
 };
 
 template <int D>
-std::vector<Swept<D>> swept_shell(const Trial<D>& trial, EdgeId edge, const LagrangeNode<D>& from,
-                                  const LagrangeNode<D>& to) {
-    std::vector<Swept<D>> shell;
+std::vector<SegmentElement<D>> segment_shell(const Trial<D>& trial, EdgeId edge, const LagrangeNode<D>& from,
+                                             const LagrangeNode<D>& to) {
+    std::vector<SegmentElement<D>> shell;
     for (const ElementId e : trial.state.shells[edge]) {
-        Swept<D> s{e, trial.valid(e), jacobian_with(trial, e, edge, from), jacobian_with(trial, e, edge, to), 1, 0, 0};
+        SegmentElement<D> s{
+            e, trial.valid(e), jacobian_with(trial, e, edge, from), jacobian_with(trial, e, edge, to), 1, 0, 0};
         s.scale = std::max(scale_of(s.at_0), scale_of(s.at_1));
         s.min_at_1 = *std::min_element(s.at_1.coefficients.begin(), s.at_1.coefficients.end()) / s.scale;
         s.min_needed = trial.state.options.min_scaled_jacobian * (1 + 0x1p-40) +
@@ -56,14 +57,14 @@ std::vector<Swept<D>> swept_shell(const Trial<D>& trial, EdgeId edge, const Lagr
 }
 
 template <int D>
-void append(const Swept<D>& s, double floor, std::vector<AffineConstraint>& constraints) {
+void append(const SegmentElement<D>& s, double floor, std::vector<AffineConstraint>& constraints) {
     for (int i = 0; i < jacobian_coefficients<D>; ++i)
         constraints.push_back({s.at_0.coefficients[i] / s.scale, s.at_1.coefficients[i] / s.scale, floor});
 }
 
 /// Omits coefficients independent of the node: they limit a minimum that it cannot raise.
 template <int D>
-void append_moving(const Swept<D>& s, std::vector<AffineConstraint>& constraints) {
+void append_moving(const SegmentElement<D>& s, std::vector<AffineConstraint>& constraints) {
     for (int i = 0; i < jacobian_coefficients<D>; ++i)
         if (s.at_0.coefficients[i] != s.at_1.coefficients[i])
             constraints.push_back({s.at_0.coefficients[i] / s.scale, s.at_1.coefficients[i] / s.scale, 0});
@@ -77,7 +78,7 @@ struct Demand {
 constexpr std::array<Demand, 4> demands{{{true, true}, {false, true}, {true, false}, {false, false}}};
 
 template <int D>
-double floor_of(const Trial<D>& trial, const Swept<D>& s, ElementId e, Demand demand) {
+double floor_of(const Trial<D>& trial, const SegmentElement<D>& s, ElementId e, Demand demand) {
     const double target = std::max(trial.state.options.target.value, s.min_needed);
     if (s.valid) return std::min(target, s.min_at_1);
     if (demand.whole_shell || s.element == e) return demand.to_target ? target : s.min_needed;
@@ -103,7 +104,7 @@ double loss(const Trial<D>& trial, EdgeId edge, double theta) {
 template <int D>
 std::optional<Candidate> repairing_candidate(const Trial<D>& trial, ElementId e, EdgeId edge,
                                              std::span<const Demand> allowed) {
-    const auto shell = swept_shell(trial, edge, trial.middle(edge), trial.node(edge));
+    const auto shell = segment_shell(trial, edge, trial.middle(edge), trial.node(edge));
     std::vector<AffineConstraint> constraints;
     double rank = 0;
     for (const Demand demand : allowed) {
@@ -128,17 +129,17 @@ double missing(const Trial<D>& trial, const BoundedJacobian<D>& j) {
 template <int D>
 std::optional<Candidate> helping_candidate(const Trial<D>& trial, EdgeId edge) {
     const LagrangeNode<D> middle = trial.middle(edge);
-    const auto shell = swept_shell(trial, edge, middle, trial.node(edge));
-    std::vector<AffineConstraint> kept, raised;
+    const auto shell = segment_shell(trial, edge, middle, trial.node(edge));
+    std::vector<AffineConstraint> preserved, raised;
     for (const auto& s : shell) {
         if (s.valid)
-            append(s, floor_of(trial, s, s.element, demands[0]), kept);
+            append(s, floor_of(trial, s, s.element, demands[0]), preserved);
         else
             append_moving(s, raised);
     }
-    const auto within = feasible(kept);
+    const auto within = feasible(preserved);
     if (!within || raised.empty()) return {};
-    const double theta = highest_minimum(raised, *within);
+    const double theta = max_min_parameter(raised, *within);
     if (!(theta < 1)) return {};
     double before = 0;
     double after = 0;
@@ -167,7 +168,7 @@ bool try_candidate(Trial<D>& trial, const Candidate& candidate, ElementId must_b
 template <int D, class Propose>
 bool try_best(Trial<D>& trial, ElementId e, EdgeGroup group, ElementId must_be_valid, Propose&& propose) {
     std::vector<Candidate> candidates;
-    for (const EdgeId edge : loose_edges(trial, e, group))
+    for (const EdgeId edge : movable_edges(trial, e, group))
         if (const auto candidate = propose(edge)) candidates.push_back(*candidate);
     std::sort(candidates.begin(), candidates.end());
     for (const Candidate& candidate : candidates)
@@ -198,7 +199,7 @@ bool put_back(Trial<D>& trial, EdgeId edge) {
     const LagrangeNode<D> to = trial.state.moved.nodes.base()[edge];
     if (from == to) return false;
     std::vector<AffineConstraint> constraints;
-    for (const auto& s : swept_shell(trial, edge, from, to)) {
+    for (const auto& s : segment_shell(trial, edge, from, to)) {
         const double now = *std::min_element(s.at_0.coefficients.begin(), s.at_0.coefficients.end()) / s.scale;
         append(s, std::min(now, std::max(trial.state.options.target.value, s.min_needed)), constraints);
     }
@@ -226,15 +227,15 @@ constexpr double slack = 2e-5, slack_of_seed = 1e-4;
 /// At a quarter the speed of the curve vanishes at one end.
 constexpr double farthest = 0.24;
 /// Shares of determinants that vertex moves preserve, tried in this order.
-constexpr std::array kept_shares{0.2, 0.02};
+constexpr std::array determinant_shares{0.2, 0.02};
 
 /// A moving point, and the projector onto the directions off the geometry (0 in the volume).
 template <int D>
 struct Slider {
     Vec<D> at;
-    Sym<D> across = {};
+    Sym<D> normal_projector = {};
 
-    [[nodiscard]] Vec<D> along(const Vec<D>& x) const { return x - across * x; }
+    [[nodiscard]] Vec<D> along(const Vec<D>& x) const { return x - normal_projector * x; }
 };
 
 template <int D>
@@ -246,14 +247,14 @@ struct Sliding {
 
     [[nodiscard]] std::size_t unknowns() const { return nodes.size() + points.size(); }
     [[nodiscard]] Vec<D> point(VertexId v) const {
-        const int at = position_in(cavity.vertices, v);
+        const int at = index_in(cavity.vertices, v);
         return at < 0 ? state.moved.points[v] : points[static_cast<std::size_t>(at)].at;
     }
     [[nodiscard]] NodalSimplex<D> element(ElementId e) const {
         NodalSimplex<D> s = state.element(e);
         for (int i = 0; i <= D; ++i) s.nodes[i] = point(state.mesh().linear.elements.vertices[e][i]);
         for (int i = 0; i < edges_per_simplex<D>; ++i)
-            if (const int at = position_in(cavity.edges, state.mesh().edges.of_elements[e][i]); at >= 0)
+            if (const int at = index_in(cavity.edges, state.mesh().edges.of_elements[e][i]); at >= 0)
                 s.nodes[D + 1 + i] = nodes[static_cast<std::size_t>(at)].at;
         return s;
     }
@@ -269,17 +270,17 @@ struct Sliding {
     [[nodiscard]] Slider<D> foot(std::size_t i, const Vec<D>& p) const {
         if (!slides(i)) return {p};
         const GeometryFoot<D> there = (*state.onto)(cavity.edges[i], p);
-        return {there.point, there.across};
+        return {there.point, there.normal_projector};
     }
     [[nodiscard]] Slider<D> vertex_foot(std::size_t i, const Vec<D>& p) const {
         const VertexId v = cavity.vertices[i];
         if (state.around_vertices.freedom[v] != VertexFreedom::sliding) return {p};
         const GeometryFoot<D> there = (*state.vertices_onto)(v, p);
-        return {there.point, there.across};
+        return {there.point, there.normal_projector};
     }
     /// Applies the offsets (nodes, then vertices) in the tangent planes and projects onto the geometry. Nodes also move
     /// with their chord midpoints.
-    void go(const std::vector<Vec<D>>& offsets) {
+    void move_nodes(const std::vector<Vec<D>>& offsets) {
         std::vector<Vec<D>> before(nodes.size());
         for (std::size_t i = 0; i < nodes.size(); ++i) before[i] = middle(i);
         for (std::size_t i = 0; i < points.size(); ++i)
@@ -314,7 +315,7 @@ template <int D>
 OffsetModel<D> on_geometry(const Slider<D>& slider, const Vec<D>& back, const Sym<D>& hessian) {
     double trace = 0;
     for (int k = 0; k < D; ++k) trace += hessian(k, k);
-    return {slider.along(back), slide_weight * hessian + off_weight * trace * slider.across};
+    return {slider.along(back), slide_weight * hessian + off_weight * trace * slider.normal_projector};
 }
 
 /// The target position of a boundary node is the projected chord midpoint.
@@ -335,35 +336,35 @@ OffsetModel<D> vertex_model(const Sliding<D>& at, std::size_t i) {
     return on_geometry(at.points[i], back, model.hessian);
 }
 
-/// `wanted`: scaled Jacobian required of the seed; `share`: share of determinants that vertex moves preserve.
+/// `seed_bound`: scaled Jacobian required of the seed; `share`: share of determinants that vertex moves preserve.
 template <int D>
-JointProgramme<D> programme_at(const Sliding<D>& at, ElementId seed, double wanted, double share) {
+JointProblem<D> joint_problem_at(const Sliding<D>& at, ElementId seed, double seed_bound, double share) {
     const RepairState<D>& state = at.state;
-    JointProgramme<D> programme;
-    programme.first_penalty = JointProgramme<D>::strong;
-    programme.unknowns.reserve(at.unknowns());
-    for (std::size_t i = 0; i < at.nodes.size(); ++i) programme.unknowns.push_back(node_model(at, i));
-    for (std::size_t i = 0; i < at.points.size(); ++i) programme.unknowns.push_back(vertex_model(at, i));
+    JointProblem<D> problem;
+    problem.first_penalty = JointProblem<D>::strong;
+    problem.unknowns.reserve(at.unknowns());
+    for (std::size_t i = 0; i < at.nodes.size(); ++i) problem.unknowns.push_back(node_model(at, i));
+    for (std::size_t i = 0; i < at.points.size(); ++i) problem.unknowns.push_back(vertex_model(at, i));
     const int edges = static_cast<int>(at.nodes.size());
-    programme.elements.reserve(at.cavity.elements.size());
+    problem.elements.reserve(at.cavity.elements.size());
     const double bound = state.options.min_scaled_jacobian + slack;
     for (const ElementId e : at.cavity.elements) {
-        const double kept = jacobian_to_keep(state, e, wanted);
-        typename JointProgramme<D>::Element element{.bezier = bezier_form(at.element(e)),
-                                                    .unknowns = {},
-                                                    .floor = e == seed       ? wanted
-                                                             : state.good(e) ? std::max(kept, bound)
-                                                                             : kept};
+        const double preserved = preserved_jacobian(state, e, seed_bound);
+        typename JointProblem<D>::Element element{.bezier = bezier_form(at.element(e)),
+                                                  .unknowns = {},
+                                                  .floor = e == seed       ? seed_bound
+                                                           : state.good(e) ? std::max(preserved, bound)
+                                                                           : preserved};
         if (!at.points.empty()) element.least = min_of(state, at.cavity, e, share);
         for (int i = 0; i <= D; ++i) {
-            const int vertex = position_in(at.cavity.vertices, state.mesh().linear.elements.vertices[e][i]);
-            element.unknowns[i] = vertex < 0 ? JointProgramme<D>::fixed : edges + vertex;
+            const int vertex = index_in(at.cavity.vertices, state.mesh().linear.elements.vertices[e][i]);
+            element.unknowns[i] = vertex < 0 ? JointProblem<D>::fixed : edges + vertex;
         }
         for (int i = 0; i < edges_per_simplex<D>; ++i)
-            element.unknowns[D + 1 + i] = position_in(at.cavity.edges, state.mesh().edges.of_elements[e][i]);
-        programme.elements.push_back(element);
+            element.unknowns[D + 1 + i] = index_in(at.cavity.edges, state.mesh().edges.of_elements[e][i]);
+        problem.elements.push_back(element);
     }
-    return programme;
+    return problem;
 }
 
 /// True if each node is within `farthest`, or no farther than before.
@@ -390,7 +391,7 @@ std::optional<Moves<D>> plan_of(const Sliding<D>& at, ElementId seed) {
         const NodalSimplex<D> next = at.element(e);
         const Verdict now = verdict_of(state, e, next);
         if (is_degraded(state, e, next, now) || (e == seed && now != Verdict::valid)) return std::nullopt;
-        if (!keeps_shape(state, e, next, now)) return std::nullopt;
+        if (!preserves_shape(state, e, next, now)) return std::nullopt;
         plan.verdicts.emplace_back(e, now);
     }
     for (std::size_t i = 0; i < at.nodes.size(); ++i) plan.nodes.push_back({at.cavity.edges[i], {at.nodes[i].at}});
@@ -401,26 +402,26 @@ std::optional<Moves<D>> plan_of(const Sliding<D>& at, ElementId seed) {
 }  // namespace
 
 template <int D>
-Planned<D> plan_slide_repair(const RepairState<D>& state, const RepairCavity<D>& cavity, ElementId seed, double asked,
-                             double max_work) {
+Planned<D> plan_slide_repair(const RepairState<D>& state, const RepairCavity<D>& cavity, ElementId seed,
+                             double requested, double max_work) {
     const auto is_volume = [&](EdgeId e) { return state.kinds[e] == EdgeKind::volume; };
     if (std::ranges::all_of(cavity.edges, is_volume)) return {};
-    const double wanted = std::max<double>(state.options.min_scaled_jacobian, asked) + slack_of_seed;
+    const double seed_bound = std::max<double>(state.options.min_scaled_jacobian, requested) + slack_of_seed;
     Planned<D> planned;
     const auto try_from = [&](SlideStart start, double share) {
         Sliding<D> at = beginning(state, cavity, start);
         for (int step = 0; step < max_slide_steps && planned.work < max_work && !planned.plan; ++step) {
-            auto programme = programme_at(at, seed, wanted, share);
-            programme.max_work = max_work - planned.work;
-            const auto solution = solve(programme, std::vector<Vec<D>>(at.unknowns()));
+            auto problem = joint_problem_at(at, seed, seed_bound, share);
+            problem.max_work = max_work - planned.work;
+            const auto solution = solve(problem, std::vector<Vec<D>>(at.unknowns()));
             planned.work += solution.work;
-            at.go(solution.offsets);
+            at.move_nodes(solution.offsets);
             planned.plan = plan_of(at, seed);
         }
     };
-    for (const double share : kept_shares)
+    for (const double share : determinant_shares)
         for (const SlideStart start : {SlideStart::as_it_is, SlideStart::from_middles})
-            if (!planned.plan && (share == kept_shares[0] || !cavity.vertices.empty())) try_from(start, share);
+            if (!planned.plan && (share == determinant_shares[0] || !cavity.vertices.empty())) try_from(start, share);
     return planned;
 }
 

@@ -84,8 +84,8 @@ Outcome<JudgedProposal<D>> judge_moved(const MovedMesh<D>& moved, const Incidenc
 }
 
 template <int D>
-Proposal<D> own_proposal(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& boundary_kinds,
-                         RequiredBoundary required) {
+Proposal<D> proposal_from_mesh(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& boundary_kinds,
+                               RequiredBoundary required) {
     Buffer<EdgeChange> changes(mesh.edges.size());
     for (std::size_t e = 0; e < changes.size(); ++e) {
         const auto& [a, b] = mesh.edges.vertices[e];
@@ -93,7 +93,8 @@ Proposal<D> own_proposal(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& b
         const bool volume = boundary_kinds[e] == EdgeKind::volume;
         changes[e] = straight ? EdgeChange::straight : volume ? EdgeChange::optimised : EdgeChange::projected;
     }
-    return {mesh.linear.points, mesh.mid_nodes, held_kinds(mesh, boundary_kinds, required), std::move(changes)};
+    return {mesh.linear.points, mesh.mid_nodes, kinds_with_required_fixed(mesh, boundary_kinds, required),
+            std::move(changes)};
 }
 
 template <int D>
@@ -106,16 +107,16 @@ Outcome<RepairedMesh<D>> repair_mesh(Mesh<D> mesh, const MeshRepairOptions& opti
     const auto features = find_features(
         sound.linear, sound.edges, FeatureOptions<D>{.ridge_angle_degrees = options.ridge_angle_degrees}, execution);
     if (!features) return fail(features.error());
-    const auto judged = validate(sound, own_proposal(sound, features->edge_kinds, options.required_boundary),
+    const auto judged = validate(sound, proposal_from_mesh(sound, features->edge_kinds, options.required_boundary),
                                  options.repair.min_scaled_jacobian, execution);
     if (!judged) return fail(judged.error());
     RepairGuide<D> guide;
     if (needs_models(options.repair.method)) {
         const auto around = shells(sound.edges, execution);
         if (!around) return fail(around.error());
-        auto made = own_guide(*judged, *around, execution);
-        if (!made) return fail(made.error());
-        guide = std::move(*made);
+        auto result = guide_from_mesh(*judged, *around, execution);
+        if (!result) return fail(result.error());
+        guide = std::move(*result);
     }
     auto repaired = repair_within(*judged, guide, options.repair, execution);
     if (!repaired) return fail(repaired.error());
@@ -159,7 +160,7 @@ double at_vertex(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal, std:
 }
 
 template <int D>
-bool is_given(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal, std::size_t e, int i) {
+bool is_prescribed(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal, std::size_t e, int i) {
     for (int edge = 0; edge < edges_per_simplex<D>; ++edge) {
         const auto [a, b] = local_edges<D>[edge];
         if ((a == i || b == i) && proposal.kinds[mesh.edges.of_elements[e][edge]] == EdgeKind::volume) return false;
@@ -242,10 +243,10 @@ Reason reason_of(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal, cons
                  const Folds<D>& folds, std::size_t e) {
     if (is_flat(mesh, e)) return {"its vertices alone make it flat or inverted"};
     for (int i = 0; i <= D; ++i) {
-        if (!is_given(mesh, proposal, e, i)) continue;
-        const double given = at_vertex(mesh, proposal, e, i);
-        if (!(given > validation.bound))
-            return {fmt::format("the boundary alone makes its scaled Jacobian {:.3g}", given),
+        if (!is_prescribed(mesh, proposal, e, i)) continue;
+        const double input = at_vertex(mesh, proposal, e, i);
+        if (!(input > validation.bound))
+            return {fmt::format("the boundary alone makes its scaled Jacobian {:.3g}", input),
                     mesh.linear.elements.vertices[e][i]};
     }
     if (const Fold* fold = fold_of<D>(mesh, folds, e))
@@ -259,21 +260,21 @@ Reason reason_of(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal, cons
 }
 
 template <int D>
-bool is_given_up(const Repaired<D>& repaired, std::size_t e) {
-    return std::ranges::binary_search(repaired.given_up, ElementId(e));
+bool is_unresolved(const Repaired<D>& repaired, std::size_t e) {
+    return std::ranges::binary_search(repaired.unresolved, ElementId(e));
 }
 
 }  // namespace
 
 std::string sentence_of(const RemainingElement& element, std::string_view vertex) {
     return element.reason + (element.at.valid() ? fmt::format(" at vertex {}", vertex) : std::string()) +
-           (element.is_given_up ? "; the work limit was reached (option effort)" : "");
+           (element.is_unresolved ? "; the work limit was reached (option effort)" : "");
 }
 
 template <int D>
 std::vector<RemainingElement> remaining(const Repaired<D>& repaired) {
     if constexpr (D == 3)
-        if (is_surface_alone(repaired.judged.mesh().linear)) return remaining_triangles(repaired);
+        if (is_standalone_surface(repaired.judged.mesh().linear)) return remaining_triangles(repaired);
     const Proposal<D>& proposal = repaired.judged.proposal();
     const Validation<D>& validation = repaired.judged.validation();
     const QuadraticMesh<D> mesh = apply_proposal(repaired.judged.mesh(), proposal);
@@ -285,14 +286,14 @@ std::vector<RemainingElement> remaining(const Repaired<D>& repaired) {
         if (validation.verdicts[e] == Verdict::valid) continue;
         Reason reason{required_of<D>(mesh, proposal, required, e)};
         if (reason.what.empty()) reason = reason_of<D>(mesh, proposal, validation, folds, e);
-        all.push_back({ElementId(e), std::move(reason.what), reason.at, is_given_up(repaired, e)});
+        all.push_back({ElementId(e), std::move(reason.what), reason.at, is_unresolved(repaired, e)});
     }
     return all;
 }
 
 template <int D>
-std::vector<RemainingElement> remaining_but_for_shape(const Repaired<D>& repaired) {
-    if (is_surface_alone(repaired.judged.mesh().linear)) return remaining(repaired);
+std::vector<RemainingElement> remaining_by_limits(const Repaired<D>& repaired) {
+    if (is_standalone_surface(repaired.judged.mesh().linear)) return remaining(repaired);
     const QuadraticMesh<D>& mesh = repaired.judged.mesh();
     const auto required = required_vertices(mesh.linear);
     const auto& verdicts = repaired.judged.validation().verdicts;
@@ -300,9 +301,9 @@ std::vector<RemainingElement> remaining_but_for_shape(const Repaired<D>& repaire
     for (std::size_t e = 0; e < verdicts.size(); ++e) {
         if (verdicts[e] == Verdict::valid) continue;
         std::string reason = required_of<D>(mesh, repaired.judged.proposal(), required, e);
-        if (reason.empty() && !is_given_up(repaired, e)) continue;
+        if (reason.empty() && !is_unresolved(repaired, e)) continue;
         if (reason.empty()) reason = "not repaired";
-        all.push_back({ElementId(e), std::move(reason), {}, is_given_up(repaired, e)});
+        all.push_back({ElementId(e), std::move(reason), {}, is_unresolved(repaired, e)});
     }
     return all;
 }
@@ -330,10 +331,10 @@ BoundaryShift boundary_shift(const QuadraticMesh<D>& mesh, const Proposal<D>& pr
                                                  const Column<LagrangeNode<D>>&);                                    \
     template Outcome<JudgedProposal<D>> judge_moved<D>(const MovedMesh<D>&, const Incidence<ElementId>&,             \
                                                        const JudgedProposal<D>&, const Execution&);                  \
-    template Proposal<D> own_proposal<D>(const QuadraticMesh<D>&, const Column<EdgeKind>&, RequiredBoundary);        \
+    template Proposal<D> proposal_from_mesh<D>(const QuadraticMesh<D>&, const Column<EdgeKind>&, RequiredBoundary);  \
     template Outcome<RepairedMesh<D>> repair_mesh<D>(Mesh<D>, const MeshRepairOptions&, const Execution&);           \
     template std::vector<RemainingElement> remaining<D>(const Repaired<D>&);                                         \
-    template std::vector<RemainingElement> remaining_but_for_shape<D>(const Repaired<D>&);                           \
+    template std::vector<RemainingElement> remaining_by_limits<D>(const Repaired<D>&);                               \
     template BoundaryShift boundary_shift<D>(const QuadraticMesh<D>&, const Proposal<D>&);
 
 CAMBER_INSTANTIATE(2)

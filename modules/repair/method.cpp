@@ -39,7 +39,7 @@ struct ItemPlanning {
     std::function<void(Item, const Planned<D>&)> finished;
 };
 
-/// Plans items in ascending order, non-overlapping ones in parallel (`in_rounds` of camber.core), until the work is
+/// Plans items in ascending order, non-overlapping ones in parallel (`run_in_rounds` of camber.core), until the work is
 /// used up. Progress counts processed items.
 template <int D, class Item>
 Outcome<Done> plan_in_rounds(RepairState<D>& state, std::vector<Item> items, const ItemPlanning<D, Item>& planning,
@@ -68,15 +68,15 @@ Outcome<Done> plan_in_rounds(RepairState<D>& state, std::vector<Item> items, con
         }
         return !state.exhausted();
     };
-    return in_rounds(
+    return run_in_rounds(
         state.schedule, std::move(places), execution, [&](std::size_t i) { return is_needless(items[i]); },
         [&](std::size_t i) { return Claim(std::span((*claims)[i])); }, round);
 }
 
 /// Maximum number of sweeps.
-constexpr int segment_turns = 2;
-constexpr int max_edge_turns = 4;
-constexpr int max_joint_turns = 12;
+constexpr int max_segment_sweeps = 2;
+constexpr int max_edge_sweeps = 4;
+constexpr int max_joint_sweeps = 12;
 /// Maximum share of the remaining work for one pass.
 constexpr double max_of_work = 0.5;
 constexpr double max_passes = 14;
@@ -94,31 +94,31 @@ struct Passes {
     RepairState<D> state;
     std::vector<ElementId> queue;
     Execution execution;
-    std::vector<ElementId> first_queue = queue;  ///< initial queue
-    std::size_t begun = 0;                       ///< started passes
-    bool cut_short = false;                      ///< a pass used up its work and left elements
+    std::vector<ElementId> initial_queue = queue;  ///< initial queue
+    std::size_t started_passes = 0;                ///< started passes
+    bool cut_short = false;                        ///< a pass used up its work and left elements
 
     [[nodiscard]] Outcome<Done> by_edges() {
         return over_queue([&](ElementId e) { return repair_cavity(state, e, CavityExtent{}).elements; },
                           [&](ElementId e, double) { return plan_edge_repair(state, e); });
     }
-    [[nodiscard]] Outcome<Done> by_cavities(CavityExtent extent, double asked) {
+    [[nodiscard]] Outcome<Done> by_cavities(CavityExtent extent, double requested) {
         return over_queue([&](ElementId e) { return repair_cavity(state, e, extent).elements; },
                           [&](ElementId e, double max_work) {
-                              return plan_cavity_repair(state, repair_cavity(state, e, extent), e, asked, max_work);
+                              return plan_cavity_repair(state, repair_cavity(state, e, extent), e, requested, max_work);
                           });
     }
-    [[nodiscard]] Outcome<Done> by_slides(CavityExtent extent, double asked) {
+    [[nodiscard]] Outcome<Done> by_slides(CavityExtent extent, double requested) {
         return over_queue([&](ElementId e) { return repair_cavity(state, e, extent).elements; },
                           [&](ElementId e, double max_work) {
-                              return plan_slide_repair(state, repair_cavity(state, e, extent), e, asked, max_work);
+                              return plan_slide_repair(state, repair_cavity(state, e, extent), e, requested, max_work);
                           });
     }
     /// Restores queued elements to the extension positions. Degraded ones are repaired, or their nodes stay.
-    [[nodiscard]] Outcome<Done> by_homes(const HomeOf<D>& home) {
+    [[nodiscard]] Outcome<Done> by_restored_nodes(const RestoredPosition<D>& extended_nodes) {
         const Execution quiet = without_progress(execution);
         Passes trial{state, {}, quiet};
-        if (auto done = go_home(trial.state, queue, home, quiet); !done) return done;
+        if (auto done = restore_nodes(trial.state, queue, extended_nodes, quiet); !done) return done;
         bool any_degraded = false;
         for (const ElementId e : trial.state.moved.verdicts.set_rows()) {
             if (trial.state.good(e)) continue;
@@ -140,71 +140,72 @@ struct Passes {
         if (std::ranges::any_of(plan.verdicts, repaired)) state.moved.apply(plan);
         return finish(Done{});
     }
-    [[nodiscard]] Outcome<Done> by_home(const Column<LagrangeNode<D>>& home) {
+    [[nodiscard]] Outcome<Done> by_global_extension(const Column<LagrangeNode<D>>& extended_nodes) {
         // The extension refers to the vertices of the mesh, some of which may have moved.
-        return by_homes(
-            [&](EdgeId edge) { return std::optional(LagrangeNode<D>{home[edge].point + state.moved.shift(edge)}); });
+        return by_restored_nodes([&](EdgeId edge) {
+            return std::optional(LagrangeNode<D>{extended_nodes[edge].point + state.moved.shift(edge)});
+        });
     }
     [[nodiscard]] Outcome<Done> by_extension(int rings) {
         if (state.exhausted()) return Done{};
-        const auto home =
+        const auto extended_nodes =
             extend_around(state.moved, state.kinds, state.shells, queue, rings, without_progress(execution));
-        if (!home) return fail(home.error());
-        state.work_left -= home->work;
-        state.work += home->work;
-        return by_homes([&](EdgeId edge) {
-            const LagrangeNode<D>* there = home->nodes.find(edge);
+        if (!extended_nodes) return fail(extended_nodes.error());
+        state.work_left -= extended_nodes->work;
+        state.work += extended_nodes->work;
+        return by_restored_nodes([&](EdgeId edge) {
+            const LagrangeNode<D>* there = extended_nodes->nodes.find(edge);
             return there ? std::optional(*there) : std::nullopt;
         });
     }
     /// Moves single nodes towards their targets along segments.
     [[nodiscard]] Outcome<Done> returns_on_segments() {
-        return returning(off_their_places(), segment_turns,
+        return returning(edges_off_target(), max_segment_sweeps,
                          [&](EdgeId e, double) { return plan_return_on_segment(state, e); });
     }
     /// Moves single nodes by optimisation.
     [[nodiscard]] Outcome<Done> returns() {
-        return returning(off_their_places(), max_edge_turns, [&](EdgeId e, double) { return plan_return(state, e); });
+        return returning(edges_off_target(), max_edge_sweeps, [&](EdgeId e, double) { return plan_return(state, e); });
     }
     /// Moves single nodes in order of cost, within `max_work`.
     [[nodiscard]] Outcome<Done> returns_of_costliest(double max_work) {
-        const double kept = std::max(0.0, state.work_left - max_work);
-        state.work_left -= kept;
-        std::vector<EdgeId> all = off_their_places();
+        const double reserved = std::max(0.0, state.work_left - max_work);
+        state.work_left -= reserved;
+        std::vector<EdgeId> all = edges_off_target();
         // Earlier passes may have overspent the work.
         const double most = std::clamp(state.work_left / edge_work, 0.0, static_cast<double>(all.size()));
         auto edges = costliest(std::move(all), static_cast<std::size_t>(most));
         if (!edges) return fail(edges.error());
         auto done =
-            returning(std::move(*edges), max_edge_turns, [&](EdgeId e, double) { return plan_return(state, e); });
-        state.work_left += kept;
+            returning(std::move(*edges), max_edge_sweeps, [&](EdgeId e, double) { return plan_return(state, e); });
+        state.work_left += reserved;
         return done;
     }
     /// Moves the nodes of elements with a costly edge jointly.
     [[nodiscard]] Outcome<Done> joint_returns() {
         std::vector<ElementId> elements;
-        for (const EdgeId edge : edges_concerned())
+        for (const EdgeId edge : affected_edges())
             if (is_costly(edge)) elements.insert(elements.end(), state.shells[edge].begin(), state.shells[edge].end());
         elements |= ranges::actions::sort | ranges::actions::unique;
         const auto claim = [&](ElementId e) { return repair_cavity(state, e, CavityExtent{}).elements; };
-        return while_moving<ElementId>(std::move(elements), max_joint_turns, claim, [&](ElementId e, double max_work) {
+        return while_moving<ElementId>(std::move(elements), max_joint_sweeps, claim, [&](ElementId e, double max_work) {
             return plan_joint_return(state, repair_cavity(state, e, CavityExtent{}), max_work);
         });
     }
 
   private:
-    [[nodiscard]] std::vector<EdgeId> edges_concerned() const {
+    [[nodiscard]] std::vector<EdgeId> affected_edges() const {
         std::vector<EdgeId> edges = state.moved.nodes.set_rows();
-        for (const ElementId e : first_queue)
+        for (const ElementId e : initial_queue)
             edges.insert(edges.end(), state.mesh().edges.of_elements[e].begin(),
                          state.mesh().edges.of_elements[e].end());
         std::erase_if(edges, [&](EdgeId e) { return state.kinds[e] != EdgeKind::volume; });
         edges |= ranges::actions::sort | ranges::actions::unique;
         return edges;
     }
-    [[nodiscard]] std::vector<EdgeId> off_their_places() const {
-        std::vector<EdgeId> edges = edges_concerned();
-        std::erase_if(edges, [&](EdgeId e) { return state.moved.nodes[e].point == state.wanted(e); });
+    [[nodiscard]] std::vector<EdgeId> edges_off_target() const {
+        std::vector<EdgeId> edges = affected_edges();
+        std::erase_if(edges, [&](EdgeId e) { return state.moved.nodes[e].point == state.target_position(e); });
         return edges;
     }
     /// Ranks by cost in the implied metric, which is fast to evaluate.
@@ -212,7 +213,7 @@ struct Passes {
         if (edges.size() <= most) return edges;
         const auto costs = map_each(without_progress(execution), edges.size(), [&](std::size_t i) {
             const EdgeId e = edges[i];
-            const auto model = implied_edge_model(state.mesh(), e, {state.wanted(e)}, state.shells[e]);
+            const auto model = implied_edge_model(state.mesh(), e, {state.target_position(e)}, state.shells[e]);
             return std::pair(-model(state.moved.nodes[e].point), e);
         });
         if (!costs) return fail(costs.error());
@@ -222,11 +223,11 @@ struct Passes {
         edges.resize(most);
         return edges;
     }
-    Outcome<Done> returning(std::vector<EdgeId> edges, int max_turns, const PlanOf<D, EdgeId>& plan) {
+    Outcome<Done> returning(std::vector<EdgeId> edges, int max_sweeps, const PlanOf<D, EdgeId>& plan) {
         const auto claim = [&](EdgeId e) {
             return std::vector<ElementId>(state.shells[e].begin(), state.shells[e].end());
         };
-        return while_moving<EdgeId>(std::move(edges), max_turns, claim, plan);
+        return while_moving<EdgeId>(std::move(edges), max_sweeps, claim, plan);
     }
     [[nodiscard]] bool is_costly(EdgeId edge) const {
         return state.model(edge)(state.moved.nodes[edge].point) > costly;
@@ -236,34 +237,33 @@ struct Passes {
         return done;
     }
     [[nodiscard]] Execution next_pass(std::size_t turn = 0, std::size_t turns = 1) {
-        if (turn == 0) ++begun;
-        const auto share = [turns = static_cast<double>(turns), before = static_cast<double>(begun - 1)](double done) {
-            return (before + done / turns) / max_passes;
-        };
+        if (turn == 0) ++started_passes;
+        const auto share = [turns = static_cast<double>(turns), before = static_cast<double>(started_passes - 1)](
+                               double done) { return (before + done / turns) / max_passes; };
         return part_of(execution, share(static_cast<double>(turn)), share(static_cast<double>(turn + 1)));
     }
     Outcome<Done> over_queue(const ClaimOf<ElementId>& claim, const PlanOf<D, ElementId>& plan) {
         // Each pass reserves a share of the work for later passes.
-        const double kept = state.work_left * (1 - max_of_work);
-        state.work_left -= kept;
+        const double reserved = state.work_left * (1 - max_of_work);
+        state.work_left -= reserved;
         const ItemPlanning<D, ElementId> planning{[&](ElementId e) { return state.good(e); }, claim, plan,
                                                   [](ElementId, const Planned<D>&) {}};
         auto done = finish(plan_in_rounds(state, queue, planning, next_pass()));
         cut_short = cut_short || (state.exhausted() && !queue.empty());
-        state.work_left += kept;
+        state.work_left += reserved;
         return done;
     }
     /// Sweeps over the items. Later sweeps contain only items next to moved ones.
     template <class Item>
-    Outcome<Done> while_moving(std::vector<Item> items, int max_turns, const ClaimOf<Item>& claim,
+    Outcome<Done> while_moving(std::vector<Item> items, int max_sweeps, const ClaimOf<Item>& claim,
                                const PlanOf<D, Item>& plan) {
-        for (int turn = 0; turn < max_turns && !items.empty(); ++turn) {
+        for (int turn = 0; turn < max_sweeps && !items.empty(); ++turn) {
             SparseSet<ElementId> near;
             const auto mark = [&](const Item& item, const Planned<D>& planned) {
                 if (!planned.plan) return;
                 for (const ElementId e : claim(item)) near.insert(e);
             };
-            const Execution share = next_pass(static_cast<std::size_t>(turn), static_cast<std::size_t>(max_turns));
+            const Execution share = next_pass(static_cast<std::size_t>(turn), static_cast<std::size_t>(max_sweeps));
             const ItemPlanning<D, Item> planning{[](const Item&) { return false; }, claim, plan, mark};
             auto done = plan_in_rounds(state, items, planning, share);
             if (!done) return done;
@@ -276,10 +276,10 @@ struct Passes {
 };
 
 template <int D>
-Outcome<Done> look_around_vertices(RepairState<D>& state, const Execution& execution) {
+Outcome<Done> prepare_vertex_moves(RepairState<D>& state, const Execution& execution) {
     auto around = balls(state.mesh().linear, without_progress(execution));
     if (!around) return fail(around.error());
-    const VertexFreedom of_boundary = state.vertices_onto ? VertexFreedom::sliding : VertexFreedom::held;
+    const VertexFreedom of_boundary = state.vertices_onto ? VertexFreedom::sliding : VertexFreedom::fixed;
     state.around_vertices = {std::move(*around),
                              vertex_freedoms(state.mesh(), state.kinds, state.options.vertices, of_boundary)};
     return Done{};
@@ -289,10 +289,10 @@ template <int D>
 Outcome<Done> run(Passes<D>& passes, const RepairGuide<D>& guide, RepairStatistics& s) {
     using Moves = CavityExtent::Moves;
     const RepairOptions& options = passes.state.options;
-    const bool homes_first = options.method == RepairMethod::extension;
+    const bool restores_first = options.method == RepairMethod::extension;
     const bool with_cavities = has_cavities(options.method);
     // A recommended bound does not justify large cavities, vertex moves or surface moves.
-    const bool is_asked = options.min_scaled_jacobian.is_asked;
+    const bool is_explicit = options.min_scaled_jacobian.is_explicit;
     Outcome<Done> done = Done{};
     const auto counted = [&](std::size_t& counter, auto&& pass) {
         if (!done || passes.queue.empty()) return;
@@ -300,39 +300,41 @@ Outcome<Done> run(Passes<D>& passes, const RepairGuide<D>& guide, RepairStatisti
         done = pass();
         counter += before - passes.queue.size();
     };
-    const auto cavities = [&](std::size_t& counter, CavityExtent extent, double asked) {
-        if (with_cavities) counted(counter, [&] { return passes.by_cavities(extent, asked); });
+    const auto cavities = [&](std::size_t& counter, CavityExtent extent, double requested) {
+        if (with_cavities) counted(counter, [&] { return passes.by_cavities(extent, requested); });
     };
     const auto extension = [&](int rings) {
         if (with_cavities) counted(s.by_extension, [&] { return passes.by_extension(rings); });
     };
     const auto by_volume_nodes = [&] {
-        if (homes_first) extension(nearest_rings);
+        if (restores_first) extension(nearest_rings);
         cavities(s.by_cavities, {Moves::volume_nodes, 0}, options.target);
         counted(s.by_edges, [&] { return passes.by_edges(); });
         for (int rings = nearest_rings; rings <= farthest_rings; rings *= 2) extension(rings);
-        if (!is_asked) return;
+        if (!is_explicit) return;
         cavities(s.by_cavities, {Moves::volume_nodes, 1}, options.target);
         cavities(s.by_cavities, {Moves::volume_nodes, 1}, 0);
         cavities(s.by_cavities, {Moves::volume_nodes, 2}, 0);
     };
-    if (homes_first && !guide.home.empty()) counted(s.by_extension, [&] { return passes.by_home(guide.home); });
+    if (restores_first && !guide.global_extension.empty())
+        counted(s.by_extension, [&] { return passes.by_global_extension(guide.global_extension); });
     by_volume_nodes();
-    if (with_cavities && is_asked && !passes.queue.empty())
-        if (auto made = look_around_vertices(passes.state, passes.execution); !made) return made;
-    if (is_asked) cavities(s.by_vertices, {Moves::vertices, 1}, 0);
+    if (with_cavities && is_explicit && !passes.queue.empty())
+        if (auto result = prepare_vertex_moves(passes.state, passes.execution); !result) return result;
+    if (is_explicit) cavities(s.by_vertices, {Moves::vertices, 1}, 0);
     if (s.by_vertices > 0) by_volume_nodes();
-    if (is_asked && with_cavities && passes.state.onto)
+    if (is_explicit && with_cavities && passes.state.onto)
         for (const double share : slide_shares)
             counted(s.by_slides, [&] { return passes.by_slides({Moves::surface_nodes, 0}, share * options.target); });
-    if (is_asked && with_cavities && passes.state.vertices_onto)
+    if (is_explicit && with_cavities && passes.state.vertices_onto)
         for (const int closures : {0, 1, 2})
             counted(s.by_slides, [&] { return passes.by_slides({Moves::slides, closures}, 0); });
-    if (is_asked && guide.surface == SurfaceMoves::off_geometry) cavities(s.by_surface, {Moves::surface_nodes, 1}, 0);
+    if (is_explicit && guide.surface == SurfaceMoves::off_geometry)
+        cavities(s.by_surface, {Moves::surface_nodes, 1}, 0);
     if (!done) return done;
-    if (homes_first) {
+    if (restores_first) {
         done = passes.returns_on_segments();
-        if (done) done = passes.returns_of_costliest(allowed_return_work(passes.first_queue.size(), options));
+        if (done) done = passes.returns_of_costliest(allowed_return_work(passes.initial_queue.size(), options));
         return done;
     }
     done = passes.returns();
@@ -341,11 +343,11 @@ Outcome<Done> run(Passes<D>& passes, const RepairGuide<D>& guide, RepairStatisti
 }
 
 template <int D>
-Outcome<Repaired<D>> judge_all(const RepairState<D>& state, bool cut_short, const JudgedProposal<D>& wanted,
+Outcome<Repaired<D>> judge_all(const RepairState<D>& state, bool cut_short, const JudgedProposal<D>& input,
                                const RepairStatistics& passes, const Execution& execution) {
-    auto judged = judge_moved(state.moved, state.shells, wanted, without_progress(execution));
+    auto judged = judge_moved(state.moved, state.shells, input, without_progress(execution));
     if (!judged) return fail(judged.error());
-    RepairStatistics statistics = changes_between(wanted, *judged);
+    RepairStatistics statistics = changes_between(input, *judged);
     statistics.work = state.work;
     statistics.by_edges = passes.by_edges;
     statistics.by_cavities = passes.by_cavities;
@@ -353,15 +355,15 @@ Outcome<Repaired<D>> judge_all(const RepairState<D>& state, bool cut_short, cons
     statistics.by_vertices = passes.by_vertices;
     statistics.by_slides = passes.by_slides;
     statistics.by_surface = passes.by_surface;
-    std::vector<ElementId> given_up;
-    if (cut_short) given_up = elements_not_valid(judged->validation());
-    return Repaired<D>{std::move(*judged), statistics, std::move(given_up)};
+    std::vector<ElementId> unresolved;
+    if (cut_short) unresolved = elements_not_valid(judged->validation());
+    return Repaired<D>{std::move(*judged), statistics, std::move(unresolved)};
 }
 
 /// Repairs invalid elements by `extension`, `cavity` or `edge`:
 ///
 /// 1. `extension`: nodes move towards the extension of the boundary displacement, only as far as required.
-/// 2. The volume nodes of an element's cavity move jointly (joint_programme) at minimum cost.
+/// 2. The volume nodes of an element's cavity move jointly (joint_problem) at minimum cost.
 /// 3. Single volume nodes move.
 /// 4. The boundary displacement is extended locally.
 /// 5. Larger cavities move, then vertices of the volume, then surface nodes.
@@ -370,34 +372,34 @@ Outcome<Repaired<D>> judge_all(const RepairState<D>& state, bool cut_short, cons
 /// No valid element becomes invalid. The result does not depend on the number of threads. If a vertex moves, det J must
 /// also exceed bound · |det of the mesh's straight element|, and the mean ratio min(before, 0.05). Errors: stopped.
 template <int D>
-Outcome<Repaired<D>> repair_by_optimisation(const JudgedProposal<D>& wanted, const RepairGuide<D>& guide,
+Outcome<Repaired<D>> repair_by_optimisation(const JudgedProposal<D>& input, const RepairGuide<D>& guide,
                                             const RepairOptions& options, const Execution& execution) {
-    const QuadraticMesh<D>& mesh = wanted.mesh();
-    const double max_work = std::min(allowed_work(wanted.validation().not_valid(), options.effort), options.max_work);
+    const QuadraticMesh<D>& mesh = input.mesh();
+    const double max_work = std::min(allowed_work(input.validation().not_valid(), options.effort), options.max_work);
     Schedule schedule(mesh.linear.elements.size());
-    Passes<D> passes{{MovedMesh<D>(wanted), guide.shells, guide.wanted, Memo(guide.models), options,
-                      wanted.proposal().kinds, schedule, max_work, 0},
-                     elements_not_valid(wanted.validation()),
+    Passes<D> passes{{MovedMesh<D>(input), guide.shells, guide.target_node, Memo(guide.models), options,
+                      input.proposal().kinds, schedule, max_work, 0},
+                     elements_not_valid(input.validation()),
                      execution};
     if (guide.onto) passes.state.onto = &guide.onto;
     if (guide.vertices_onto) passes.state.vertices_onto = &guide.vertices_onto;
     // If vertices have moved already, their elements are judged with data of the surroundings.
-    if (wanted.proposal().points != mesh.linear.points)
-        if (auto made = look_around_vertices(passes.state, execution); !made) return fail(made.error());
+    if (input.proposal().points != mesh.linear.points)
+        if (auto result = prepare_vertex_moves(passes.state, execution); !result) return fail(result.error());
     RepairStatistics statistics;
     if (auto done = run(passes, guide, statistics); !done) return fail(done.error());
-    return judge_all(passes.state, passes.cut_short, wanted, statistics, execution);
+    return judge_all(passes.state, passes.cut_short, input, statistics, execution);
 }
 
 template <int D>
 Outcome<Done> check(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal, const RepairGuide<D>& guide) {
     const std::size_t edges = mesh.edges.size();
     if (proposal.mid_nodes.size() != edges || proposal.kinds.size() != edges || proposal.changes.size() != edges ||
-        guide.shells.size() != edges || (!guide.home.empty() && guide.home.size() != edges))
+        guide.shells.size() != edges || (!guide.global_extension.empty() && guide.global_extension.size() != edges))
         return fail(ErrorKind::internal,
                     "the number of edges of the proposal or the guide differs from that of the "
                     "mesh");
-    if (!guide.models || !guide.wanted)
+    if (!guide.models || !guide.target_node)
         return fail(ErrorKind::internal, "the guide has no models, which this repair method needs");
     return Done{};
 }
@@ -414,30 +416,30 @@ bool stays_on_geometry(const RepairGuide<D>& guide, double bound) {
 }  // namespace
 
 template <int D>
-Outcome<Repaired<D>> repair(const JudgedProposal<D>& wanted, const RepairGuide<D>& guide, const RepairOptions& options,
+Outcome<Repaired<D>> repair(const JudgedProposal<D>& input, const RepairGuide<D>& guide, const RepairOptions& options,
                             const Execution& execution) {
     if constexpr (D == 3)
-        if (is_surface_alone(wanted.mesh().linear))
-            return repair_surface(wanted, guide, options, {guide.surface == SurfaceMoves::off_geometry}, execution);
-    if (!needs_models(options.method)) return relax(wanted, options, execution);
+        if (is_standalone_surface(input.mesh().linear))
+            return repair_surface(input, guide, options, {guide.surface == SurfaceMoves::off_geometry}, execution);
+    if (!needs_models(options.method)) return relax(input, options, execution);
     if (auto fits = check_limits(options); !fits) return fail(fits.error());
-    if (wanted.validation().bound != options.min_scaled_jacobian.value) {
+    if (input.validation().bound != options.min_scaled_jacobian.value) {
         const auto again =
-            validate(wanted.mesh(), wanted.proposal(), options.min_scaled_jacobian, without_progress(execution));
+            validate(input.mesh(), input.proposal(), options.min_scaled_jacobian, without_progress(execution));
         if (!again) return fail(again.error());
         return repair(*again, guide, options, execution);
     }
-    if (wanted.validation().all_valid()) return Repaired<D>{wanted};
-    if (auto fits = check(wanted.mesh(), wanted.proposal(), guide); !fits) return fail(fits.error());
-    return guarded([&] { return repair_by_optimisation(wanted, guide, options, execution); });
+    if (input.validation().all_valid()) return Repaired<D>{input};
+    if (auto fits = check(input.mesh(), input.proposal(), guide); !fits) return fail(fits.error());
+    return guarded([&] { return repair_by_optimisation(input, guide, options, execution); });
 }
 
 template <int D>
-Outcome<Repaired<D>> repair_or_straighten(const JudgedProposal<D>& wanted, const RepairGuide<D>& guide,
+Outcome<Repaired<D>> repair_or_straighten(const JudgedProposal<D>& input, const RepairGuide<D>& guide,
                                           const RepairOptions& options, const Execution& execution) {
     if (raises(options))
-        return repair_then_raise(wanted, guide, options, execution, [&](const RepairOptions& by, const Execution& e) {
-            return repair_or_straighten(wanted, guide, by, e);
+        return repair_then_raise(input, guide, options, execution, [&](const RepairOptions& by, const Execution& e) {
+            return repair_or_straighten(input, guide, by, e);
         });
     const auto to = [&](const JudgedProposal<D>& judged, const RepairOptions& of) {
         RepairGuide<D> by = guide;
@@ -448,35 +450,36 @@ Outcome<Repaired<D>> repair_or_straighten(const JudgedProposal<D>& wanted, const
         of.effort *= share_of_retries;
         return to(judged, of);
     };
-    auto kept = min_invalid(wanted, to(wanted, options), options, execution, again);
-    if (is_surface_alone(wanted.mesh().linear)) return kept;  // already straightened
-    if (!kept || kept->judged.validation().all_valid()) return kept;
+    auto corrected = min_invalid(input, to(input, options), options, execution, again);
+    if (is_standalone_surface(input.mesh().linear)) return corrected;  // already straightened
+    if (!corrected || corrected->judged.validation().all_valid()) return corrected;
     // Nodes do not leave the surface for a bound that is only recommended.
     RepairOptions demanded = options;
-    if (!options.min_scaled_jacobian.is_asked || stays_on_geometry(guide, options.min_scaled_jacobian))
+    if (!options.min_scaled_jacobian.is_explicit || stays_on_geometry(guide, options.min_scaled_jacobian))
         demanded.min_scaled_jacobian = min_bound;
     const Execution quiet = without_progress(execution);
-    const auto restored = [&] { return restore_input(wanted, std::move(*kept), demanded, quiet); };
+    const auto restored = [&] { return restore_input(input, std::move(*corrected), demanded, quiet); };
     if (!has_cavities(options.method)) return restored();
     const auto judged_for = [&](const JudgedProposal<D>& judged, double bound) {
         return validate(judged.mesh(), judged.proposal(), bound, quiet);
     };
-    const auto before = judged_for(kept->judged, demanded.min_scaled_jacobian);
+    const auto before = judged_for(corrected->judged, demanded.min_scaled_jacobian);
     if (!before) return fail(before.error());
     auto done = relax(*before, demanded, quiet);
     if (!done) return fail(done.error());
     if (done->judged.validation().not_valid() >= before->validation().not_valid()) return restored();
     auto judged = judged_for(done->judged, options.min_scaled_jacobian);
     if (!judged) return fail(judged.error());
-    kept->judged = std::move(*judged);
-    std::erase_if(kept->given_up, [&](ElementId e) { return kept->judged.validation().verdicts[e] == Verdict::valid; });
-    kept = with_all_changes(wanted, std::move(*kept));
+    corrected->judged = std::move(*judged);
+    std::erase_if(corrected->unresolved,
+                  [&](ElementId e) { return corrected->judged.validation().verdicts[e] == Verdict::valid; });
+    corrected = with_all_changes(input, std::move(*corrected));
     return restored();
 }
 
 template <int D>
-Outcome<Incidence<ElementId>> holders_of_edges(const QuadraticMesh<D>& mesh, const Execution& execution) {
-    if (!is_surface_alone(mesh.linear)) return shells(mesh.edges, execution);
+Outcome<Incidence<ElementId>> elements_of_edges(const QuadraticMesh<D>& mesh, const Execution& execution) {
+    if (!is_standalone_surface(mesh.linear)) return shells(mesh.edges, execution);
     auto triangles = facet_shells(mesh.edges, execution);
     if (!triangles) return fail(triangles.error());
     return guarded([&]() -> Outcome<Incidence<ElementId>> {
@@ -488,19 +491,19 @@ Outcome<Incidence<ElementId>> holders_of_edges(const QuadraticMesh<D>& mesh, con
 }
 
 template <int D>
-Outcome<RepairGuide<D>> own_guide(const JudgedProposal<D>& judged, const Incidence<ElementId>& shells,
-                                  const Execution& execution) {
+Outcome<RepairGuide<D>> guide_from_mesh(const JudgedProposal<D>& judged, const Incidence<ElementId>& shells,
+                                        const Execution& execution) {
     const MovedMesh<D> moved(judged);
     const auto broken = elements_not_valid(judged.validation());
     auto extended = extend_around(moved, judged.proposal().kinds, shells, broken, 1, execution);
     if (!extended) return fail(extended.error());
-    SparseMap<EdgeId, LagrangeNode<D>> wanted;
+    SparseMap<EdgeId, LagrangeNode<D>> targets;
     for (const ElementId e : broken)
         for (const EdgeId edge : judged.mesh().edges.of_elements[e])
-            if (const auto* node = extended->nodes.find(edge)) wanted.at(edge) = *node;
+            if (const auto* node = extended->nodes.find(edge)) targets.at(edge) = *node;
     // Models refer to the vertex positions of the mesh.
-    const auto centre = [moved, wanted = std::move(wanted)](EdgeId edge) {
-        const LagrangeNode<D>* node = wanted.find(edge);
+    const auto centre = [moved, targets = std::move(targets)](EdgeId edge) {
+        const LagrangeNode<D>* node = targets.find(edge);
         return LagrangeNode<D>{(node ? *node : moved.nodes[edge]).point - moved.shift(edge)};
     };
     return RepairGuide<D>{shells, centre, [mesh = judged.mesh(), shells, centre](EdgeId edge) {
@@ -513,9 +516,9 @@ Outcome<RepairGuide<D>> own_guide(const JudgedProposal<D>& judged, const Inciden
                                             const Execution&);                                                     \
     template Outcome<Repaired<D>> repair_or_straighten<D>(const JudgedProposal<D>&, const RepairGuide<D>&,         \
                                                           const RepairOptions&, const Execution&);                 \
-    template Outcome<Incidence<ElementId>> holders_of_edges<D>(const QuadraticMesh<D>&, const Execution&);         \
-    template Outcome<RepairGuide<D>> own_guide<D>(const JudgedProposal<D>&, const Incidence<ElementId>&,           \
-                                                  const Execution&);
+    template Outcome<Incidence<ElementId>> elements_of_edges<D>(const QuadraticMesh<D>&, const Execution&);        \
+    template Outcome<RepairGuide<D>> guide_from_mesh<D>(const JudgedProposal<D>&, const Incidence<ElementId>&,     \
+                                                        const Execution&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

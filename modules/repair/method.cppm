@@ -22,8 +22,8 @@ export namespace camber {
 struct RemainingElement {
     ElementId element;
     std::string reason;
-    VertexId at = {};          ///< not valid: no particular vertex
-    bool is_given_up = false;  ///< the work limit was reached
+    VertexId at = {};            ///< not valid: no particular vertex
+    bool is_unresolved = false;  ///< the work limit was reached
 };
 
 /// Example: "the boundary alone makes its scaled Jacobian -1.24 at vertex 64"; `vertex` is the name of `at`.
@@ -38,7 +38,7 @@ template <int D>
 /// Returns only elements with required entities or an exhausted work limit, for meshes whose boundary may leave the
 /// geometry.
 template <int D>
-[[nodiscard]] std::vector<RemainingElement> remaining_but_for_shape(const Repaired<D>& repaired);
+[[nodiscard]] std::vector<RemainingElement> remaining_by_limits(const Repaired<D>& repaired);
 
 struct BoundaryShift {
     std::size_t moved_nodes = 0;
@@ -50,8 +50,8 @@ template <int D>
 
 /// Returns the mesh's own nodes; required edges are fixed.
 template <int D>
-[[nodiscard]] Proposal<D> own_proposal(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& boundary_kinds,
-                                       RequiredBoundary required);
+[[nodiscard]] Proposal<D> proposal_from_mesh(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& boundary_kinds,
+                                             RequiredBoundary required);
 
 struct MeshRepairOptions {
     RepairOptions repair = {};
@@ -81,14 +81,14 @@ template <int D>
 /// The result does not depend on the number of threads. Errors: options out of range (usage), columns that do not fit
 /// the mesh (internal), stopped.
 template <int D>
-[[nodiscard]] Outcome<Repaired<D>> repair(const JudgedProposal<D>& wanted, const RepairGuide<D>& guide,
+[[nodiscard]] Outcome<Repaired<D>> repair(const JudgedProposal<D>& input, const RepairGuide<D>& guide,
                                           const RepairOptions& options, const Execution& execution);
 
 /// Calls `repair`, relaxes remaining elements towards the straight mesh, surface edges last, if that repairs any, then
 /// calls `restore_input`. An element remains only if it is valid neither straight nor with the input's nodes. For
 /// meshes whose boundary nodes may leave the geometry.
 template <int D>
-[[nodiscard]] Outcome<Repaired<D>> repair_or_straighten(const JudgedProposal<D>& wanted, const RepairGuide<D>& guide,
+[[nodiscard]] Outcome<Repaired<D>> repair_or_straighten(const JudgedProposal<D>& input, const RepairGuide<D>& guide,
                                                         const RepairOptions& options, const Execution& execution);
 
 /// Repairs within a fixed boundary. If invalid elements remain, boundary nodes slide on the guide's geometry, then in
@@ -96,41 +96,41 @@ template <int D>
 /// vertices move only by `vertices_onto`. For an unreachable bound, this and `repair_or_straighten` select the result
 /// with the fewest invalid elements, at most as many as in the input mesh.
 template <int D>
-[[nodiscard]] Outcome<Repaired<D>> repair_within(const JudgedProposal<D>& wanted, const RepairGuide<D>& guide,
+[[nodiscard]] Outcome<Repaired<D>> repair_within(const JudgedProposal<D>& input, const RepairGuide<D>& guide,
                                                  const RepairOptions& options, const Execution& execution);
 
 /// True if the method raises elements to its target (`raise`).
 [[nodiscard]] bool raises(const RepairOptions& options);
 
 /// Raises elements to the target by moves of volume nodes (`repair`). Nodes are put back if a valid element ends below
-/// the target and its previous value. `wanted` is judged for the bound. Does nothing on standalone surface meshes.
+/// the target and its previous value. `input` is judged for the bound. Does nothing on standalone surface meshes.
 /// Errors: those of `repair`.
 template <int D>
-[[nodiscard]] Outcome<Repaired<D>> raise(const JudgedProposal<D>& wanted, Repaired<D> repaired,
+[[nodiscard]] Outcome<Repaired<D>> raise(const JudgedProposal<D>& input, Repaired<D> repaired,
                                          const RepairGuide<D>& guide, const RepairOptions& options,
                                          const Execution& execution);
 
 /// Calls repair(options, execution) with the default target, then raises to the target of `options`.
 template <int D, class Repair>
-[[nodiscard]] Outcome<Repaired<D>> repair_then_raise(const JudgedProposal<D>& wanted, const RepairGuide<D>& guide,
+[[nodiscard]] Outcome<Repaired<D>> repair_then_raise(const JudgedProposal<D>& input, const RepairGuide<D>& guide,
                                                      const RepairOptions& options, const Execution& execution,
                                                      const Repair& repair) {
     RepairOptions to_bound = options;
     to_bound.target = {};
     auto repaired = repair(to_bound, part_of(execution, 0, 0.7));
     if (!repaired) return repaired;
-    return raise(wanted, std::move(*repaired), guide, options, part_of(execution, 0.7, 1));
+    return raise(input, std::move(*repaired), guide, options, part_of(execution, 0.7, 1));
 }
 
 /// Returns the elements around each edge, or the triangles of a standalone surface mesh. Errors: memory, stopped.
 template <int D>
-[[nodiscard]] Outcome<Incidence<ElementId>> holders_of_edges(const QuadraticMesh<D>& mesh, const Execution& execution);
+[[nodiscard]] Outcome<Incidence<ElementId>> elements_of_edges(const QuadraticMesh<D>& mesh, const Execution& execution);
 
 /// Returns the guide of a curved mesh without a metric field. Models use the implied metric; targets are the current
 /// nodes, or the local extension for volume nodes of invalid elements. Errors: stopped.
 template <int D>
-[[nodiscard]] Outcome<RepairGuide<D>> own_guide(const JudgedProposal<D>& judged, const Incidence<ElementId>& shells,
-                                                const Execution& execution);
+[[nodiscard]] Outcome<RepairGuide<D>> guide_from_mesh(const JudgedProposal<D>& judged,
+                                                      const Incidence<ElementId>& shells, const Execution& execution);
 
 /// Projects boundary edge nodes onto the geometry. Nodes slide only if all facets of their edge have a prescribed
 /// surface (`GeometryModel::prescribes`). Errors: stopped.
@@ -152,24 +152,24 @@ template <int D>
 
 /// Returns the mesh's nodes; those of prescribed, not required edges are projected. Errors: stopped.
 template <int D>
-[[nodiscard]] Outcome<Column<LagrangeNode<D>>> own_nodes_on(const Geometry<D>& geometry,
-                                                            const Column<EdgeKind>& boundary_kinds,
-                                                            const QuadraticMesh<D>& mesh, RequiredBoundary required,
-                                                            const Execution& execution);
+[[nodiscard]] Outcome<Column<LagrangeNode<D>>> mesh_nodes_on(const Geometry<D>& geometry,
+                                                             const Column<EdgeKind>& boundary_kinds,
+                                                             const QuadraticMesh<D>& mesh, RequiredBoundary required,
+                                                             const Execution& execution);
 
 /// Moves nodes of invalid elements, and of those that become invalid, towards the chord midpoints until every element
 /// is valid; surface and ridge edges last. Uses θ-steps for `backtracking`, otherwise segments, then `restore_input`.
 /// Succeeds if the straight or the input mesh is valid for the bound. Other preconditions and errors: see `repair`.
 template <int D>
-[[nodiscard]] Outcome<Repaired<D>> relax(const JudgedProposal<D>& wanted, const RepairOptions& options,
+[[nodiscard]] Outcome<Repaired<D>> relax(const JudgedProposal<D>& input, const RepairOptions& options,
                                          const Execution& execution);
 
 /// Repairs elements below the bound by moving their nodes towards the input mesh in steps, the last one exact: volume
-/// nodes, boundary nodes, then vertices. Elements that become invalid follow. Then these nodes return towards `wanted`
+/// nodes, boundary nodes, then vertices. Elements that become invalid follow. Then these nodes return towards `input`
 /// as far as possible. No more elements remain below the bound than in the better of the input mesh and `repaired`.
 /// Does nothing if the input mesh is straight, or valid nowhere `repaired` is invalid. Errors: stopped.
 template <int D>
-[[nodiscard]] Outcome<Repaired<D>> restore_input(const JudgedProposal<D>& wanted, Repaired<D> repaired,
+[[nodiscard]] Outcome<Repaired<D>> restore_input(const JudgedProposal<D>& input, Repaired<D> repaired,
                                                  const RepairOptions& options, const Execution& execution);
 
 template <int D>
@@ -187,7 +187,7 @@ template <int D>
                                                          std::span<const EdgeKind> kinds, const Execution& execution);
 
 template <int D>
-struct MovedBack {
+struct MoveBackStatistics {
     std::size_t nodes = 0;
     double largest = 0;   ///< from the previous position
     Vec<D> largest_at{};  ///< current position of that node
@@ -206,7 +206,7 @@ struct MovedBack {
 template <int D>
 struct UncrossedWalls {
     JudgedProposal<D> judged;
-    MovedBack<D> moved;
+    MoveBackStatistics<D> moved;
     std::optional<Crossings> crossings = {};  ///< nothing if the last repair may have changed them
 };
 
@@ -221,7 +221,7 @@ template <int D>
 namespace camber {
 
 /// Permission to leave the geometry, and maximum distance from the initial position.
-struct SurfaceLeave {
+struct SurfaceLimits {
     bool may_leave = true;
     double most = 0;  ///< model units; 0: only the share of the chord limits it
 };
@@ -237,8 +237,8 @@ struct SurfaceLeave {
 ///
 /// Only 4 may invalidate other triangles. 3 and 4 leave the geometry; for a recommended bound they serve only positive
 /// N · n. Methods without models use 4 only.
-[[nodiscard]] Outcome<Repaired<3>> repair_surface(const JudgedProposal<3>& wanted, const RepairGuide<3>& guide,
-                                                  const RepairOptions& options, const SurfaceLeave& leave,
+[[nodiscard]] Outcome<Repaired<3>> repair_surface(const JudgedProposal<3>& input, const RepairGuide<3>& guide,
+                                                  const RepairOptions& options, const SurfaceLimits& leave,
                                                   const Execution& execution);
 
 /// The same as `remaining`, for triangles.

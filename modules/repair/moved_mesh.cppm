@@ -127,7 +127,7 @@ enum class EdgeGroup { volume, surface, all };
 
 /// Returns the element's edges in the group that are not straight.
 template <int D>
-[[nodiscard]] std::vector<EdgeId> loose_edges(const Trial<D>& trial, ElementId e, EdgeGroup group);
+[[nodiscard]] std::vector<EdgeId> movable_edges(const Trial<D>& trial, ElementId e, EdgeGroup group);
 
 /// Undo record.
 template <int D>

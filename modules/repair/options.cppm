@@ -67,7 +67,9 @@ struct RepairOptions {
     double max_work = std::numeric_limits<double>::infinity();  ///< absolute limit besides `effort`
 
     /// Scaled Jacobian that repaired elements should reach.
-    [[nodiscard]] constexpr double aim() const { return std::max(target.value, min_scaled_jacobian.value); }
+    [[nodiscard]] constexpr double effective_target() const {
+        return std::max(target.value, min_scaled_jacobian.value);
+    }
 
     [[nodiscard]] static constexpr auto options() {
         using S = RepairOptions;
@@ -134,7 +136,7 @@ struct RepairOptions {
 template <int D>
 struct GeometryFoot {
     Vec<D> point;
-    Sym<D> across;
+    Sym<D> normal_projector;
 };
 /// Projects a point onto the geometry of a boundary edge. Pure, called from several threads.
 template <int D>
@@ -150,10 +152,10 @@ struct RepairGuide {
     Incidence<ElementId> shells;  ///< elements around each edge
     /// Target position of an edge's node, for the vertices of the mesh. Called for edges near invalid elements. Null
     /// for methods without models (`needs_models`).
-    std::function<LagrangeNode<D>(EdgeId)> wanted = {};
+    std::function<LagrangeNode<D>(EdgeId)> target_node = {};
     EdgeModels<D> models = {};
     /// Extension of the boundary displacement (`extend_boundary`), one node per edge. Empty: computed locally.
-    Column<LagrangeNode<D>> home = {};
+    Column<LagrangeNode<D>> global_extension = {};
     /// Projection of boundary nodes, used before any leaves the geometry; null: they do not slide.
     FootOnGeometry<D> onto = {};
     /// Projection of boundary vertices, which take their edges' nodes with them; null: they stay.
@@ -176,7 +178,7 @@ template <int D>
 struct Repaired {
     JudgedProposal<D> judged;
     RepairStatistics statistics = {};
-    std::vector<ElementId> given_up = {};  ///< invalid when the work limit was reached; ascending
+    std::vector<ElementId> unresolved = {};  ///< invalid when the work limit was reached; ascending
 };
 
 /// Counts the differences; nodes by the kinds of `before`.
@@ -198,7 +200,7 @@ template <int D>
 
 /// Sets the recommended target if none is required and the method raises elements.
 [[nodiscard]] inline RepairOptions with_target(RepairOptions options, const JacobianBound& recommended) {
-    if (!options.target.is_asked && options.method == RepairMethod::extension) options.target = recommended;
+    if (!options.target.is_explicit && options.method == RepairMethod::extension) options.target = recommended;
     return options;
 }
 
@@ -207,33 +209,33 @@ template <int D>
 namespace camber {
 
 enum class VertexFreedom : std::uint8_t {
-    held,     ///< does not move
+    fixed,    ///< does not move
     free,     ///< moves in the volume
     sliding,  ///< slides on the geometry
 };
 
-/// Without moves all are `held`, else required vertices and those of fixed edges; `of_boundary`: freedom of other
+/// Without moves all are `fixed`, else required vertices and those of fixed edges; `of_boundary`: freedom of other
 /// boundary vertices.
 template <int D>
 [[nodiscard]] inline Buffer<VertexFreedom> vertex_freedoms(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds,
                                                            VertexMoves moves, VertexFreedom of_boundary) {
     Buffer<VertexFreedom> freedoms(mesh.linear.points.size());
-    std::ranges::fill(freedoms, moves == VertexMoves::never ? VertexFreedom::held : VertexFreedom::free);
+    std::ranges::fill(freedoms, moves == VertexMoves::never ? VertexFreedom::fixed : VertexFreedom::free);
     if (moves == VertexMoves::never) return freedoms;
     for (const bool is_fixed : {false, true})
         for (std::size_t e = 0; e < kinds.size(); ++e)
             if (kinds[e] != EdgeKind::volume && (kinds[e] == EdgeKind::fixed) == is_fixed)
                 for (const VertexId v : mesh.edges.vertices[e])
-                    freedoms[v.index()] = is_fixed ? VertexFreedom::held : of_boundary;
+                    freedoms[v.index()] = is_fixed ? VertexFreedom::fixed : of_boundary;
     const auto required = required_vertices(mesh.linear);
     for (std::size_t v = 0; v < freedoms.size(); ++v)
-        if (required[v] != 0) freedoms[v] = VertexFreedom::held;
+        if (required[v] != 0) freedoms[v] = VertexFreedom::fixed;
     return freedoms;
 }
 
 /// A repair judged for the minimum and the requested bound.
 template <int D>
-struct TwiceJudged {
+struct JudgedForBoth {
     Repaired<D> repaired;  ///< for the requested bound
     std::size_t invalid = 0;
 
@@ -244,39 +246,39 @@ struct TwiceJudged {
 };
 
 template <int D>
-[[nodiscard]] Outcome<TwiceJudged<D>> judge_twice(Repaired<D> repaired, double bound, const Execution& execution) {
+[[nodiscard]] Outcome<JudgedForBoth<D>> judge_for_both(Repaired<D> repaired, double bound, const Execution& execution) {
     const QuadraticMesh<D> mesh = repaired.judged.mesh();
     const Proposal<D> proposal = repaired.judged.proposal();
     const auto least = validate(mesh, proposal, min_bound, execution);
     if (!least) return fail(least.error());
-    auto asked = validate(mesh, proposal, bound, execution);
-    if (!asked) return fail(asked.error());
-    repaired.judged = std::move(*asked);
-    return TwiceJudged<D>{std::move(repaired), least->validation().not_valid()};
+    auto requested = validate(mesh, proposal, bound, execution);
+    if (!requested) return fail(requested.error());
+    repaired.judged = std::move(*requested);
+    return JudgedForBoth<D>{std::move(repaired), least->validation().not_valid()};
 }
 
-/// For an unreachable bound, since passes do not distinguish elements below it from invalid ones. `asked`: result for
-/// the requested bound. If it has invalid elements, repairs with the minimum bound from `asked` and from `wanted` and
-/// selects the fewest invalid elements. If none is left, tries the requested bound once more. Errors: those of
-/// `repair`, stopped.
+/// For an unreachable bound, since passes do not distinguish elements below it from invalid ones. `requested`: result
+/// for the requested bound. If it has invalid elements, repairs with the minimum bound from `requested` and from
+/// `input` and selects the fewest invalid elements. If none is left, tries the requested bound once more. Errors: those
+/// of `repair`, stopped.
 template <int D, class Repair>
-[[nodiscard]] Outcome<Repaired<D>> min_invalid(const JudgedProposal<D>& wanted, Outcome<Repaired<D>> asked,
+[[nodiscard]] Outcome<Repaired<D>> min_invalid(const JudgedProposal<D>& input, Outcome<Repaired<D>> requested,
                                                const RepairOptions& options, const Execution& execution,
                                                Repair&& repair) {
     const double bound = options.min_scaled_jacobian;
-    if (!asked || asked->judged.validation().all_valid() || bound <= min_bound) return asked;
-    auto best = judge_twice(std::move(*asked), bound, execution);
+    if (!requested || requested->judged.validation().all_valid() || bound <= min_bound) return requested;
+    auto best = judge_for_both(std::move(*requested), bound, execution);
     if (!best) return fail(best.error());
-    RepairOptions from_wanted = options;
-    from_wanted.min_scaled_jacobian = min_bound;
-    RepairOptions from_there = from_wanted;
-    from_there.boundary_tolerance = 0;  // `asked` already used the tolerance
+    RepairOptions from_input = options;
+    from_input.min_scaled_jacobian = min_bound;
+    RepairOptions from_best = from_input;
+    from_best.boundary_tolerance = 0;  // `requested` already used the tolerance
     const JudgedProposal<D> there = best->repaired.judged;
-    for (const auto& [start, by] : {std::pair(&there, &from_there), std::pair(&wanted, &from_wanted)}) {
+    for (const auto& [start, by] : {std::pair(&there, &from_best), std::pair(&input, &from_input)}) {
         if (best->invalid == 0) break;
         auto lower = repair(*start, *by);
         if (!lower) return lower;
-        auto tried = judge_twice(std::move(*lower), bound, execution);
+        auto tried = judge_for_both(std::move(*lower), bound, execution);
         if (!tried) return fail(tried.error());
         if (tried->left() < best->left()) best = std::move(tried);
     }
@@ -285,11 +287,11 @@ template <int D, class Repair>
         onwards.boundary_tolerance = 0;
         auto higher = repair(best->repaired.judged, onwards);
         if (!higher) return higher;
-        auto tried = judge_twice(std::move(*higher), bound, execution);
+        auto tried = judge_for_both(std::move(*higher), bound, execution);
         if (!tried) return fail(tried.error());
         if (tried->left() < best->left()) best = std::move(tried);
     }
-    return with_all_changes(wanted, std::move(best->repaired));
+    return with_all_changes(input, std::move(best->repaired));
 }
 
 }  // namespace camber

@@ -79,10 +79,10 @@ bool raises(const RepairOptions& options) {
 }
 
 template <int D>
-Outcome<Repaired<D>> raise(const JudgedProposal<D>& wanted, Repaired<D> repaired, const RepairGuide<D>& guide,
+Outcome<Repaired<D>> raise(const JudgedProposal<D>& input, Repaired<D> repaired, const RepairGuide<D>& guide,
                            const RepairOptions& options, const Execution& execution) {
-    const QuadraticMesh<D>& mesh = wanted.mesh();
-    if (is_surface_alone(mesh.linear) || repaired.judged.validation().smallest >= options.target) return repaired;
+    const QuadraticMesh<D>& mesh = input.mesh();
+    if (is_standalone_surface(mesh.linear) || repaired.judged.validation().smallest >= options.target) return repaired;
     return guarded([&]() -> Outcome<Repaired<D>> {
         const Execution quiet = without_progress(execution);
         const auto before = validate(mesh, repaired.judged.proposal(), options.target, quiet);
@@ -108,7 +108,7 @@ Outcome<Repaired<D>> raise(const JudgedProposal<D>& wanted, Repaired<D> repaired
         repaired.judged = std::move(*judged);
         repaired.statistics.raised_elements = *count;
         repaired.statistics.work += higher->statistics.work;
-        return with_all_changes(wanted, std::move(repaired));
+        return with_all_changes(input, std::move(repaired));
     });
 }
 

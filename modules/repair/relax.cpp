@@ -44,11 +44,11 @@ bool contains(EdgeGroup group, EdgeKind kind) {
 }
 
 template <int D>
-std::vector<EdgeId> loose_edges(const Trial<D>& trial, ElementId e, EdgeGroup group) {
-    std::vector<EdgeId> loose;
+std::vector<EdgeId> movable_edges(const Trial<D>& trial, ElementId e, EdgeGroup group) {
+    std::vector<EdgeId> movable;
     for (const EdgeId edge : trial.mesh().edges.of_elements[e])
-        if (contains(group, trial.state.kinds[edge]) && !trial.straight(edge)) loose.push_back(edge);
-    return loose;
+        if (contains(group, trial.state.kinds[edge]) && !trial.straight(edge)) movable.push_back(edge);
+    return movable;
 }
 
 template <int D>
@@ -90,7 +90,7 @@ BoundedJacobian<D> jacobian_with(const Trial<D>& trial, ElementId e, EdgeId edge
 }
 
 /// Maximum number of relaxed elements of `repair_with_neighbours`, repeats included.
-constexpr std::size_t max_drawn_in = 200;
+constexpr std::size_t max_relaxed_elements = 200;
 
 template <int D>
 bool repair_with_neighbours(Trial<D>& trial, ElementId e, EdgeGroup group, double scaled_jacobian) {
@@ -103,17 +103,17 @@ bool repair_with_neighbours(Trial<D>& trial, ElementId e, EdgeGroup group, doubl
     for (std::size_t next = 0; next < queue.size(); ++next) {
         const ElementId element = queue[next];
         if (reaches(element)) continue;
-        const std::vector<EdgeId> loose = loose_edges(trial, element, group);
-        if (loose.empty() || next >= max_drawn_in) {
+        const std::vector<EdgeId> movable = movable_edges(trial, element, group);
+        if (movable.empty() || next >= max_relaxed_elements) {
             undo(trial, changes);
             return false;
         }
-        for (const EdgeId edge : loose) {
+        for (const EdgeId edge : movable) {
             const bool last = ++corrections[edge] > trial.state.options.max_corrections;
             move_node(trial, edge, trial.towards_middle(edge, last ? 0 : trial.state.options.theta), changes);
         }
         changes.broken.clear();
-        check_shells(trial, loose, changes);
+        check_shells(trial, movable, changes);
         queue.insert(queue.end(), changes.broken.begin(), changes.broken.end());
         if (!reaches(element)) queue.push_back(element);
     }
@@ -124,7 +124,7 @@ namespace {
 
 /// Maximum numbers of sweeps over invalid elements, and over moved edges.
 constexpr int max_rounds = 20;
-constexpr int put_back_rounds = 2;
+constexpr int put_back_sweeps = 2;
 
 template <int D>
 Outcome<Done> check(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal, const RepairOptions& options) {
@@ -188,7 +188,7 @@ struct Relaxing {
             return true;
         };
         const auto claim = [](const Piece<Id>& piece) { return piece.claim(); };
-        return in_rounds(schedule, std::move(pieces), execution, needless, claim, round);
+        return run_in_rounds(schedule, std::move(pieces), execution, needless, claim, round);
     }
     /// Calls f(trial, element) for invalid elements of the queue, which keeps those that stay invalid. True if any
     /// moved.
@@ -209,7 +209,7 @@ struct Relaxing {
 };
 
 template <int D>
-Outcome<Done> repair_in_turns(Relaxing<D>& relaxing, std::vector<ElementId>& queue, EdgeGroup group, Steps steps) {
+Outcome<Done> repair_in_sweeps(Relaxing<D>& relaxing, std::vector<ElementId>& queue, EdgeGroup group, Steps steps) {
     for (int turn = 0; turn < max_rounds && !queue.empty(); ++turn) {
         const auto any = relaxing.turn(
             queue, [&](ElementId e) { return relaxing.with_claim(e); },
@@ -227,17 +227,17 @@ Outcome<Done> relax_by_theta(Relaxing<D>& relaxing, std::vector<ElementId> queue
     const RepairOptions& options = relaxing.state.options;
     SparseMap<EdgeId, int> corrections;
     const auto correct = [&](Trial<D>& trial, ElementId e, Step<D>& step) {
-        std::vector<EdgeId> loose = loose_edges(trial, e, EdgeGroup::volume);
-        if (loose.empty()) loose = loose_edges(trial, e, EdgeGroup::surface);
-        if (loose.empty()) return;  // straight but still invalid
+        std::vector<EdgeId> movable = movable_edges(trial, e, EdgeGroup::volume);
+        if (movable.empty()) movable = movable_edges(trial, e, EdgeGroup::surface);
+        if (movable.empty()) return;  // straight but still invalid
         Changes<D> changes;
-        for (const EdgeId edge : loose) {
+        for (const EdgeId edge : movable) {
             const int* before = corrections.find(edge);
             const bool last = (before ? *before : 0) >= options.max_corrections;
             move_node(trial, edge, trial.towards_middle(edge, last ? 0 : options.theta), changes);
         }
-        check_shells(trial, loose, changes);
-        step.corrected = std::move(loose);
+        check_shells(trial, movable, changes);
+        step.corrected = std::move(movable);
         step.broken = std::move(changes.broken);
         if (!trial.valid(e)) step.broken.push_back(e);
     };
@@ -262,14 +262,14 @@ Outcome<Done> relax_by_theta(Relaxing<D>& relaxing, std::vector<ElementId> queue
 /// Moves nodes towards their initial positions as far as their elements allow; surface and ridge nodes first, because
 /// they define the geometry.
 template <int D>
-Outcome<Done> put_all_back(Relaxing<D>& relaxing, std::vector<EdgeId> moved) {
+Outcome<Done> restore_all(Relaxing<D>& relaxing, std::vector<EdgeId> moved) {
     const SegmentState<D>& state = relaxing.state;
     std::ranges::sort(moved, {}, [&](EdgeId e) { return std::pair(state.kinds[e] == EdgeKind::volume, e); });
     std::vector<Piece<EdgeId>> pieces;
     pieces.reserve(moved.size());
     for (const EdgeId e : moved)
         pieces.push_back({e, std::vector<ElementId>(state.shells[e].begin(), state.shells[e].end())});
-    for (int round = 0; round < put_back_rounds; ++round) {
+    for (int round = 0; round < put_back_sweeps; ++round) {
         auto done = relaxing.each_piece(
             pieces, [](const auto&) { return false; }, [](Trial<D>& trial, EdgeId e, Step<D>&) { put_back(trial, e); },
             [](const Step<D>&) {});
@@ -280,7 +280,7 @@ Outcome<Done> put_all_back(Relaxing<D>& relaxing, std::vector<EdgeId> moved) {
 
 template <int D>
 Outcome<Done> relax_by_segments(Relaxing<D>& relaxing, std::vector<ElementId> queue) {
-    const auto in_turns = [&](EdgeGroup group, Steps steps) { return repair_in_turns(relaxing, queue, group, steps); };
+    const auto in_turns = [&](EdgeGroup group, Steps steps) { return repair_in_sweeps(relaxing, queue, group, steps); };
     // The set of affected elements is not known in advance.
     const auto with_neighbours = [&](EdgeGroup group, double scaled_jacobian) -> Outcome<Done> {
         return relaxing
@@ -290,7 +290,7 @@ Outcome<Done> relax_by_segments(Relaxing<D>& relaxing, std::vector<ElementId> qu
             .map([](bool) { return Done{}; });
     };
     const double bound = relaxing.state.options.min_scaled_jacobian;
-    const double target = relaxing.state.options.aim();
+    const double target = relaxing.state.options.effective_target();
     for (const EdgeGroup group : {EdgeGroup::volume, EdgeGroup::surface, EdgeGroup::all}) {
         auto done = in_turns(group, Steps::to_target);
         if (done) done = with_neighbours(group, target);
@@ -299,7 +299,7 @@ Outcome<Done> relax_by_segments(Relaxing<D>& relaxing, std::vector<ElementId> qu
         if (!done) return fail(done.error());
     }
     if (auto done = relax_by_theta(relaxing, queue); !done) return fail(done.error());
-    return put_all_back(relaxing, relaxing.state.moved.nodes.set_rows());
+    return restore_all(relaxing, relaxing.state.moved.nodes.set_rows());
 }
 
 /// Number of steps of a node; each but the last covers half of the distance.
@@ -380,9 +380,9 @@ struct Restoring {
             std::vector<ElementId> touched;
             if (!wave.vertices.empty()) {
                 if (balls.size() == 0) {
-                    auto made = camber::balls(mesh().linear, execution);
-                    if (!made) return fail(made.error());
-                    balls = std::move(*made);
+                    auto result = camber::balls(mesh().linear, execution);
+                    if (!result) return fail(result.error());
+                    balls = std::move(*result);
                 }
                 restore_vertices(wave.vertices, touched);
             }
@@ -411,14 +411,14 @@ struct Restoring {
     }
 };
 
-/// Edges whose node differs from `before` and whose vertices are those of `wanted`.
+/// Edges whose node differs from `before` and whose vertices are those of `input`.
 template <int D>
-std::vector<EdgeId> restored_edges(const MovedMesh<D>& moved, const Proposal<D>& before, const Proposal<D>& wanted) {
+std::vector<EdgeId> restored_edges(const MovedMesh<D>& moved, const Proposal<D>& before, const Proposal<D>& input) {
     std::vector<EdgeId> edges = moved.nodes.set_rows();
     std::erase_if(edges, [&](EdgeId e) {
         const auto& [a, b] = moved.mesh.edges.vertices[e];
-        return moved.nodes[e] == before.mid_nodes[e] || moved.points[a] != wanted.points[a] ||
-               moved.points[b] != wanted.points[b];
+        return moved.nodes[e] == before.mid_nodes[e] || moved.points[a] != input.points[a] ||
+               moved.points[b] != input.points[b];
     });
     return edges;
 }
@@ -435,24 +435,24 @@ bool is_straight(const QuadraticMesh<D>& mesh) {
 }  // namespace
 
 template <int D>
-Outcome<Repaired<D>> restore_input(const JudgedProposal<D>& wanted, Repaired<D> repaired, const RepairOptions& options,
+Outcome<Repaired<D>> restore_input(const JudgedProposal<D>& input, Repaired<D> repaired, const RepairOptions& options,
                                    const Execution& execution) {
-    const QuadraticMesh<D>& mesh = wanted.mesh();
+    const QuadraticMesh<D>& mesh = input.mesh();
     const Validation<D>& after = repaired.judged.validation();
     const double judged_for = after.bound;
     const JacobianBound& bound = options.min_scaled_jacobian;
-    const bool is_done = bound.is_asked && bound > min_bound ? after.all_valid() : after.certified();
-    if (is_done || is_surface_alone(mesh.linear) || is_straight(mesh)) return repaired;
+    const bool is_done = bound.is_explicit && bound > min_bound ? after.all_valid() : after.certified();
+    if (is_done || is_standalone_surface(mesh.linear) || is_straight(mesh)) return repaired;
     return guarded([&]() -> Outcome<Repaired<D>> {
         const Execution quiet = without_progress(execution);
         RepairOptions to = options;
         // A recommended bound does not justify moving nodes off their target positions.
-        if (!bound.is_asked) to.min_scaled_jacobian = min_bound;
+        if (!bound.is_explicit) to.min_scaled_jacobian = min_bound;
         const auto before = validate(mesh, repaired.judged.proposal(), to.min_scaled_jacobian, quiet);
         if (!before) return fail(before.error());
         const auto around = shells(mesh.edges, quiet);
         if (!around) return fail(around.error());
-        const Column<EdgeKind>& kinds = wanted.proposal().kinds;
+        const Column<EdgeKind>& kinds = input.proposal().kinds;
         Restoring<D> restoring{MovedMesh<D>(*before), *around, kinds, to.min_scaled_jacobian};
         auto queue = elements_not_valid(before->validation());
         std::erase_if(queue, [&](ElementId e) {
@@ -461,54 +461,54 @@ Outcome<Repaired<D>> restore_input(const JudgedProposal<D>& wanted, Repaired<D> 
         if (queue.empty()) return repaired;
         if (auto done = restoring.run(std::move(queue), quiet); !done) return fail(done.error());
         if (restoring.not_valid() >= before->validation().not_valid()) return repaired;
-        const auto edges = restored_edges(restoring.moved, before->proposal(), wanted.proposal());
+        const auto edges = restored_edges(restoring.moved, before->proposal(), input.proposal());
         Relaxing<D> relaxing{{std::move(restoring.moved), *around, kinds, to}, quiet};
-        // `put_all_back` moves nodes towards the base of the overlay, which must be the target positions and not the
+        // `restore_all` moves nodes towards the base of the overlay, which must be the target positions and not the
         // repaired ones.
         auto& nodes = relaxing.state.moved.nodes;
         const Column<LagrangeNode<D>> restored = nodes.column();
-        nodes = Overlay<EdgeId, LagrangeNode<D>>(wanted.proposal().mid_nodes);
+        nodes = Overlay<EdgeId, LagrangeNode<D>>(input.proposal().mid_nodes);
         for (std::size_t e = 0; e < restored.size(); ++e)
             if (restored[e] != nodes.base()[e]) nodes.set(EdgeId(e), restored[e]);
-        if (auto done = put_all_back(relaxing, edges); !done) return fail(done.error());
-        auto judged = validate(mesh, relaxing.state.moved.proposal(wanted.proposal()), judged_for, quiet);
+        if (auto done = restore_all(relaxing, edges); !done) return fail(done.error());
+        auto judged = validate(mesh, relaxing.state.moved.proposal(input.proposal()), judged_for, quiet);
         if (!judged) return fail(judged.error());
         repaired.judged = std::move(*judged);
         const auto& verdicts = repaired.judged.validation().verdicts;
-        std::erase_if(repaired.given_up, [&](ElementId e) { return verdicts[e] == Verdict::valid; });
-        return with_all_changes(wanted, std::move(repaired));
+        std::erase_if(repaired.unresolved, [&](ElementId e) { return verdicts[e] == Verdict::valid; });
+        return with_all_changes(input, std::move(repaired));
     });
 }
 
 template <int D>
-Outcome<Repaired<D>> relax(const JudgedProposal<D>& wanted, const RepairOptions& options, const Execution& execution) {
-    const Proposal<D>& proposal = wanted.proposal();
-    if (auto checked = check(wanted.mesh(), proposal, options); !checked) return fail(checked.error());
-    if (wanted.validation().bound != options.min_scaled_jacobian.value) {
-        const auto again = validate(wanted.mesh(), proposal, options.min_scaled_jacobian, without_progress(execution));
+Outcome<Repaired<D>> relax(const JudgedProposal<D>& input, const RepairOptions& options, const Execution& execution) {
+    const Proposal<D>& proposal = input.proposal();
+    if (auto checked = check(input.mesh(), proposal, options); !checked) return fail(checked.error());
+    if (input.validation().bound != options.min_scaled_jacobian.value) {
+        const auto again = validate(input.mesh(), proposal, options.min_scaled_jacobian, without_progress(execution));
         if (!again) return fail(again.error());
         return relax(*again, options, execution);
     }
-    if (wanted.validation().all_valid()) return Repaired<D>{wanted};
+    if (input.validation().all_valid()) return Repaired<D>{input};
     return guarded([&]() -> Outcome<Repaired<D>> {
         const Execution quiet = without_progress(execution);
-        const auto around = shells(wanted.mesh().edges, quiet);
+        const auto around = shells(input.mesh().edges, quiet);
         if (!around) return fail(around.error());
-        Relaxing<D> relaxing{{MovedMesh<D>(wanted), *around, proposal.kinds, options}, execution};
-        auto queue = elements_not_valid(wanted.validation());
+        Relaxing<D> relaxing{{MovedMesh<D>(input), *around, proposal.kinds, options}, execution};
+        auto queue = elements_not_valid(input.validation());
         auto done = options.method == RepairMethod::backtracking ? relax_by_theta(relaxing, std::move(queue))
                                                                  : relax_by_segments(relaxing, std::move(queue));
         if (!done) return fail(done.error());
-        auto judged = judge_moved(relaxing.state.moved, *around, wanted, quiet);
+        auto judged = judge_moved(relaxing.state.moved, *around, input, quiet);
         if (!judged) return fail(judged.error());
-        const RepairStatistics statistics = changes_between(wanted, *judged);
-        return restore_input(wanted, Repaired<D>{std::move(*judged), statistics}, options, quiet);
+        const RepairStatistics statistics = changes_between(input, *judged);
+        return restore_input(input, Repaired<D>{std::move(*judged), statistics}, options, quiet);
     });
 }
 
 #define CAMBER_INSTANTIATE(D)                                                                                   \
     template struct Trial<D>;                                                                                   \
-    template std::vector<EdgeId> loose_edges<D>(const Trial<D>&, ElementId, EdgeGroup);                         \
+    template std::vector<EdgeId> movable_edges<D>(const Trial<D>&, ElementId, EdgeGroup);                       \
     template void move_node<D>(Trial<D>&, EdgeId, const LagrangeNode<D>&, Changes<D>&);                         \
     template void check_shells<D>(Trial<D>&, std::span<const EdgeId>, Changes<D>&);                             \
     template void undo<D>(Trial<D>&, const Changes<D>&);                                                        \

@@ -30,7 +30,7 @@ template <int D>
 struct RepairState {
     MovedMesh<D> moved;
     const Incidence<ElementId>& shells;
-    const std::function<LagrangeNode<D>(EdgeId)>& wanted_nodes;
+    const std::function<LagrangeNode<D>(EdgeId)>& target_nodes;
     Memo<EdgeId, QuadraticModel<D>> models;
     const RepairOptions& options;
     Column<EdgeKind> kinds;
@@ -46,7 +46,7 @@ struct RepairState {
     [[nodiscard]] bool good(ElementId e) const { return moved.is_valid(e); }
     [[nodiscard]] NodalSimplex<D> element(ElementId e) const { return moved.element(e); }
     /// Target position, shifted with the edge's vertices.
-    [[nodiscard]] Vec<D> wanted(EdgeId edge) const { return wanted_nodes(edge).point + moved.shift(edge); }
+    [[nodiscard]] Vec<D> target_position(EdgeId edge) const { return target_nodes(edge).point + moved.shift(edge); }
     /// Cost model, shifted with the edge's vertices.
     [[nodiscard]] QuadraticModel<D> model(EdgeId edge) const {
         QuadraticModel<D> m = models[edge];
@@ -55,15 +55,15 @@ struct RepairState {
     }
 };
 
-/// Returns `asked`, or the element's own scaled Jacobian if that is lower.
+/// Returns `requested`, or the element's own scaled Jacobian if that is lower.
 template <int D>
-[[nodiscard]] inline double jacobian_to_keep(const RepairState<D>& state, ElementId e, double asked) {
+[[nodiscard]] inline double preserved_jacobian(const RepairState<D>& state, ElementId e, double requested) {
     const NodalSimplex<D> element = state.element(e);
     const double weak = smallest_scaled_coefficient(bounded_jacobian(element));
-    if (weak >= asked) return asked;
+    if (weak >= requested) return requested;
     const double sharp = check_element(element, 0).min_scaled_jacobian;
     const double now = sharp > weak ? sharp : weak;
-    return now < asked ? now : asked;
+    return now < requested ? now : requested;
 }
 
 /// True if the element changes from valid to not valid, or loses det J > 0.
@@ -116,11 +116,11 @@ struct RepairCavity {
 template <int D>
 [[nodiscard]] RepairCavity<D> repair_cavity(const RepairState<D>& state, ElementId seed, CavityExtent extent);
 
-/// Plans a joint move that raises the seed to the scaled Jacobian `asked` (0: to the bound, at any cost) without
+/// Plans a joint move that raises the seed to the scaled Jacobian `requested` (0: to the bound, at any cost) without
 /// degrading an element.
 template <int D>
 [[nodiscard]] Planned<D> plan_cavity_repair(const RepairState<D>& state, const RepairCavity<D>& cavity, ElementId seed,
-                                            double asked, double max_work);
+                                            double requested, double max_work);
 
 /// Floors are this amount above the bound, because the solver ends within a fraction of it.
 inline constexpr double floor_slack = 2e-6;
@@ -129,7 +129,7 @@ inline constexpr double floor_slack = 2e-6;
 /// in the tangent planes (along tangents on curves), then projects. Nothing if a few steps do not succeed.
 template <int D>
 [[nodiscard]] Planned<D> plan_slide_repair(const RepairState<D>& state, const RepairCavity<D>& cavity, ElementId seed,
-                                           double asked, double max_work);
+                                           double requested, double max_work);
 
 /// Plans a joint move towards the target positions: the cheaper result of starts from the current and the target
 /// positions. Nothing if the gain is small.
@@ -138,13 +138,13 @@ template <int D>
 
 /// Restored position of a volume edge's node; nothing: it stays.
 template <int D>
-using HomeOf = std::function<std::optional<LagrangeNode<D>>(EdgeId)>;
+using RestoredPosition = std::function<std::optional<LagrangeNode<D>>(EdgeId)>;
 
 /// Restores the nodes of queued elements in steps, the last one exact, until these reach the target. Elements that
 /// become invalid join the queue; some may stay degraded if the restored positions are invalid. Errors: stopped.
 template <int D>
-[[nodiscard]] Outcome<Done> go_home(RepairState<D>& state, std::vector<ElementId> queue, const HomeOf<D>& home,
-                                    const Execution& execution);
+[[nodiscard]] Outcome<Done> restore_nodes(RepairState<D>& state, std::vector<ElementId> queue,
+                                          const RestoredPosition<D>& restored, const Execution& execution);
 
 /// Moves nodes to `there`, except those of elements that would degrade.
 template <int D>
@@ -187,7 +187,7 @@ template <int D>
     double determinants = 0, ratios = 0;
     std::size_t n = 0;
     for (const VertexId v : state.mesh().linear.elements.vertices[e]) {
-        if (state.around_vertices.freedom[v] == VertexFreedom::held) continue;
+        if (state.around_vertices.freedom[v] == VertexFreedom::fixed) continue;
         for (const ElementId near : state.around_vertices.balls[v]) {
             const auto corners = corners_of(state, near);
             const double of_near = mean_ratio<D>(corners);
@@ -218,8 +218,8 @@ template <int D>
 /// True if the straight element keeps the mean ratio min(that in the mesh, 0.05). Elements that stay invalid must not
 /// lose mean ratio.
 template <int D>
-[[nodiscard]] inline bool keeps_shape(const RepairState<D>& state, ElementId e, const NodalSimplex<D>& next,
-                                      Verdict verdict) {
+[[nodiscard]] inline bool preserves_shape(const RepairState<D>& state, ElementId e, const NodalSimplex<D>& next,
+                                          Verdict verdict) {
     const auto now = corners_of(state.element(e));
     const auto corners = corners_of(next);
     if (corners == now) return true;
@@ -230,9 +230,9 @@ template <int D>
 
 /// −1: absent.
 template <class T>
-[[nodiscard]] inline int position_in(const std::vector<T>& sorted, const T& wanted) {
-    const auto it = std::lower_bound(sorted.begin(), sorted.end(), wanted);
-    return it != sorted.end() && *it == wanted ? static_cast<int>(it - sorted.begin()) : -1;
+[[nodiscard]] inline int index_in(const std::vector<T>& sorted, const T& value) {
+    const auto it = std::lower_bound(sorted.begin(), sorted.end(), value);
+    return it != sorted.end() && *it == value ? static_cast<int>(it - sorted.begin()) : -1;
 }
 
 template <int D>
@@ -241,7 +241,7 @@ template <int D>
     constexpr double nothing = -std::numeric_limits<double>::infinity();
     if (share == 0) return nothing;
     for (const VertexId v : state.mesh().linear.elements.vertices[e])
-        if (position_in(cavity.vertices, v) >= 0) return share * shape_floor(state, e).determinant;
+        if (index_in(cavity.vertices, v) >= 0) return share * shape_floor(state, e).determinant;
     return nothing;
 }
 

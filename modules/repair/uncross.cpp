@@ -142,13 +142,13 @@ Outcome<VertexOnGeometry<D>> vertex_feet_on(const Geometry<D>& geometry, const F
 }
 
 template <int D>
-Outcome<Column<LagrangeNode<D>>> own_nodes_on(const Geometry<D>& geometry, const Column<EdgeKind>& boundary_kinds,
-                                              const QuadraticMesh<D>& mesh, RequiredBoundary required,
-                                              const Execution& execution) {
+Outcome<Column<LagrangeNode<D>>> mesh_nodes_on(const Geometry<D>& geometry, const Column<EdgeKind>& boundary_kinds,
+                                               const QuadraticMesh<D>& mesh, RequiredBoundary required,
+                                               const Execution& execution) {
     auto facets = facet_shells(mesh.edges, without_progress(execution));
     if (!facets) return fail(facets.error());
     const Sites<D> sites{mesh, boundary_kinds, std::move(*facets)};
-    const Column<EdgeKind> kinds = held_kinds(mesh, boundary_kinds, required);
+    const Column<EdgeKind> kinds = kinds_with_required_fixed(mesh, boundary_kinds, required);
     auto nodes = map_each(execution, mesh.edges.size(), [&](std::size_t e) -> LagrangeNode<D> {
         const EdgeId edge(e);
         if (kinds[e] == EdgeKind::fixed || !sites.is_prescribed(edge, geometry)) return mesh.mid_nodes[e];
@@ -174,9 +174,9 @@ FacetPairs crossing_pairs(const Crossings& crossings) {
 template <int D>
 class Uncrossing {
   public:
-    Uncrossing(const QuadraticMesh<D>& mesh, std::span<const Vec<D>> points, std::span<const LagrangeNode<D>> wanted,
+    Uncrossing(const QuadraticMesh<D>& mesh, std::span<const Vec<D>> points, std::span<const LagrangeNode<D>> targets,
                std::span<const EdgeKind> kinds)
-        : mesh_(mesh), points_(points), wanted_(wanted), kinds_(kinds), nodes_(wanted.begin(), wanted.end()) {}
+        : mesh_(mesh), points_(points), targets_(targets), kinds_(kinds), nodes_(targets.begin(), targets.end()) {}
 
     [[nodiscard]] Outcome<UncrossedNodes<D>> run(const Execution& execution) {
         auto found = find(execution);
@@ -189,7 +189,7 @@ class Uncrossing {
             found = find(execution);
             if (!found) return fail(found.error());
         }
-        hopeless_ = crossing_pairs(*found);
+        unresolvable_ = crossing_pairs(*found);
         raise_all();
         for (const auto& [edge, share] : shares_)
             if (share < whole) out.nodes.emplace_back(edge, nodes_[edge.index()]);
@@ -207,15 +207,15 @@ class Uncrossing {
         return find_crossings<D>(mesh_, points_, nodes_, execution);
     }
     [[nodiscard]] LagrangeNode<D> node_at(EdgeId edge, int share) const {
-        const LagrangeNode<D>& wanted = wanted_[edge.index()];
-        if (share == whole) return wanted;
+        const LagrangeNode<D>& target = targets_[edge.index()];
+        if (share == whole) return target;
         const auto& [a, b] = mesh_.edges.vertices[edge];
         const Vec<D> middle = midpoint(points_[a.index()], points_[b.index()]);
         return share == 0 ? LagrangeNode<D>{middle}
-                          : LagrangeNode<D>{middle + (static_cast<double>(share) / whole) * (wanted.point - middle)};
+                          : LagrangeNode<D>{middle + (static_cast<double>(share) / whole) * (target.point - middle)};
     }
     [[nodiscard]] bool is_movable(EdgeId edge) const {
-        return kinds_[edge.index()] != EdgeKind::fixed && node_at(edge, 0) != wanted_[edge.index()];
+        return kinds_[edge.index()] != EdgeKind::fixed && node_at(edge, 0) != targets_[edge.index()];
     }
     void put(EdgeId edge, int share) {
         shares_[edge] = share;
@@ -253,21 +253,21 @@ class Uncrossing {
     [[nodiscard]] bool crosses(EdgeId edge) {
         for (const FacetId f : facets_.at(edge)) {
             const NodalFacet<D> facet = nodal(f);
-            if (crossing_of_itself(facet) == Crossing::crossing && !is_hopeless(f, f)) return true;
+            if (crossing_of_itself(facet) == Crossing::crossing && !is_unresolvable(f, f)) return true;
             const Box<D> box = box_of(facet);
             grid_.meeting(box, near_);
             for (const FacetId g : near_) {
                 if (g == f) continue;
                 const NodalFacet<D> other = nodal(g);
-                if (!box_of(other).meets(box) || is_hopeless(f, g)) continue;
+                if (!box_of(other).meets(box) || is_unresolvable(f, g)) continue;
                 // Same order as in `find_crossings`: with limited work a pair may be decidable in one order only.
                 if ((f < g ? crossing_of(facet, other) : crossing_of(other, facet)) == Crossing::crossing) return true;
             }
         }
         return false;
     }
-    [[nodiscard]] bool is_hopeless(FacetId f, FacetId g) const {
-        return std::ranges::binary_search(hopeless_, std::pair(std::min(f, g), std::max(f, g)));
+    [[nodiscard]] bool is_unresolvable(FacetId f, FacetId g) const {
+        return std::ranges::binary_search(unresolvable_, std::pair(std::min(f, g), std::max(f, g)));
     }
     /// Moves the edge to this share unless its facets cross there.
     bool raise(EdgeId edge, int share) {
@@ -291,28 +291,29 @@ class Uncrossing {
 
     const QuadraticMesh<D>& mesh_;
     std::span<const Vec<D>> points_;
-    std::span<const LagrangeNode<D>> wanted_;
+    std::span<const LagrangeNode<D>> targets_;
     std::span<const EdgeKind> kinds_;
     Buffer<LagrangeNode<D>> nodes_;
     std::map<EdgeId, int> shares_;  ///< edges that were moved back
     std::map<EdgeId, std::vector<FacetId>> facets_;
     FacetGrid<D> grid_;
-    FacetPairs hopeless_;
+    FacetPairs unresolvable_;
     std::vector<FacetId> near_;
 };
 
 /// The mesh's own guide if the caller has none, because all elements were valid.
 template <int D>
 Outcome<RepairGuide<D>> guide_or_own(const RepairGuide<D>& guide, const JudgedProposal<D>& judged,
-                                     const Incidence<ElementId>& holders, const Execution& execution) {
+                                     const Incidence<ElementId>& elements_of_edge, const Execution& execution) {
     if (guide.shells.size() > 0) return guide;
-    auto made = is_surface_alone(judged.mesh().linear) ? Outcome<RepairGuide<D>>(RepairGuide<D>{holders})
-                                                       : own_guide(judged, holders, execution);
-    if (!made) return made;
-    made->onto = guide.onto;
-    made->vertices_onto = guide.vertices_onto;
-    made->surface = guide.surface;
-    return made;
+    auto result = is_standalone_surface(judged.mesh().linear)
+                      ? Outcome<RepairGuide<D>>(RepairGuide<D>{elements_of_edge})
+                      : guide_from_mesh(judged, elements_of_edge, execution);
+    if (!result) return result;
+    result->onto = guide.onto;
+    result->vertices_onto = guide.vertices_onto;
+    result->surface = guide.surface;
+    return result;
 }
 
 /// `is_broken`: an element around the moved nodes is not valid.
@@ -351,7 +352,7 @@ Outcome<UncrossedWalls<D>> uncross_walls(const JudgedProposal<D>& judged, const 
     const Execution quiet = without_progress(execution);
     return guarded([&]() -> Outcome<UncrossedWalls<D>> {
         const Proposal<D>& before = judged.proposal();
-        std::optional<Incidence<ElementId>> holders;
+        std::optional<Incidence<ElementId>> elements_of_edge;
         JudgedProposal<D> now = judged;
         std::vector<EdgeId> edges;
         std::optional<Crossings> crossings;
@@ -363,13 +364,13 @@ Outcome<UncrossedWalls<D>> uncross_walls(const JudgedProposal<D>& judged, const 
             crossings = std::move(found->crossings);
             if (found->nodes.empty()) break;
             for (const auto& [edge, node] : found->nodes) edges.push_back(edge);
-            if (!holders) {
-                auto made = guide.shells.size() > 0 ? Outcome<Incidence<ElementId>>(guide.shells)
-                                                    : holders_of_edges(judged.mesh(), quiet);
-                if (!made) return fail(made.error());
-                holders = std::move(*made);
+            if (!elements_of_edge) {
+                auto result = guide.shells.size() > 0 ? Outcome<Incidence<ElementId>>(guide.shells)
+                                                      : elements_of_edges(judged.mesh(), quiet);
+                if (!result) return fail(result.error());
+                elements_of_edge = std::move(*result);
             }
-            auto moved = with_nodes<D>(now, *found, *holders, quiet);
+            auto moved = with_nodes<D>(now, *found, *elements_of_edge, quiet);
             if (!moved) return fail(moved.error());
             now = std::move(moved->judged);
             if (!moved->is_broken) break;
@@ -377,7 +378,7 @@ Outcome<UncrossedWalls<D>> uncross_walls(const JudgedProposal<D>& judged, const 
             Buffer<EdgeKind> kinds(before.kinds.begin(), before.kinds.end());
             if (round + 1 < rounds)
                 for (const EdgeId edge : edges) kinds[edge.index()] = EdgeKind::fixed;
-            const auto by = guide_or_own(guide, now, *holders, quiet);
+            const auto by = guide_or_own(guide, now, *elements_of_edge, quiet);
             if (!by) return fail(by.error());
             auto repaired = repair_or_straighten(now.with_kinds(std::move(kinds)), *by, options, quiet);
             if (!repaired) return fail(repaired.error());
@@ -386,7 +387,7 @@ Outcome<UncrossedWalls<D>> uncross_walls(const JudgedProposal<D>& judged, const 
         }
         std::ranges::sort(edges);
         edges.erase(std::ranges::unique(edges).begin(), edges.end());
-        MovedBack<D> moved;
+        MoveBackStatistics<D> moved;
         for (const EdgeId edge : edges) moved.add(before.mid_nodes[edge], now.proposal().mid_nodes[edge]);
         return UncrossedWalls<D>{std::move(now), moved, std::move(crossings)};
     });
@@ -399,7 +400,7 @@ Outcome<UncrossedWalls<D>> uncross_walls(const JudgedProposal<D>& judged, const 
                                                        const QuadraticMesh<D>&, const Execution&);                 \
     template Outcome<VertexOnGeometry<D>> vertex_feet_on<D>(const Geometry<D>&, const Features<D>&,                \
                                                             const QuadraticMesh<D>&, const Execution&);            \
-    template Outcome<Column<LagrangeNode<D>>> own_nodes_on<D>(                                                     \
+    template Outcome<Column<LagrangeNode<D>>> mesh_nodes_on<D>(                                                    \
         const Geometry<D>&, const Column<EdgeKind>&, const QuadraticMesh<D>&, RequiredBoundary, const Execution&); \
     template Outcome<UncrossedNodes<D>> uncrossed_nodes<D>(const QuadraticMesh<D>&, std::span<const Vec<D>>,       \
                                                            std::span<const LagrangeNode<D>>,                       \

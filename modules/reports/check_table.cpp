@@ -94,7 +94,7 @@ std::string mesh_rows(const CheckReport& report) {
     std::string text =
         table_row("dimension, degree", fmt::format("{}D, P{}", m.dimension, m.degree)) +
         table_row("vertices", m.vertices) + table_row("nodes", m.nodes) +
-        (m.is_surface_alone()
+        (m.is_standalone_surface()
              ? count_rows("triangles, a surface alone", m.facets, report.facets_by_reference, report.groups, 2)
              : count_rows(elements_of(m), m.elements, report.elements_by_reference, report.groups, m.dimension) +
                    count_rows(fmt::format("boundary {}", facets_of(m)), m.facets, report.facets_by_reference,
@@ -106,7 +106,7 @@ std::string mesh_rows(const CheckReport& report) {
 
 std::string validity_rows(const CheckReport& r) {
     if (r.mesh.judged() == 0) return table_row("valid elements", "none to judge");
-    const bool is_alone = r.mesh.is_surface_alone();
+    const bool is_alone = r.mesh.is_standalone_surface();
     const std::string judged = is_alone ? "triangle" : "element";
     const auto called_element = [&](std::size_t e) { return judged + " " + called(e, r.tag_of(e)); };
     std::string text =
@@ -145,7 +145,7 @@ std::string soundness_rows(const SoundnessReport& s) {
         std::string bad;
         for (const auto& [key, found] : s.findings)
             if (found.concern == concern.name)
-                bad += fmt::format("  {} {:<14}{}\n", found.harms ? "!" : "-", bad.empty() ? concern.name : "",
+                bad += fmt::format("  {} {:<14}{}\n", found.is_harmful ? "!" : "-", bad.empty() ? concern.name : "",
                                    found.sentence);
         text += bad.empty() ? fmt::format("    {:<14}good: {}\n", concern.name, concern.good) : bad;
     }
@@ -248,7 +248,8 @@ constexpr std::string_view scaled_normal_words =
 
 std::string worst_rows(const CheckReport& report) {
     if (report.worst.empty()) return {};
-    const bool curved = report.mesh.degree == 2, is_alone = report.mesh.is_surface_alone(), tagged = has_tags(report);
+    const bool curved = report.mesh.degree == 2, is_alone = report.mesh.is_standalone_surface(),
+               tagged = has_tags(report);
     const auto reference_of = [&](const ElementReport& e) {
         return called(report.groups, report.mesh.judged_dimension(), e.reference);
     };

@@ -38,7 +38,7 @@ std::string repair_limit(const config::Stage& stage, int threads) {
                        seconds(1) - seconds(0));
 }
 
-bool asks_for_elements(const config::Stage& stage) {
+bool has_element_target(const config::Stage& stage) {
     return std::visit(
         []<class S>(const S&) { return std::is_same_v<S, config::Remesh> || std::is_same_v<S, config::Split>; }, stage);
 }
@@ -103,7 +103,7 @@ std::optional<config::Pipeline> probe_of(const config::Pipeline& pipeline, const
 }
 
 double expected_seconds(const config::Pipeline& pipeline, const Report& probe, double seconds, int threads) {
-    if (!probe.relax || probe.relax->given_up == 0 || !probe.validity_before) return seconds;
+    if (!probe.relax || probe.relax->unresolved == 0 || !probe.validity_before) return seconds;
     const ValidityReport& v = *probe.validity_before;
     double work = 0;
     for (config::Stage stage : pipeline.stages)
@@ -129,7 +129,7 @@ std::string plan_text(const config::Pipeline& pipeline, const PipelineTexts& par
         text += short_row(fmt::format("stage {}", i + 1), without_said(parts.stages[i], said));
         if (const auto limit = repair_limit(pipeline.stages[i], threads); !limit.empty())
             text += short_row("  repair ends after", limit);
-        if (asks_for_elements(pipeline.stages[i]))
+        if (has_element_target(pipeline.stages[i]))
             text +=
                 growth
                     ? short_row("  the metric asks for", fmt::format("some {:.2g} {}", growth->elements,
@@ -191,14 +191,15 @@ std::string cycles_head(const config::Adaptation& adapt) {
 }
 
 std::string cycles_line(const CycleRow& row, const config::Adaptation& adapt) {
-    const bool made = row.unit_edges > 0;
+    const bool result = row.unit_edges > 0;
     const std::string complexity =
-        cell(row.complexity > 0, row.wanted > 0 ? fmt::format("{:.0f}, {:.0f}", row.complexity, row.wanted)
-                                                : fmt::format("{:.0f}", row.complexity));
+        cell(row.complexity > 0, row.complexity_target > 0
+                                     ? fmt::format("{:.0f}, {:.0f}", row.complexity, row.complexity_target)
+                                     : fmt::format("{:.0f}", row.complexity));
     std::string text = fmt::format(
         "{:>7} {:>9} {:>9} {:>19} {:>13} {:>12} {:>8.3f}", row.cycle, grouped(row.unknowns), grouped(row.elements),
-        complexity, cell(made, percent(row.unit_before) + " > " + percent(row.unit_edges)),
-        cell(made, fmt::format("{:.3f}, {:.3f}", row.worst_quality, row.mean_quality)), row.smallest_jacobian);
+        complexity, cell(result, percent(row.unit_before) + " > " + percent(row.unit_edges)),
+        cell(result, fmt::format("{:.3f}, {:.3f}", row.worst_quality, row.mean_quality)), row.smallest_jacobian);
     text += fmt::format(" {:>18}", row.boundary ? distance_cell(*row.boundary) : "-");
     if (shows_expected(adapt))
         text += fmt::format(" {:>9}", cell(row.expected.has_value(), fmt::format("{:.2e}", row.expected.value_or(0))));

@@ -27,7 +27,7 @@ static Outcome<bool> example(const Execution& execution) {
     auto mesh = square(execution);
     if (!mesh) return fail(mesh.error());
     const DecodedMesh input{.mesh = std::move(*mesh), .notices = {}};
-    const auto report = run::check_mesh(input, {}, {}, plainly(execution));
+    const auto report = run::check_mesh(input, {}, {}, without_wrapper(execution));
     if (!report) return fail(report.error());
     const auto picture = run::picture_of({.mesh = input}, {.width = 400, .height = 300}, execution);
     if (!picture) return fail(picture.error());

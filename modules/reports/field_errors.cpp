@@ -76,12 +76,12 @@ std::string remarks_on_comparison(const InterpolationError& e, int dimension) {
         "      loses by the wrong boundary\n",
         dimension == 2 ? "area" : "volume", e.volume.straight, e.volume.curved,
         100 * (e.volume.straight / e.volume.curved - 1));
-    if (e.same_boundary_turned > 0)
+    if (e.same_boundary_inverted > 0)
         text += fmt::format(
             "    ! {} elements are inverted (det J <= 0 at a point) where inner edges are straight: no solver could "
             "use\n"
             "      that mesh. The ratio flatters it: |det J| is taken there, and its H1 error has no digits\n",
-            grouped(e.same_boundary_turned));
+            grouped(e.same_boundary_inverted));
     return text;
 }
 
@@ -91,11 +91,11 @@ std::string remarks(const InterpolationError& e) {
                     largest_uncertainty(e, &InterpolantError::l2), largest_uncertainty(e, &InterpolantError::h1));
     if (e.unresolved > 0)
         text += fmt::format("    ! {} elements in which the quadrature found no end\n", grouped(e.unresolved));
-    if (e.curved_turned > 0)
+    if (e.curved_inverted > 0)
         text += fmt::format(
             "    ! {} elements where det J <= 0 at a point of the quadrature ({} straight): |det J| is taken, and "
             "the H1\n      error has no digits there\n",
-            grouped(e.curved_turned), grouped(e.straight_turned));
+            grouped(e.curved_inverted), grouped(e.straight_inverted));
     return text;
 }
 
@@ -136,18 +136,18 @@ std::string carried_rows(const TransferReport& r) {
     if (s.outside > 0)
         text += fmt::format("; {} {} outside the old mesh, by up to {:.3g}", grouped(s.outside),
                             s.outside == 1 ? "node" : "nodes", s.largest_distance);
-    if (s.unkept > 0)
-        text += fmt::format("; integrals of {} {} not preserved", grouped(s.unkept),
-                            s.unkept == 1 ? "material" : "materials");
+    if (s.unconserved_materials > 0)
+        text += fmt::format("; integrals of {} {} not preserved", grouped(s.unconserved_materials),
+                            s.unconserved_materials == 1 ? "material" : "materials");
     return table_row("fields transferred", text);
 }
 
 std::string solution_metric_rows(const SolutionMetricReport& r) {
-    std::string text = table_row("complexity asked", fmt::format("{:.6g}", r.asked));
+    std::string text = table_row("complexity asked", fmt::format("{:.6g}", r.requested));
     text += table_row("complexity",
                       fmt::format("{:.6g} ({} evaluations, {} gradations)", r.complexity, r.evaluations, r.gradations));
     text += table_row("elements expected", fmt::format("{:.0f}", r.elements));
-    if (r.of_fixed > 0) text += table_row("of what is fixed", fmt::format("{:.6g}", r.of_fixed));
+    if (r.fixed_complexity > 0) text += table_row("of what is fixed", fmt::format("{:.6g}", r.fixed_complexity));
     text += table_row("largest anisotropy", fmt::format("{:.4g}", r.largest_anisotropy));
     text += table_row("vertices at bounds", fmt::format("{:.1f} % at the smallest size, {:.1f} % at the largest",
                                                         100 * r.at_min, 100 * r.at_max));
@@ -160,7 +160,7 @@ std::string solution_metric_rows(const SolutionMetricReport& r) {
 
 std::string transfer_rows(const TransferReport& r) {
     const TransferStatistics& s = r.statistics;
-    std::string text = table_row("nodes kept", fmt::format("{}, to the bit", s.kept));
+    std::string text = table_row("nodes kept", fmt::format("{}, to the bit", s.preserved));
     text += table_row("nodes interpolated", s.interpolated);
     if (s.outside > 0)
         text += table_row("nodes outside", fmt::format("{}, by up to {:.3g}: the nearest point of the boundary",
@@ -168,8 +168,9 @@ std::string transfer_rows(const TransferReport& r) {
     if (r.method == TransferMethod::interpolate) return text;
     text += table_row("projected",
                       fmt::format("{} nodes of {} elements in {} patches", s.projected, s.changed_elements, s.patches));
-    if (s.unkept > 0)
-        text += table_row("materials without a free node", fmt::format("{}: their integrals are not kept", s.unkept));
+    if (s.unconserved_materials > 0)
+        text += table_row("materials without a free node",
+                          fmt::format("{}: their integrals are not kept", s.unconserved_materials));
     return text + integral_rows(r);
 }
 

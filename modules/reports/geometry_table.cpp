@@ -38,7 +38,7 @@ std::string mesh_rows(const GeometryReport& r) {
     std::string text = table_row("dimension, degree", fmt::format("{}D, P{}", r.mesh.dimension, r.mesh.degree)) +
                        table_row(flat ? "boundary edges" : "boundary triangles", r.mesh.facets);
     if (r.interface_facets > 0) text += table_row("  with elements on both sides", r.interface_facets);
-    if (r.lone_facets > 0) text += table_row("! with elements on neither", r.lone_facets);
+    if (r.isolated_facets > 0) text += table_row("! with elements on neither", r.isolated_facets);
     text += table_row(flat ? "smooth curves" : "patches", r.patches.size());
     if (!flat) text += table_row("ridges", r.ridges.size());
     text += table_row("corners", r.corners.size());
@@ -102,9 +102,9 @@ std::string ridge_rows(const GeometryReport& r) {
            });
 }
 
-std::string suspicious_rows(const GeometryReport& r) {
+std::string warning_rows(const GeometryReport& r) {
     std::string text;
-    for (const auto& [kind, places] : r.suspicious) {
+    for (const auto& [kind, places] : r.warnings) {
         if (places.count == 0) continue;
         text += table_row("! " + kind, fmt::format("{}: {}", grouped(places.count), places.text));
         for (const PlaceReport& place : places.worst)
@@ -143,7 +143,7 @@ std::string inspect_table(const GeometryReport& r) {
     return mesh_rows(r) + hinge_rows(r.open, hinges + " of one facet (open)", hinge) +
            hinge_rows(r.crowded, hinges + " of more than two facets", hinge) +
            hinge_rows(r.turned, "! facets turned to other sides", hinge) + (r.cad ? cad_rows(*r.cad) : "") +
-           patch_rows(r) + ridge_rows(r) + suspicious_rows(r) + distance_part(r);
+           patch_rows(r) + ridge_rows(r) + warning_rows(r) + distance_part(r);
 }
 
 std::vector<const EntityReport*> farthest_first(const DistancesReport& report) {

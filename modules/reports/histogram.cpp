@@ -65,9 +65,9 @@ std::string numbers(const Histogram& h, std::string_view name, std::size_t width
 }
 
 std::string statistics(const Histogram& h, std::size_t width) {
-    const auto extreme = [&](const Series& s, double Extremes::* which) {
+    const auto extreme = [&](const Series& s, double Extremes::* range_member) {
         if (!s.extremes) return std::string();
-        const double x = (*s.extremes).*which;
+        const double x = (*s.extremes).*range_member;
         return h.quantity == Quantity::scaled_jacobian ? lower_bound_text(x) : fmt::format("{:.4g}", x);
     };
     const auto some = [&](auto&& has) { return std::any_of(h.series.begin(), h.series.end(), has); };
@@ -253,7 +253,7 @@ std::vector<Panel> panels_of(const Histogram& h) {
     if (const Series* before = find_series(h, "before")) panels.push_back({before, "before correction", "#4c78a8"});
     if (const Series* after = find_series(h, "after")) panels.push_back({after, "after correction", "#e1812c"});
     if (const Series* input = find_series(h, "input")) panels.push_back({input, "input", "#4c78a8"});
-    if (const Series* made = find_series(h, "remeshed")) panels.push_back({made, "remeshed", "#e1812c"});
+    if (const Series* result = find_series(h, "remeshed")) panels.push_back({result, "remeshed", "#e1812c"});
     if (const Series* alone = find_series(h, "count")) panels.push_back({alone, "", "#4c78a8"});
     return panels;
 }
@@ -328,9 +328,10 @@ std::string value_axis(const Axes& a) {
     std::string out = line(0, y, a.panel_width, y, fmt::format("stroke=\"{}\" stroke-width=\"1.2\"", ink));
     constexpr double room = 42;
     std::vector<double> numbered;
-    for (const int wanted : {0, 1, 2})
+    for (const int required_rank : {0, 1, 2})
         for (std::size_t i = 0; i < a.h.limits.size(); ++i) {
-            if (i + 1 < a.first || i + 1 > a.last || rank(a.h.limits[i], info(a.h.quantity).base) != wanted) continue;
+            if (i + 1 < a.first || i + 1 > a.last || rank(a.h.limits[i], info(a.h.quantity).base) != required_rank)
+                continue;
             const double x = a.x_of_bin(static_cast<double>(i + 1));
             const bool fits = std::none_of(numbered.begin(), numbered.end(),
                                            [&](double other) { return std::fabs(other - x) < room; });

@@ -46,7 +46,7 @@ std::string tile(std::string_view name, const std::string& value) {
 
 std::string tiles(const CheckReport& report) {
     const MeshReport& m = report.mesh;
-    const bool of_triangles = m.is_surface_alone() || m.dimension == 2;
+    const bool of_triangles = m.is_standalone_surface() || m.dimension == 2;
     std::string text = tile(of_triangles ? "triangles" : "tetrahedra", grouped(m.judged())) +
                        tile("nodes", grouped(m.nodes)) +
                        tile("dimension, degree", fmt::format("{}D, P{}", m.dimension, m.degree)) +
@@ -116,9 +116,9 @@ std::string filled(std::string_view frame, const Placeholders& placeholders) {
             break;
         }
         out += frame.substr(at, open - at);
-        const std::string_view wanted = frame.substr(open + 2, close - open - 2);
+        const std::string_view placeholder = frame.substr(open + 2, close - open - 2);
         for (const auto& [name, text] : placeholders)
-            if (name == wanted) out += text;
+            if (name == placeholder) out += text;
         at = close + 2;
     }
     return out;

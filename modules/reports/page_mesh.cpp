@@ -147,7 +147,7 @@ Outcome<Column<CutKeys>> cut_keys(const LinearMesh<D>& mesh, const Box<D>& box, 
                 static_cast<std::uint8_t>(slice_of(c[axis], box.low[axis], box.high[axis], cut_steps));
         return keys;
     };
-    auto keys = is_surface_alone(mesh)
+    auto keys = is_standalone_surface(mesh)
                     ? map_each(execution, mesh.facets.size(),
                                [&](std::size_t f) { return key(centroid_of(mesh, mesh.facets.vertices[f])); })
                     : map_each(execution, mesh.elements.size(),
@@ -201,7 +201,7 @@ std::vector<std::array<NodeNumber, 6>> faces_of_element(const Mesh<D>& mesh, std
     if constexpr (D == 2) {
         return {triangle(mesh.elements, mesh.entities.edges_of_elements)};
     } else {
-        if (is_surface_alone(mesh)) return {triangle(mesh.facets, mesh.entities.edges_of_facets)};
+        if (is_standalone_surface(mesh)) return {triangle(mesh.facets, mesh.entities.edges_of_facets)};
         std::vector<std::array<NodeNumber, 6>> faces;
         faces.reserve(4);
         for (int i = 0; i < 4; ++i) faces.push_back(nodes_of_face(mesh, e, i));
@@ -322,7 +322,7 @@ void number(PageMesh<D>& page, const CheckReport& report) {
 
 /// A node as the page has it: a vertex from the centre, a node of an edge from the middle of the chord.
 template <int D>
-Vec<D> told(const PageMesh<D>& page, NodeNumber n) {
+Vec<D> page_position(const PageMesh<D>& page, NodeNumber n) {
     const Mesh<D>& mesh = *page.mesh;
     const std::size_t vertices = mesh.points.size();
     if (n < vertices) return mesh.points[n] - page.centre;
@@ -338,7 +338,7 @@ PageArray node_array(const PageMesh<D>& page) {
     // Offsets of edges' nodes are small and may be rounded, vertices may not: a face would not meet its neighbour.
     std::vector<float> columns(n * D);
     for (std::size_t i = 0; i < n; ++i) {
-        const Vec<D> place = told(page, page.nodes[i]);
+        const Vec<D> place = page_position(page, page.nodes[i]);
         for (int axis = 0; axis < D; ++axis)
             columns[static_cast<std::size_t>(axis) * n + i] = page.nodes[i] < vertices
                                                                   ? static_cast<float>(place[axis])
@@ -368,7 +368,7 @@ Outcome<PageMesh<D>> page_mesh(const Mesh<D>& mesh, const CheckReport& report, c
         page.keys = std::move(*keys);
         page.inner.steps = every_step();
         if constexpr (D == 3)
-            if (!is_surface_alone(mesh)) {
+            if (!is_standalone_surface(mesh)) {
                 auto inner = inner_faces(mesh, page.keys, options.inner_faces, part_of(execution, 0.4, 1));
                 if (!inner) return fail(inner.error());
                 page.inner = std::move(*inner);

@@ -142,12 +142,12 @@ PageQuantities page_quantities(const PageMesh<D>& page, const PageSource& source
          .bad = 0.0},
         of_elements(page, [&](std::uint32_t e) { return quality_of(linear, e); }));
     for (std::size_t i = 0; i < source.fields.size(); ++i) add_field(all, page, source.fields[i], i + 1);
-    const int dimension = is_surface_alone(linear) ? 2 : D;
+    const int dimension = is_standalone_surface(linear) ? 2 : D;
     std::vector<std::int32_t> references;
     references.reserve(std::max(page.elements.size(), page.outer.size()));
     for (const std::uint32_t e : page.elements) references.push_back(columns.references[e]);
     add_references(all, {.key = "reference", .title = "Reference of elements"}, references, linear.groups, dimension);
-    if (D == 3 && !is_surface_alone(linear)) {
+    if (D == 3 && !is_standalone_surface(linear)) {
         references.clear();
         for (const Face& face : page.outer) references.push_back(face.reference);
         add_references(all, {.key = "boundary-reference", .title = "Reference of the boundary", .on = ValuesOn::faces},

@@ -80,7 +80,7 @@ template <int D>
 Outcome<Column<float>> qualities(const QuadraticMesh<D>& mesh, const Execution& execution) {
     return map_each(execution, judged_count(mesh.linear),
                     [&](std::size_t e) { return static_cast<float>(quality_of(mesh.linear, e)); })
-        .map([](auto made) { return Column<float>(std::move(made)); });
+        .map([](auto result) { return Column<float>(std::move(result)); });
 }
 
 /// References of the facets or elements that the faces show.
@@ -233,7 +233,7 @@ Vec<3> middle_of(const QuadraticMesh<D>& mesh, const SimplexVertices<K>& vertice
 }
 template <int D>
 Vec<3> middle_of(const QuadraticMesh<D>& mesh, std::size_t e) {
-    if (is_surface_alone(mesh.linear))
+    if (is_standalone_surface(mesh.linear))
         return middle_of<D - 1>(mesh, mesh.linear.facets.vertices[e], mesh.edges.of_facets[e]);
     return middle_of<D>(mesh, mesh.linear.elements.vertices[e], mesh.edges.of_elements[e]);
 }
@@ -269,9 +269,9 @@ struct GroupReferences {
 template <int D>
 class PictureGroups {
   public:
-    explicit PictureGroups(const LinearMesh<D>& mesh) : mesh_(mesh), is_surface_(is_surface_alone(mesh)) {
-        there_.elements = distinct(is_surface_ ? mesh.facets.references : mesh.elements.references);
-        if (D == 3 && !is_surface_) there_.facets = distinct(mesh.facets.references);
+    explicit PictureGroups(const LinearMesh<D>& mesh) : mesh_(mesh), is_surface_(is_standalone_surface(mesh)) {
+        existing_.elements = distinct(is_surface_ ? mesh.facets.references : mesh.elements.references);
+        if (D == 3 && !is_surface_) existing_.facets = distinct(mesh.facets.references);
     }
 
     /// True if facets of the boundary have groups of their own.
@@ -317,8 +317,8 @@ class PictureGroups {
         Reference number = 0;
         const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
         if (error != std::errc{} || end != text.data() + text.size()) return false;
-        const bool is_of_facets = contains(there_.facets, number);
-        if (!is_of_facets && !contains(there_.elements, number)) return false;
+        const bool is_of_facets = contains(existing_.facets, number);
+        if (!is_of_facets && !contains(existing_.elements, number)) return false;
         (is_of_facets ? found.facets : found.elements).push_back(number);
         return true;
     }
@@ -334,14 +334,14 @@ class PictureGroups {
         return text;
     }
     [[nodiscard]] std::string all() const {
-        if (!has_facets()) return "there are: " + listed(there_.elements, dimension());
-        return "there are: of boundary facets " + (there_.facets.empty() ? "none" : listed(there_.facets, 2)) +
-               "; of elements " + listed(there_.elements, dimension());
+        if (!has_facets()) return "there are: " + listed(existing_.elements, dimension());
+        return "there are: of boundary facets " + (existing_.facets.empty() ? "none" : listed(existing_.facets, 2)) +
+               "; of elements " + listed(existing_.elements, dimension());
     }
 
     const LinearMesh<D>& mesh_;
     bool is_surface_;
-    GroupReferences there_;
+    GroupReferences existing_;
 };
 
 /// The faces of a picture.
@@ -350,12 +350,13 @@ struct PictureFaces {
     bool is_open = false;  ///< inner sides of a boundary can be seen
 };
 
-/// 1 where the reference is in `list`, or is not if `wanted` is false.
-Column<std::uint8_t> with_references(const Column<Reference>& references, const References& list, bool wanted,
-                                     const Column<std::uint8_t>& kept) {
+/// 1 where the reference is in `list`, or is not if `is_included` is false.
+Column<std::uint8_t> with_references(const Column<Reference>& references, const References& list, bool is_included,
+                                     const Column<std::uint8_t>& inside_cut) {
     Buffer<std::uint8_t> out(references.size());
     for (std::size_t i = 0; i < out.size(); ++i)
-        out[i] = static_cast<std::uint8_t>((kept.empty() || kept[i] != 0) && contains(list, references[i]) == wanted);
+        out[i] = static_cast<std::uint8_t>((inside_cut.empty() || inside_cut[i] != 0) &&
+                                           contains(list, references[i]) == is_included);
     return Column<std::uint8_t>(std::move(out));
 }
 
@@ -366,27 +367,27 @@ Outcome<PictureFaces> picture_faces(const QuadraticMesh<D>& mesh, const PictureC
     const auto shown = groups.selected(choice.show, "--show"), hidden = groups.selected(choice.hide, "--hide");
     if (!shown) return fail(shown.error());
     if (!hidden) return fail(hidden.error());
-    Column<std::uint8_t> kept;
+    Column<std::uint8_t> inside_cut;
     if (choice.cut) {
-        auto found = kept_by(cut_in<D>(*choice.cut), drawn, without_progress(execution));
+        auto found = elements_inside_cut(cut_in<D>(*choice.cut), drawn, without_progress(execution));
         if (!found) return fail(found.error());
-        kept = std::move(*found);
+        inside_cut = std::move(*found);
     }
     const LinearMesh<D>& linear = mesh.linear;
     const Column<Reference>& references =
-        is_surface_alone(linear) ? linear.facets.references : linear.elements.references;
+        is_standalone_surface(linear) ? linear.facets.references : linear.elements.references;
     const bool is_limited = !choice.show.empty();
-    if (!hidden->elements.empty()) kept = with_references(references, hidden->elements, false, kept);
-    if (!groups.has_facets() && is_limited) kept = with_references(references, shown->elements, true, kept);
+    if (!hidden->elements.empty()) inside_cut = with_references(references, hidden->elements, false, inside_cut);
+    if (!groups.has_facets() && is_limited) inside_cut = with_references(references, shown->elements, true, inside_cut);
     const bool is_open = !shown->facets.empty() || !hidden->facets.empty();
     if constexpr (D == 3)
         if (groups.has_facets() && (is_limited || is_open)) {
             const auto bodies =
                 is_limited ? with_references(references, shown->elements, true, {}) : Column<std::uint8_t>{};
-            return faces_to_draw(drawn, kept.view(), {bodies.view(), shown->facets, hidden->facets}, execution)
+            return faces_to_draw(drawn, inside_cut.view(), {bodies.view(), shown->facets, hidden->facets}, execution)
                 .map([&](Column<Face> faces) { return PictureFaces{std::move(faces), is_open}; });
         }
-    return faces_to_draw(drawn, kept.view(), execution).map([](Column<Face> faces) {
+    return faces_to_draw(drawn, inside_cut.view(), execution).map([](Column<Face> faces) {
         return PictureFaces{std::move(faces)};
     });
 }
@@ -428,8 +429,9 @@ std::string cut_beside(const QuadraticMesh<D>& mesh, std::size_t e) {
         for (const VertexId v : vertices) centroid += mesh.linear.points[v] / static_cast<double>(vertices.size());
         return std::pair(centroid, distance(centroid, mesh.linear.points[vertices[0]]));
     };
-    const auto [centroid, size] = is_surface_alone(mesh.linear) ? centroid_and_size(mesh.linear.facets.vertices[e])
-                                                                : centroid_and_size(mesh.linear.elements.vertices[e]);
+    const auto [centroid, size] = is_standalone_surface(mesh.linear)
+                                      ? centroid_and_size(mesh.linear.facets.vertices[e])
+                                      : centroid_and_size(mesh.linear.elements.vertices[e]);
     // The next number with few digits, so that rounding does not take the element away.
     const double step = pow(10, std::floor(log10(std::fmax(0.02 * size, 1e-12))));
     return fmt::format("x={:.10g}", (std::floor(centroid[0] / step) + 1) * step);
@@ -441,22 +443,22 @@ Outcome<Done> point_at_worst(const QuadraticMesh<D>& mesh, const std::vector<std
                              const Column<Face>& faces, Picture& picture, const Execution& execution) {
     const auto visible = visible_faces(picture.scene, execution);
     if (!visible) return fail(visible.error());
-    std::vector<std::uint32_t> seen;
-    seen.reserve(visible->size());
-    for (const std::uint32_t f : *visible) seen.push_back(faces[f].element);
-    std::sort(seen.begin(), seen.end());
-    std::vector<std::size_t> unseen;
+    std::vector<std::uint32_t> shown_elements;
+    shown_elements.reserve(visible->size());
+    for (const std::uint32_t f : *visible) shown_elements.push_back(faces[f].element);
+    std::sort(shown_elements.begin(), shown_elements.end());
+    std::vector<std::size_t> not_drawn;
     for (std::size_t i = 0; i < worst.size(); ++i)
-        if (std::binary_search(seen.begin(), seen.end(), worst[i]))
+        if (std::binary_search(shown_elements.begin(), shown_elements.end(), worst[i]))
             picture.scene.options.pointers.push_back({middle_of(mesh, worst[i]), std::to_string(i + 1)});
         else
-            unseen.push_back(i);
-    if (unseen.empty()) return Done{};
-    std::string note = fmt::format("{} of the {} worst elements cannot be seen and {} not marked. ", unseen.size(),
-                                   worst.size(), unseen.size() == 1 ? "is" : "are");
-    if (D == 3 && !is_surface_alone(mesh.linear))
+            not_drawn.push_back(i);
+    if (not_drawn.empty()) return Done{};
+    std::string note = fmt::format("{} of the {} worst elements cannot be seen and {} not marked. ", not_drawn.size(),
+                                   worst.size(), not_drawn.size() == 1 ? "is" : "are");
+    if (D == 3 && !is_standalone_surface(mesh.linear))
         note += fmt::format("A cut beside an element shows it: --cut {} for number {}",
-                            cut_beside(mesh, worst[unseen[0]]), unseen[0] + 1);
+                            cut_beside(mesh, worst[not_drawn[0]]), not_drawn[0] + 1);
     else
         note += "Draw the mesh without --cut, --show, --hide and --zoom, or from another side";
     picture.notices.push_back(std::move(note));

@@ -58,7 +58,7 @@ std::string text_of(const Json& json) { return json.dump(2, ' ', false, Json::er
 
 std::string to_json(const Report& report) {
     Json j = report.origin ? head(*report.origin) : Json::object();
-    add_fields(j, report, report.mesh.is_surface_alone() ? Reported::surface : Reported::volume);
+    add_fields(j, report, report.mesh.is_standalone_surface() ? Reported::surface : Reported::volume);
     return text_of(j) + "\n";
 }
 

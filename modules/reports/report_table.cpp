@@ -65,15 +65,15 @@ std::string across_row(const CadReport& c) {
 }
 
 std::string moves_row(const CadMovesReport& moves) {
-    return table_row(
-        "vertices moved onto the CAD model",
-        fmt::format("{} (partly {}), by up to {:.4g}", grouped(moves.moved), grouped(moves.held), moves.largest));
+    return table_row("vertices moved onto the CAD model",
+                     fmt::format("{} (partly {}), by up to {:.4g}", grouped(moves.moved), grouped(moves.constrained),
+                                 moves.largest));
 }
 
 /// Rows of the summary: an unexpected unit, damage, facets that span ridges, vertices that did not reach the model.
 std::string cad_warning_rows(const CadReport& c) {
     return (c.is_in_file_unit ? std::string() : table_row("unit of the mesh", text_of_unit(c))) + damage_row(c) +
-           across_row(c) + (c.moves && c.moves->held > 0 ? moves_row(*c.moves) : std::string());
+           across_row(c) + (c.moves && c.moves->constrained > 0 ? moves_row(*c.moves) : std::string());
 }
 
 }  // namespace
@@ -90,9 +90,9 @@ std::string cad_rows(const CadReport& c) {
             "facets: CAD, analytic, surrogate",
             fmt::format("{}, {}, {}", grouped(c.facets), grouped(c.analytic_facets), grouped(c.surrogate_facets)));
     if (c.coincident_facets > 0) text += table_row("facets on coincident CAD faces", c.coincident_facets);
-    text += table_row("ambiguous facets",
-                      fmt::format("{} (resolved {}), edges {}, vertices {}", grouped(c.doubtful_facets),
-                                  grouped(c.settled_facets), grouped(c.doubtful_edges), grouped(c.doubtful_vertices)));
+    text += table_row("ambiguous facets", fmt::format("{} (resolved {}), edges {}, vertices {}",
+                                                      grouped(c.ambiguous_facets), grouped(c.settled_facets),
+                                                      grouped(c.ambiguous_edges), grouped(c.ambiguous_vertices)));
     if (!c.joined.lists.empty())
         text += table_row(c.joined.are_edges ? "CAD edges joined smoothly" : "CAD faces joined smoothly",
                           joined_text(c.joined.lists));
@@ -122,9 +122,9 @@ std::string name_distance(const Report& report) {
 /// "1 141 tetrahedra": the elements that are judged.
 std::string count_of_judged(const MeshReport& m) {
     const bool is_one = m.judged() == 1;
-    const std::string_view name = m.dimension == 2 || m.is_surface_alone() ? (is_one ? "triangle" : "triangles")
-                                  : is_one                                 ? "tetrahedron"
-                                                                           : "tetrahedra";
+    const std::string_view name = m.dimension == 2 || m.is_standalone_surface() ? (is_one ? "triangle" : "triangles")
+                                  : is_one                                      ? "tetrahedron"
+                                                                                : "tetrahedra";
     return fmt::format("{} {}", grouped(m.judged()), name);
 }
 
@@ -133,14 +133,14 @@ std::string validity_row(const Report& report) {
     if (report.has_valid_elements())
         return table_row(
             "valid", fmt::format("yes: {}{}{}", report.mesh.judged() == 1 ? "" : "all ", count_of_judged(report.mesh),
-                                 v.is_asked && v.bound > 0 ? fmt::format(", above {:g}", v.bound) : ""));
+                                 v.is_explicit && v.bound > 0 ? fmt::format(", above {:g}", v.bound) : ""));
     std::string text = "NO:";
     const auto add = [&](std::size_t count, std::string_view what) {
         if (count > 0) text += fmt::format("{} {} {}", text.size() > 3 ? "," : "", grouped(count), what);
     };
     add(v.invalid, "invalid");
     add(v.undecided, "undecided");
-    if (v.is_asked) add(v.below_bound, fmt::format("below {:g}", v.bound));
+    if (v.is_explicit) add(v.below_bound, fmt::format("below {:g}", v.bound));
     return table_row("valid", text + " of " + count_of_judged(report.mesh));
 }
 
@@ -239,7 +239,7 @@ std::string remesh_rows(const RemeshReport& r) {
 
 std::string mesh_row(const MeshReport& m) {
     std::string text = fmt::format("degree {}, {} vertices, {}", m.degree, grouped(m.vertices), count_of_judged(m));
-    if (!m.is_surface_alone())
+    if (!m.is_standalone_surface())
         text += fmt::format(", {} boundary {}", grouped(m.facets), m.dimension == 2 ? "edges" : "triangles");
     return table_row("mesh", text);
 }
@@ -262,9 +262,10 @@ std::string remaining_rows(const Report& report) {
     std::string text;
     constexpr std::size_t shown = 3;
     for (std::size_t i = 0; i < report.remaining.size() && i < shown; ++i)
-        text += fmt::format("  ! {} {}: {}\n",
-                            report.mesh.dimension == 2 || report.mesh.is_surface_alone() ? "triangle" : "tetrahedron",
-                            called(report.remaining[i].element, report.remaining[i].tag), report.remaining[i].reason);
+        text +=
+            fmt::format("  ! {} {}: {}\n",
+                        report.mesh.dimension == 2 || report.mesh.is_standalone_surface() ? "triangle" : "tetrahedron",
+                        called(report.remaining[i].element, report.remaining[i].tag), report.remaining[i].reason);
     if (report.remaining.size() > shown)
         text += fmt::format("  ! and {} more, all of them in the report (--report FILE)\n",
                             report.remaining.size() - shown);
@@ -384,7 +385,7 @@ std::string summary(const Report& report) {
 }
 
 std::string full_table(const Report& report) {
-    const Reported of = report.mesh.is_surface_alone() ? Reported::surface : Reported::volume;
+    const Reported of = report.mesh.is_standalone_surface() ? Reported::surface : Reported::volume;
     const std::array<std::string_view, 3> beside{"notices", "misses", "stages"};  // printed as sentences and as a table
     std::string text;
     each_shown_field(report, of, [&](const auto& field, const auto& value) {

@@ -93,8 +93,9 @@ Outcome<Simplices<D - 1>> boundary_facets(const LinearMesh<D>& whole, const Face
     for (std::size_t e = 0; e < mesh.elements.size(); ++e)
         for (int opposite = 0; opposite <= D; ++opposite) {
             const ElementId other = (*adjacent)[e][opposite];
-            if (other.valid() && material[other] <= material[e]) continue;  // an interior face, or a facet that the
-                                                                            // element on the other side adds
+            if (other.valid() && material[other] <= material[e])
+                continue;  // an interior face, or a facet that the
+                           // element on the other side adds
             SimplexVertices<D - 1> facet;
             const auto local = face_opposite<D>(opposite);
             for (int i = 0; i < D; ++i) facet[i] = mesh.elements.vertices[e][local[i]];
@@ -220,8 +221,8 @@ struct Move {
 /// Marks in `halve` the vertices of elements below the volume ratio. Examines elements with a vertex in `just_moved`.
 /// True if it marks any.
 template <int D>
-Outcome<bool> mark_complaints(const Move<D>& move, std::span<const SimplexVertices<D>> elements,
-                              const Marks& just_moved, Marks& halve, const Execution& execution) {
+Outcome<bool> mark_shrunk_elements(const Move<D>& move, std::span<const SimplexVertices<D>> elements,
+                                   const Marks& just_moved, Marks& halve, const Execution& execution) {
     std::atomic<bool> any = false;
     auto done = each(execution, elements.size(), [&](std::size_t e) {
         const auto& element = elements[e];
@@ -242,16 +243,16 @@ Outcome<Done> move_points(Buffer<Vec<D>>& points, const Moved<D>& moved, const E
                           const Execution& execution) {
     constexpr int halvings = 12;
     static_assert(halvings == rings_of_move);
-    auto made = map_each(execution, points.size(), [&](std::size_t v) { return moved(v); });
-    if (!made) return fail(made.error());
-    Buffer<Vec<D>> at = std::move(*made);
+    auto result = map_each(execution, points.size(), [&](std::size_t v) { return moved(v); });
+    if (!result) return fail(result.error());
+    Buffer<Vec<D>> at = std::move(*result);
     Marks halved(points.size(), 0);  // number of halvings of each vertex's move
     Marks just_moved(points.size(), 1);
     for (int round = 0; round < halvings; ++round) {
         Marks halve(points.size(), 0);
         bool any = false;
         auto looked = runs(just_moved, [&](std::span<const SimplexVertices<D>> elements) -> Outcome<Done> {
-            const auto some = mark_complaints<D>({points, at, least}, elements, just_moved, halve, execution);
+            const auto some = mark_shrunk_elements<D>({points, at, least}, elements, just_moved, halve, execution);
             if (!some) return fail(some.error());
             any |= *some;
             return Done{};

@@ -61,10 +61,11 @@ Outcome<LinearMesh<D>> generate_box(const BoxOptions<D>& options, const Executio
     const ElementRuns<D> all = [&](std::span<const std::uint8_t>, const auto& look) { return look(lattice->elements); };
     auto done = each(execution, at.size(), [&](std::size_t v) { at[v] = places.regular(v); });
     if (done && places.bends())
-        done = move_points<D>(at, [&](std::size_t v) { return places.bent(v, at[v]); }, all, least_bent, execution);
+        done = move_points<D>(
+            at, [&](std::size_t v) { return places.bent(v, at[v]); }, all, min_warped_volume_ratio, execution);
     if (done)
         done = move_points<D>(
-            at, [&](std::size_t v) { return places.jittered(v, at[v]); }, all, least_jittered, execution);
+            at, [&](std::size_t v) { return places.jittered(v, at[v]); }, all, min_jittered_volume_ratio, execution);
     if (!done) return fail(done.error());
     auto points = std::move(lattice->points);
     auto elements = std::move(lattice->elements);
@@ -193,13 +194,14 @@ class BoxRows final : public PrismRows<D> {
     [[nodiscard]] Outcome<MovedLevels<D>> bent(Levels levels, const Execution& execution) const {
         if (!places_.bends()) return regular(levels, execution);
         return moved_levels<D>(
-            {this->base(), this->all_rows()}, levels, least_bent, [&](Levels l) { return regular(l, execution); },
+            {this->base(), this->all_rows()}, levels, min_warped_volume_ratio,
+            [&](Levels l) { return regular(l, execution); },
             [&](std::size_t v, const Vec<D>& p) { return places_.bent(v, p); }, execution);
     }
     [[nodiscard]] Outcome<Buffer<Vec<D>>> points(std::span<const std::size_t> levels,
                                                  const Execution& execution) const override {
         auto moved = moved_levels<D>(
-            {this->base(), this->all_rows()}, {levels.front(), levels.back() + 1}, least_jittered,
+            {this->base(), this->all_rows()}, {levels.front(), levels.back() + 1}, min_jittered_volume_ratio,
             [&](Levels l) { return bent(l, execution); },
             [&](std::size_t v, const Vec<D>& p) { return places_.jittered(v, p); }, execution);
         if (!moved) return fail(moved.error());
@@ -319,9 +321,9 @@ Outcome<LinearMesh<2>> generate_bump(const BumpOptions& options, const Execution
     if (auto checked = check(options); !checked) return fail(checked.error());
     const auto rows = row_heights(options);
     const int layers = options.floor_layer.count;
-    auto made = lattice_of<2>({options.cells[0], static_cast<int>(rows.size()) - 1}, options.seed, execution);
-    if (!made) return fail(made.error());
-    Lattice<2>& lattice = *made;
+    auto result = lattice_of<2>({options.cells[0], static_cast<int>(rows.size()) - 1}, options.seed, execution);
+    if (!result) return fail(result.error());
+    Lattice<2>& lattice = *result;
     const auto moved = place_points(lattice, options, rows, execution);
     if (!moved) return fail(moved.error());
     auto jittered = move_points<2>(lattice.points, *moved, lattice.elements, 0.2, execution);
@@ -401,11 +403,11 @@ double unstructured(const ShellOptions<D>& o) {
     return an_inner_point * std::max(0.0, points - inner - outer) + a_wall_point * (inner + outer) + D * layers;
 }
 
-double off(double elements, double wanted) { return std::abs(log(elements / wanted)); }
+double off(double elements, double target) { return std::abs(log(elements / target)); }
 
 /// Rounds each number up or down so that elements(cells) is closest to the target.
 template <std::size_t N, class Elements>
-std::array<int, N> rounded(const std::array<double, N>& ideal, const std::array<int, N>& least, double wanted,
+std::array<int, N> rounded(const std::array<double, N>& ideal, const std::array<int, N>& least, double target,
                            Elements&& elements) {
     constexpr double most = 1e9;
     std::array<int, N> best{};
@@ -414,7 +416,7 @@ std::array<int, N> rounded(const std::array<double, N>& ideal, const std::array<
         std::array<int, N> cells{};
         for (std::size_t i = 0; i < N; ++i)
             cells[i] = std::max(least[i], static_cast<int>(std::min(ideal[i], most)) + static_cast<int>(up >> i & 1U));
-        if (const double o = off(elements(cells), wanted); o < best_off) {
+        if (const double o = off(elements(cells), target); o < best_off) {
             best = cells;
             best_off = o;
         }

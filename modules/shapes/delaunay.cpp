@@ -325,17 +325,17 @@ class Triangulation {
     void star(Index p) {
         shared_.clear();
         std::size_t reuse = 0;
-        fresh_.clear();
+        new_cells_.clear();
         for (const Face& face : rim_) {
             Cell cell{cells_[face.cell].vertices};
             cell.vertices[face.opposite] = p;
             cell.neighbours[face.opposite] = cells_[face.cell].neighbours[face.opposite];
-            fresh_.push_back(cell);
+            new_cells_.push_back(cell);
         }
         for (std::size_t k = 0; k < rim_.size(); ++k) {
             const Index at = reuse < hole_.size() ? hole_[reuse++] : static_cast<Index>(cells_.size());
             if (at == cells_.size()) cells_.emplace_back();
-            const Cell& cell = cells_[at] = fresh_[k];
+            const Cell& cell = cells_[at] = new_cells_[k];
             const int opposite = rim_[k].opposite;
             Cell& beyond = cells_[cell.neighbours[opposite]];
             for (int j = 0; j <= D; ++j)
@@ -375,7 +375,7 @@ class Triangulation {
     Index stamp_ = 0, last_ = 0;
     std::vector<Index> hole_;
     std::vector<Face> rim_;
-    std::vector<Cell> fresh_;
+    std::vector<Cell> new_cells_;
     std::vector<Shared> shared_;
 };
 

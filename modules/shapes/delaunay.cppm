@@ -42,7 +42,7 @@ template <int D>
                                         const Execution& execution = {});
 
 /// Minimum volume ratio of an element after random moves.
-inline constexpr double least_jittered = 0.2;
+inline constexpr double min_jittered_volume_ratio = 0.2;
 
 /// Maximum number of halvings, and so of rings of elements that affect a point.
 inline constexpr int rings_of_move = 12;

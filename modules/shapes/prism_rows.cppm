@@ -40,7 +40,7 @@ template <int D>
 }
 
 /// Minimum volume ratio of an element after warping.
-inline constexpr double least_bent = 0.05;
+inline constexpr double min_warped_volume_ratio = 0.05;
 
 /// Regular, warped and jittered positions of a box's vertices.
 template <int D>
@@ -203,15 +203,16 @@ struct PrismLevels {
     std::span<const PrismRow> rows;
 };
 
-/// Vertex positions of the levels `wanted` after `move_points`, which needs some levels around them. made(levels):
+/// Vertex positions of the levels `requested` after `move_points`, which needs some levels around them. made(levels):
 /// positions before the move; moved(v, point): target of a vertex.
-template <int D, class Made, class MovedTo>
-[[nodiscard]] Outcome<MovedLevels<D>> moved_levels(const PrismLevels<D>& all, Levels wanted, double least,
-                                                   const Made& made, const MovedTo& moved, const Execution& execution) {
+template <int D, class MakeRows, class MovedTo>
+[[nodiscard]] Outcome<MovedLevels<D>> moved_levels(const PrismLevels<D>& all, Levels requested, double least,
+                                                   const MakeRows& make_rows, const MovedTo& moved,
+                                                   const Execution& execution) {
     const auto& [base, rows] = all;
-    const Levels around{wanted.first - std::min<std::size_t>(wanted.first, rings_of_move),
-                        std::min(wanted.last + rings_of_move, rows.size() + 1)};
-    Outcome<MovedLevels<D>> levels = made(around);
+    const Levels around{requested.first - std::min<std::size_t>(requested.first, rings_of_move),
+                        std::min(requested.last + rings_of_move, rows.size() + 1)};
+    Outcome<MovedLevels<D>> levels = make_rows(around);
     if (!levels) return levels;
     const std::size_t first = around.first * base.count;
     Buffer<SimplexVertices<D>> elements(D * base.simplices.size());
@@ -235,9 +236,9 @@ template <int D, class Made, class MovedTo>
     const auto at = [&](std::size_t level) {
         return points.begin() + static_cast<std::ptrdiff_t>((level - around.first) * base.count);
     };
-    points.erase(at(wanted.last), points.end());
-    points.erase(points.begin(), at(wanted.first));
-    levels->first = wanted.first;
+    points.erase(at(requested.last), points.end());
+    points.erase(points.begin(), at(requested.first));
+    levels->first = requested.first;
     return levels;
 }
 

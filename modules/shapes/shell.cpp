@@ -188,7 +188,7 @@ void add_points(ShellCore<D>& core, double radius, std::size_t count, ShellSide 
 
 /// Projects boundary vertices; limits others to half an edge from both spheres.
 template <int D>
-Vec<D> kept(const Vec<D>& p, ShellSide side, const ShellSizes& sizes) {
+Vec<D> projected(const Vec<D>& p, ShellSide side, const ShellSizes& sizes) {
     if (side == ShellSide::inner) return sizes.inner_radius * normalised(p);
     if (side == ShellSide::outer) return sizes.outer_radius * normalised(p);
     const double gap = 0.5 * std::min({sizes.inner_size, sizes.outer_size, sizes.outer_radius - sizes.inner_radius});
@@ -200,7 +200,7 @@ Vec<D> kept(const Vec<D>& p, ShellSide side, const ShellSizes& sizes) {
 
 /// Delaunay mesh without the elements at an additional vertex in the centre.
 template <int D>
-Outcome<Buffer<SimplexVertices<D>>> carved(const ShellCore<D>& core, const Noise& noise) {
+Outcome<Buffer<SimplexVertices<D>>> triangulate_with_hole(const ShellCore<D>& core, const Noise& noise) {
     Buffer<Vec<D>> points = core.points;
     const VertexId centre(points.size());
     points.push_back({});
@@ -220,14 +220,14 @@ Outcome<Done> spread(ShellCore<D>& core, const ShellSizes& sizes, const Executio
     std::vector<Vec<D>> push(core.points.size());
     for (const auto& [a, b] : edges) {
         const Vec<D> way = core.points[b.index()] - core.points[a.index()];
-        const double wanted = 1.15 * sizes.at(norm(midpoint(core.points[a.index()], core.points[b.index()])));
+        const double target = 1.15 * sizes.at(norm(midpoint(core.points[a.index()], core.points[b.index()])));
         const double length = norm(way);
-        if (length >= wanted) continue;
-        push[b.index()] += 0.15 * (wanted - length) / length * way;
-        push[a.index()] -= 0.15 * (wanted - length) / length * way;
+        if (length >= target) continue;
+        push[b.index()] += 0.15 * (target - length) / length * way;
+        push[a.index()] -= 0.15 * (target - length) / length * way;
     }
     return each(execution, core.points.size(),
-                [&](std::size_t v) { core.points[v] = kept(core.points[v] + push[v], core.sides[v], sizes); });
+                [&](std::size_t v) { core.points[v] = projected(core.points[v] + push[v], core.sides[v], sizes); });
 }
 
 template <int D>
@@ -240,8 +240,8 @@ double quality_of(const Buffer<Vec<D>>& p, const SimplexVertices<D>& s) {
 
 /// Moves vertices of elements below quality `enough` at random. Returns the previous minimum quality.
 template <int D>
-Outcome<double> shake(ShellCore<D>& core, const ShellSizes& sizes, double enough, const Noise& noise,
-                      const Execution& execution) {
+Outcome<double> jitter_bad_elements(ShellCore<D>& core, const ShellSizes& sizes, double enough, const Noise& noise,
+                                    const Execution& execution) {
     double worst = 1;
     std::vector<std::uint8_t> move(core.points.size(), 0);
     for (const auto& s : core.elements) {
@@ -253,7 +253,7 @@ Outcome<double> shake(ShellCore<D>& core, const ShellSizes& sizes, double enough
     auto done = each(execution, core.points.size(), [&](std::size_t v) {
         if (move[v] == 0) return;
         const double step = (core.sides[v] == ShellSide::between ? 0.1 : 0.04) * sizes.at(norm(core.points[v]));
-        core.points[v] = kept(core.points[v] + step * noise.template vector<D>(v), core.sides[v], sizes);
+        core.points[v] = projected(core.points[v] + step * noise.template vector<D>(v), core.sides[v], sizes);
     });
     if (!done) return fail(done.error());
     return worst;
@@ -261,7 +261,7 @@ Outcome<double> shake(ShellCore<D>& core, const ShellSizes& sizes, double enough
 
 template <int D>
 Outcome<Done> triangulate(ShellCore<D>& core, const Noise& noise) {
-    auto elements = carved(core, noise);
+    auto elements = triangulate_with_hole(core, noise);
     if (!elements) return fail(elements.error());
     core.elements = std::move(*elements);
     return Done{};
@@ -270,22 +270,22 @@ Outcome<Done> triangulate(ShellCore<D>& core, const Noise& noise) {
 /// Spreads points, then shakes until no element is flat or the iteration limit is reached. The best mesh is the result.
 template <int D>
 Outcome<Done> improve(ShellCore<D>& core, const ShellSizes& sizes, const Noise& noise, const Execution& execution) {
-    constexpr int spreads = 8, shakes = 30;
+    constexpr int spreads = 8, max_jitter_rounds = 30;
     constexpr double enough = 0.15;
     const Execution quiet = without_progress(execution);
     for (int k = 0; k < spreads; ++k) {
         if (auto done = triangulate(core, noise); !done) return done;
         if (auto done = spread(core, sizes, quiet); !done) return done;
-        report_progress(execution, static_cast<std::size_t>(k) + 1, spreads + shakes);
+        report_progress(execution, static_cast<std::size_t>(k) + 1, spreads + max_jitter_rounds);
     }
     ShellCore<D> best;
     double best_worst = -2;
-    for (int k = 0; k < shakes && best_worst < enough; ++k) {
+    for (int k = 0; k < max_jitter_rounds && best_worst < enough; ++k) {
         if (auto done = triangulate(core, noise); !done) return done;
         ShellCore<D> before = core;
-        const auto worst = shake(core, sizes, enough, noise.stream(200 + k), quiet);
+        const auto worst = jitter_bad_elements(core, sizes, enough, noise.stream(200 + k), quiet);
         if (!worst) return fail(worst.error());
-        report_progress(execution, static_cast<std::size_t>(spreads + k) + 1, spreads + shakes);
+        report_progress(execution, static_cast<std::size_t>(spreads + k) + 1, spreads + max_jitter_rounds);
         if (*worst > best_worst) {
             best_worst = *worst;
             best = std::move(before);
@@ -386,7 +386,7 @@ Outcome<ShellCore<D>> prism_core(const ShellSizes& sizes, int layers, const Nois
         for (VertexId& v : facet) v = VertexId(v.index() + rows * count);
     done = move_points<D>(
         core.points, [&](std::size_t v) { return places.moved(v); },
-        [&](std::span<const std::uint8_t>, const auto& look) { return look(core.elements); }, least_jittered,
+        [&](std::span<const std::uint8_t>, const auto& look) { return look(core.elements); }, min_jittered_volume_ratio,
         execution);
     if (!done) return fail(done.error());
     done =

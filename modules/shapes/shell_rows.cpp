@@ -97,9 +97,9 @@ Outcome<ShapeRun<D>> PrismRows<D>::run(std::size_t first, std::size_t last, cons
             points.levels.insert(points.levels.end(), {rows_[k].bottom, rows_[k].top});
         std::ranges::sort(points.levels);
         points.levels.erase(std::ranges::unique(points.levels).begin(), points.levels.end());
-        auto made = this->points(points.levels, execution);
-        if (!made) return fail(made.error());
-        points.points = std::move(*made);
+        auto result = this->points(points.levels, execution);
+        if (!result) return fail(result.error());
+        points.points = std::move(*result);
         run.first_vertex = own.first * count;
         run.first_element = first * of_row;
         for (std::size_t k = 0; k < first; ++k) run.first_facet += facets_of_row(k);
@@ -224,7 +224,7 @@ class ShellRows final : public PrismRows<D> {
             return MovedLevels<D>{around.first, std::move(*points)};
         };
         auto moved = moved_levels<D>(
-            {this->base(), this->all_rows().first(core_levels() - 1)}, levels, least_jittered, regular,
+            {this->base(), this->all_rows().first(core_levels() - 1)}, levels, min_jittered_volume_ratio, regular,
             [&](std::size_t v, const Vec<D>&) { return places_.moved(v); }, execution);
         if (!moved) return fail(moved.error());
         const std::size_t first = levels.first * count();

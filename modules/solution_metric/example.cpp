@@ -45,13 +45,13 @@ static Outcome<bool> example(const Execution& execution) {
     if (!edges) return fail(edges.error());
     SolutionMetricOptions options;
     options.amount = 2000;
-    options.of = AmountOf::elements;
+    options.of = TargetQuantity::elements;
     options.max_size = 0.2;
     options.gradation = GradationOptions{.ratio = 2};
     const SolutionField<2> field{.models = models->rows, .norm = {.degree = 2, .p = 2}};
     const auto metric = make_solution_metric<2>(mesh, *edges, {&field, 1}, {}, options, execution);
     if (!metric) return fail(metric.error());
-    std::printf("complexity %.1f of %.1f, after %d evaluations and %d gradations\n", metric->reached, metric->asked,
+    std::printf("complexity %.1f of %.1f, after %d evaluations and %d gradations\n", metric->reached, metric->requested,
                 metric->evaluations, metric->gradations);
     for (std::size_t row = 0; row <= 32; row += 8) {
         const Sym<2> l = metric->log_metrics[row * 33 + 16].l;

@@ -36,12 +36,12 @@ std::size_t each_vertex_of(const auto& simplices, Reference reference, const aut
 }
 
 template <int D>
-std::size_t each_vertex_of(const LinearMesh<D>& mesh, ReferencesOf of, Reference reference, const auto& visit) {
-    if (of == ReferencesOf::elements) return each_vertex_of(mesh.elements, reference, visit);
+std::size_t each_vertex_of(const LinearMesh<D>& mesh, ReferencedEntity of, Reference reference, const auto& visit) {
+    if (of == ReferencedEntity::elements) return each_vertex_of(mesh.elements, reference, visit);
     // In 2D the edges of the boundary are stored as facets.
-    if (of == ReferencesOf::facets || (D == 2 && of == ReferencesOf::edges))
+    if (of == ReferencedEntity::facets || (D == 2 && of == ReferencedEntity::edges))
         return each_vertex_of(mesh.facets, reference, visit);
-    if (of == ReferencesOf::edges) return each_vertex_of(mesh.edges, reference, visit);
+    if (of == ReferencedEntity::edges) return each_vertex_of(mesh.edges, reference, visit);
     std::size_t found = 0;
     for (std::size_t v = 0; v < mesh.point_references.size(); ++v)
         if (mesh.point_references[v] == reference) {
@@ -76,15 +76,15 @@ Outcome<MetricsAtVertices<D>> sizes_by_reference(const LinearMesh<D>& mesh, std:
     return guarded([&]() -> Outcome<MetricsAtVertices<D>> {
         constexpr double none = std::numeric_limits<double>::infinity();
         Buffer<double> least(mesh.points.size(), none);
-        for (const ReferenceSize& asked : sizes) {
-            if (!is_length(asked.size))
-                return fail(ErrorKind::usage,
-                            "a size of " + std::to_string(asked.size) + " by reference is not between 1e-60 and 1e60");
-            const auto lower = [&](VertexId v) { least[v.index()] = std::min(least[v.index()], asked.size); };
-            for (const Reference reference : asked.references)
-                if (each_vertex_of(mesh, asked.of, reference, lower) == 0)
+        for (const ReferenceSize& requested : sizes) {
+            if (!is_length(requested.size))
+                return fail(ErrorKind::usage, "a size of " + std::to_string(requested.size) +
+                                                  " by reference is not between 1e-60 and 1e60");
+            const auto lower = [&](VertexId v) { least[v.index()] = std::min(least[v.index()], requested.size); };
+            for (const Reference reference : requested.references)
+                if (each_vertex_of(mesh, requested.of, reference, lower) == 0)
                     return fail(ErrorKind::usage,
-                                "none of the mesh's " + std::string(word_of(asked.of)) + " has the reference " +
+                                "none of the mesh's " + std::string(word_of(requested.of)) + " has the reference " +
                                     std::to_string(reference),
                                 {}, {}, "camber info lists the references of the mesh");
         }

@@ -20,16 +20,16 @@ struct MetricsAtVertices {
     Column<LogMetric<D>> log_metrics;  ///< one per entry of `vertices`
 };
 
-enum class ReferencesOf : std::uint8_t { facets, edges, vertices, elements };
-[[nodiscard]] constexpr auto words(ReferencesOf) {
-    return words_of(Word{ReferencesOf::facets, "facets"}, Word{ReferencesOf::edges, "edges"},
-                    Word{ReferencesOf::vertices, "vertices"}, Word{ReferencesOf::elements, "elements"});
+enum class ReferencedEntity : std::uint8_t { facets, edges, vertices, elements };
+[[nodiscard]] constexpr auto words(ReferencedEntity) {
+    return words_of(Word{ReferencedEntity::facets, "facets"}, Word{ReferencedEntity::edges, "edges"},
+                    Word{ReferencedEntity::vertices, "vertices"}, Word{ReferencedEntity::elements, "elements"});
 }
 
 struct ReferenceSize {
     std::vector<Reference> references;
     double size = 0;  ///< model units
-    ReferencesOf of = ReferencesOf::facets;
+    ReferencedEntity of = ReferencedEntity::facets;
 
     [[nodiscard]] static constexpr auto options() {
         using S = ReferenceSize;

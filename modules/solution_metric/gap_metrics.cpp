@@ -131,10 +131,10 @@ class Gaps {
         const auto meets = [&](std::size_t f) {
             const double s = passes(FacetId(f), from, ray.normal, tangents);
             if (!(s > same_place)) return never;
-            return is_seen_from_within(f, ray) ? s : s + same_place;
+            return is_visible_from_inside(f, ray) ? s : s + same_place;
         };
-        const auto met = walls_.tree.first_along(mesh_.points[from], ray.normal, meets, within);
-        if (met.item >= mesh_.facets.size() || !is_seen_from_within(met.item, ray)) return std::nullopt;
+        const auto met = walls_.tree.first_hit(mesh_.points[from], ray.normal, meets, within);
+        if (met.item >= mesh_.facets.size() || !is_visible_from_inside(met.item, ray)) return std::nullopt;
         if (!(std::abs(dot(walls_.normals[met.item], ray.normal)) >= facing)) return std::nullopt;
         return met.distance;
     }
@@ -144,7 +144,7 @@ class Gaps {
 
     /// True if the side of the facet that faces the ray's start has the ray's material. Rays outside the domain meet
     /// facets with another material, or none, on that side.
-    [[nodiscard]] bool is_seen_from_within(std::size_t f, const Ray<D>& ray) const {
+    [[nodiscard]] bool is_visible_from_inside(std::size_t f, const Ray<D>& ray) const {
         return walls_.materials[f][dot(walls_.normals[f], ray.normal) > 0 ? 0 : 1] == ray.material;
     }
     /// Points closer than this distance coincide. At a crack a ray does not hit the other side where it begins; where
@@ -199,7 +199,8 @@ LogMetric<D> metric_across(const Vec<D>& normal, double size, double largest) {
 }
 
 template <int D>
-MetricsAtVertices<D> those_found(const Buffer<VertexId>& vertices, const Buffer<std::optional<LogMetric<D>>>& found) {
+MetricsAtVertices<D> vertices_with_metric(const Buffer<VertexId>& vertices,
+                                          const Buffer<std::optional<LogMetric<D>>>& found) {
     Buffer<VertexId> at;
     Buffer<LogMetric<D>> logs;
     for (std::size_t i = 0; i < vertices.size(); ++i) {
@@ -242,7 +243,7 @@ Outcome<MetricsAtVertices<D>> gap_metrics(const LinearMesh<D>& mesh, const Colum
                 });
         });
         if (!done) return fail(done.error());
-        return those_found<D>(vertices, found);
+        return vertices_with_metric<D>(vertices, found);
     });
 }
 

@@ -23,20 +23,20 @@ constexpr double tiny = 1e-290;  // smallest |T|, so that logs are finite
 /// larger one.
 template <int D>
 struct Bounded {
-    CubicForm<D> given;
+    CubicForm<D> specified;
     double floor = 0;  // lower bound of the eigenvalues of Q
     Mat<D> to_space = Mat<D>::identity();
-    CubicForm<D> here;    // T in coordinates y: T[G·, G·, G·]
-    Sym<D> floor_here{};  // floor GᵀG, the floor in coordinates y
+    CubicForm<D> local;    // T in coordinates y: T[G·, G·, G·]
+    Sym<D> local_floor{};  // floor GᵀG, the floor in coordinates y
 
-    Bounded(const CubicForm<D>& t) : given(t), here(t) {}
+    Bounded(const CubicForm<D>& t) : specified(t), local(t) {}
     void set_frame(const Mat<D>& g) {
         to_space = g;
-        here = pulled_back(given, g);
-        floor_here = floor * congruence(transposed(g), Sym<D>::identity());
+        local = pulled_back(specified, g);
+        local_floor = floor * congruence(transposed(g), Sym<D>::identity());
     }
-    [[nodiscard]] double floor_at(const Vec<D>& y) const { return dot(y, floor_here * y); }
-    [[nodiscard]] double value(const Vec<D>& y) const { return trilinear(here, y, y, y); }
+    [[nodiscard]] double floor_at(const Vec<D>& y) const { return dot(y, local_floor * y); }
+    [[nodiscard]] double value(const Vec<D>& y) const { return trilinear(local, y, y, y); }
     [[nodiscard]] double log_bound(const Vec<D>& y) const {
         const double of_t = std::max(std::abs(value(y)), tiny);
         return std::max(2.0 / 3 * log(of_t), log(std::max(floor_at(y), tiny)));
@@ -48,8 +48,8 @@ void log_bounds(const Directions<D>& directions, const Bounded<D>& bounded, auto
     with_instructions(widest_instructions(), [&]() __attribute__((always_inline)) {
         for (int p = 0; p < Directions<D>::packs; ++p) {
             Pack t = packed(0), low = packed(0);
-            for (int k = 0; k < cubic_size<D>; ++k) t += directions.cubic[p][k] * bounded.here.c[k];
-            for (int k = 0; k < sym_size<D>; ++k) low += directions.quadratic[p][k] * bounded.floor_here.c[k];
+            for (int k = 0; k < cubic_size<D>; ++k) t += directions.cubic[p][k] * bounded.local.c[k];
+            for (int k = 0; k < sym_size<D>; ++k) low += directions.quadratic[p][k] * bounded.local_floor.c[k];
             low = max(low, packed(0));
             out[p] = 2.0 / 3 * log(max(max(abs(t), low * sqrt(low)), packed(tiny)));
         }
@@ -106,12 +106,12 @@ class Search {
     static constexpr int cut_packs = 4;
     static constexpr int most_cuts = cut_packs * pack_size;
     static constexpr int table = Directions<D>::count;
-    using Programme = SmallProgramme<unknowns, Directions<D>::packs + cut_packs>;
+    using Program = SmallLinearProgram<unknowns, Directions<D>::packs + cut_packs>;
 
   public:
     Search(const Directions<D>& directions, const CubicForm<D>& t, double max_anisotropy)
         : directions_(directions), bounded_(t), max_anisotropy_(max_anisotropy) {
-        log_bounds(directions_, bounded_, programme_.least);
+        log_bounds(directions_, bounded_, program_.least);
         bounded_.floor = exp(largest_of_table()) / (max_anisotropy * max_anisotropy);
         bounded_.set_frame(bounded_.to_space);
     }
@@ -121,23 +121,23 @@ class Search {
     /// one along t.
     void bound_by_entries() {
         constexpr int rounds = 5;
-        EntryProgramme programme = entry_programme();
+        EntryProgram program = entry_program();
         Mat<D> best;
         double least = std::numeric_limits<double>::max();
         for (int round = 0; round < rounds; ++round) {
-            bounded_.set_frame(bounded_.to_space * eigen_system(contracted_twice(bounded_.here)).vectors);
+            bounded_.set_frame(bounded_.to_space * eigen_system(contracted_twice(bounded_.local)).vectors);
             for (int c = 0; c < cubic_size<D>; ++c)
-                programme.set_least(c, log(std::max(std::abs(bounded_.here.c[c]), tiny)));
+                program.set_least(c, log(std::max(std::abs(bounded_.local.c[c]), tiny)));
             for (int i = 0; i < D; ++i) {
                 const int c = CubicForm<D>::index(i, i, i);
-                const double low = 1.5 * log(std::max(bounded_.floor_here(i, i), tiny));
-                programme.set_least(c, std::max(programme.least_of(c), low));
+                const double low = 1.5 * log(std::max(bounded_.local_floor(i, i), tiny));
+                program.set_least(c, std::max(program.least_of(c), low));
             }
-            const auto l = programme.solve();
+            const auto l = program.solve();
             Mat<D> g = bounded_.to_space;
             for (int i = 0; i < D; ++i) g.column[i] *= exp(-l[i] / 2);
             bounded_.set_frame(g);
-            log_bounds(directions_, bounded_, programme_.least);
+            log_bounds(directions_, bounded_, program_.least);
             const double most = largest_of_table(), now = log_det_of(most);
             set_floor(most);
             if (!(now < least)) continue;
@@ -145,7 +145,7 @@ class Search {
             best = g;
         }
         bounded_.set_frame(best);
-        log_bounds(directions_, bounded_, programme_.least);
+        log_bounds(directions_, bounded_, program_.least);
         const double most = largest_of_table();
         set_floor(most);
         grow_by(most);
@@ -153,24 +153,24 @@ class Search {
 
     void bound_by_directions() {
         constexpr int most_rounds = 16, most_cutting = 24;
-        for (int p = 0; p < Directions<D>::packs; ++p) programme_.rows[p] = directions_.quadratic[p];
-        for (int i = 0; i < D; ++i) programme_.cost[Sym<D>::index(i, i)] = 1;
-        for (int i = 0; i < unknowns; ++i) programme_.basis[i] = i;
-        log_bounds(directions_, bounded_, programme_.least);
+        for (int p = 0; p < Directions<D>::packs; ++p) program_.rows[p] = directions_.quadratic[p];
+        for (int i = 0; i < D; ++i) program_.cost[Sym<D>::index(i, i)] = 1;
+        for (int i = 0; i < unknowns; ++i) program_.basis[i] = i;
+        log_bounds(directions_, bounded_, program_.least);
         Mat<D> best = bounded_.to_space;
         double least = log_det_of(cut());  // log det of the diagonal bound, which is used if the search does not
                                            // improve it
         cuts_ = 0;
-        for (int p = 0; p < cut_packs; ++p) programme_.least[Directions<D>::packs + p] = packed(Programme::no_row);
+        for (int p = 0; p < cut_packs; ++p) program_.least[Directions<D>::packs + p] = packed(Program::no_row);
         for (int round = 0; round < most_rounds; ++round) {
             const double most = largest_of_table();
             if (step() < 0.1 || D * most - trace_ < 0.02) break;
-            log_bounds(directions_, bounded_, programme_.least);
+            log_bounds(directions_, bounded_, program_.least);
         }
-        const auto basis = programme_.basis;
-        double last_look = std::numeric_limits<double>::max();
+        const auto basis = program_.basis;
+        double last_value = std::numeric_limits<double>::max();
         for (int round = 0;; ++round) {
-            log_bounds(directions_, bounded_, programme_.least);
+            log_bounds(directions_, bounded_, program_.least);
             const double most = cut();
             const double now = log_det_of(most);
             if (now < least) {
@@ -179,13 +179,13 @@ class Search {
             }
             // If the minimum is nearly flat, the search would not end. So it stops when a few steps gain too little.
             constexpr int often = 4;
-            constexpr double worth_it = 0.04;
+            constexpr double min_improvement = 0.04;
             if (round % often == often - 1) {
-                if (!(last_look - least > worth_it)) break;
-                last_look = least;
+                if (!(last_value - least > min_improvement)) break;
+                last_value = least;
             }
             if (round == most_cutting) break;
-            programme_.basis = basis;
+            program_.basis = basis;
             step();
             if (D * most - trace_ < 4e-3) break;
         }
@@ -193,8 +193,8 @@ class Search {
     }
 
     /// Scales Q so that the bound holds in all directions.
-    void hold_everywhere() {
-        log_bounds(directions_, bounded_, programme_.least);
+    void bound_everywhere() {
+        log_bounds(directions_, bounded_, program_.least);
         double most = largest_of_table();
         each_near_largest(most - 0.08, 8, [&](const Vec<D>& y) { most = std::max(most, bounded_.log_bound(y)); });
         grow_by(most);
@@ -209,29 +209,29 @@ class Search {
 
   private:
     /// Linear program with the unknowns l_1 … l_n and their maximum.
-    using EntryProgramme = SmallProgramme<D + 1, (cubic_size<D> + D + 1 + pack_size - 1) / pack_size>;
-    [[nodiscard]] static EntryProgramme entry_programme() {
+    using EntryProgram = SmallLinearProgram<D + 1, (cubic_size<D> + D + 1 + pack_size - 1) / pack_size>;
+    [[nodiscard]] static EntryProgram entry_program() {
         constexpr double share = 0.1, lowest = -1e4;
-        EntryProgramme programme;
-        programme.least.fill(packed(programme.no_row));
-        programme.cost.fill(1);
-        programme.cost[D] = share;
+        EntryProgram program;
+        program.least.fill(packed(program.no_row));
+        program.cost.fill(1);
+        program.cost[D] = share;
         for (int i = 0; i < D; ++i)
             for (int j = 0; j <= i; ++j)
                 for (int k = 0; k <= j; ++k) {
                     std::array<double, D + 1> row{};
                     for (const int a : {i, j, k}) row[a] += 0.5;
-                    programme.set_row(CubicForm<D>::index(i, j, k), row);
+                    program.set_row(CubicForm<D>::index(i, j, k), row);
                 }
         for (int i = 0; i <= D; ++i) {
             std::array<double, D + 1> row{};
             row[D] = 1;
             if (i < D) row[i] = -1;
-            programme.set_row(cubic_size<D> + i, row);
-            programme.set_least(cubic_size<D> + i, i < D ? 0 : lowest);
-            programme.basis[i] = i < D ? CubicForm<D>::index(i, i, i) : cubic_size<D> + D;
+            program.set_row(cubic_size<D> + i, row);
+            program.set_least(cubic_size<D> + i, i < D ? 0 : lowest);
+            program.basis[i] = i < D ? CubicForm<D>::index(i, i, i) : cubic_size<D> + D;
         }
-        return programme;
+        return program;
     }
     /// (T:T)_ij.
     [[nodiscard]] static Sym<D> contracted_twice(const CubicForm<D>& t) {
@@ -259,7 +259,7 @@ class Search {
     }
     [[nodiscard]] double largest_of_table() const {
         double most = -std::numeric_limits<double>::max();
-        for (int i = 0; i < table; ++i) most = std::max(most, programme_.least_of(i));
+        for (int i = 0; i < table; ++i) most = std::max(most, program_.least_of(i));
         return most;
     }
     /// Calls `visit(y)` at maxima of |T| near those directions of the table that have locally maximal bounds of at
@@ -269,20 +269,20 @@ class Search {
         std::array<int, table> tried{};
         int count = 0;
         for (int i = 0; i < table; ++i)
-            if (programme_.least_of(i) >= least) tried[count++] = i;
+            if (program_.least_of(i) >= least) tried[count++] = i;
         for (int a = 0; a < count; ++a) {
-            const double own = programme_.least_of(tried[a]);
+            const double own = program_.least_of(tried[a]);
             Vec<D> y = directions_.unit[tried[a]];
             bool is_largest = true;
             for (int b = 0; b < count && is_largest; ++b)
                 is_largest =
-                    !(programme_.least_of(tried[b]) > own && std::abs(dot(directions_.unit[tried[b]], y)) > around);
+                    !(program_.least_of(tried[b]) > own && std::abs(dot(directions_.unit[tried[b]], y)) > around);
             if (!is_largest) continue;
-            for (int s = 0; s < steps; ++s) y = step_to_largest(bounded_.here, y);
+            for (int s = 0; s < steps; ++s) y = step_to_largest(bounded_.local, y);
             visit(y);
         }
         // The maxima of the floor are its axes.
-        const EigenSystem<D> floor = eigen_system(bounded_.floor_here);
+        const EigenSystem<D> floor = eigen_system(bounded_.local_floor);
         for (int i = 0; i < D; ++i)
             if (log(std::max(floor.values[i], tiny)) >= least) visit(floor.vectors.column[i]);
     }
@@ -303,13 +303,13 @@ class Search {
         return most;
     }
     void set_cut(int c) {
-        programme_.set_row(table + c, quadratic_row(cut_at_[c]));
-        programme_.set_least(table + c, bounded_.log_bound(cut_at_[c]));
+        program_.set_row(table + c, quadratic_row(cut_at_[c]));
+        program_.set_least(table + c, bounded_.log_bound(cut_at_[c]));
     }
     /// Solves the linear program for L and updates Q ← Q^{1/2} e^L Q^{1/2}, G ← G e^{−L/2}. Returns |L|.
     double step() {
         Sym<D> l;
-        l.c = programme_.solve();
+        l.c = program_.solve();
         trace_ = trace(l);
         EigenSystem<D> e = eigen_system(l);
         EigenSystem<D> grow = e;
@@ -332,7 +332,7 @@ class Search {
     const Directions<D>& directions_;
     Bounded<D> bounded_;
     double max_anisotropy_;
-    Programme programme_;
+    Program program_;
     std::array<Vec<D>, most_cuts> cut_at_{};  ///< directions of the cuts in coordinates y
     int cuts_ = 0;
     double trace_ = 0;  ///< trace of the last L
@@ -354,7 +354,7 @@ LocalModel<D> CubicModels<D>::operator()(const CubicForm<D>& t) const {
     Search<D> search(*directions_, unit, options_.max_anisotropy);
     search.bound_by_entries();
     if (options_.bound == CubicBound::optimal) search.bound_by_directions();
-    search.hold_everywhere();
+    search.bound_everywhere();
     LocalModel<D> model{search.logs()};
     for (double& x : model.logs.values.c) x += 2.0 / 3 * log(scale);
     return floored(model, options_.max_anisotropy);

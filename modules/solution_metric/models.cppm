@@ -91,7 +91,7 @@ struct Directions {
 /// solves the dual, max Σ b_i μ_i with Σ μ_i a_i = c, μ ≥ 0. Only b changes between programs, so the last basis remains
 /// feasible and few pivots are needed. Unused rows have b = no_row.
 template <int U, int P>
-class SmallProgramme {
+class SmallLinearProgram {
   public:
     using Basis = std::array<int, U>;  ///< rows whose μ may be positive
     using Unknowns = std::array<double, U>;
@@ -114,7 +114,7 @@ class SmallProgramme {
         invert();
         for (int pivot = 0; pivot < most_pivots; ++pivot) {
             const Unknowns x = unknowns();
-            const Missing m = most_missing(x);
+            const Missing m = most_violated(x);
             if (!(m.amount > tolerance) || !enter(m.row)) return x;
         }
         return unknowns();
@@ -141,7 +141,7 @@ class SmallProgramme {
         double amount = 0;
     };
     /// Returns the most violated row and its violation.
-    [[nodiscard]] Missing most_missing(const Unknowns& x) const {
+    [[nodiscard]] Missing most_violated(const Unknowns& x) const {
         Pack most = packed(-std::numeric_limits<double>::max());
         Mask where{};
         with_instructions(widest_instructions(), [&]() __attribute__((always_inline)) {

@@ -53,8 +53,8 @@ Outcome<double> volume_of(const LinearMesh<D>& mesh, const Execution& execution)
 }
 
 template <int D>
-Outcome<Done> check_asked(const LinearMesh<D>& mesh, const Column<LocalModel<D>>& models, std::size_t rows,
-                          const MetricTarget& target, const Execution& execution) {
+Outcome<Done> check_request(const LinearMesh<D>& mesh, const Column<LocalModel<D>>& models, std::size_t rows,
+                            const MetricTarget& target, const Execution& execution) {
     const auto& [norm, complexity, largest] = target;
     if (auto sound = check_limits(norm); !sound) return sound;
     if (norm.p != 0 && norm.p < 1) return fail(ErrorKind::usage, "p must be at least 1, or 0 for the largest error");
@@ -124,7 +124,7 @@ Outcome<double> scale_of_elements(const LinearMesh<D>& mesh, const Column<LocalM
 }
 
 template <int D>
-double unlikeness(const Vec<D>& logs) {
+double anisotropy_spread(const Vec<D>& logs) {
     double mean = 0, sum = 0;
     for (const double x : logs.c) mean += x / D;
     for (const double x : logs.c) sum += (x - mean) * (x - mean);
@@ -139,13 +139,13 @@ class BallMean {
         for (const ElementId e : ball) {
             const double w = weight(e);
             plain_ += w * composed(raised[e].logs);
-            unlike += w * unlikeness<D>(raised[e].logs.values);
+            unlike += w * anisotropy_spread<D>(raised[e].logs.values);
             all += w;
         }
         plain_ *= 1 / all;
         // A mean of logs with different axes loses anisotropy. If the loss is small, no axes are turned.
         constexpr double lost = 0.01;
-        if (unlikeness<D>(eigen_system(plain_).values) >= (1 - lost) * unlike / all) return;
+        if (anisotropy_spread<D>(eigen_system(plain_).values) >= (1 - lost) * unlike / all) return;
         Sym<D> carried;
         for (const ElementId e : ball) {
             const auto turn = turn_between<D>(composed(raised[e].logs), plain_);
@@ -185,7 +185,7 @@ LocalModel<D> model_at_vertex(const LinearMesh<D>& mesh, std::span<const Element
 template <int D>
 Outcome<OptimalMetric<D>> optimal_metric(const LinearMesh<D>& mesh, const Column<LocalModel<D>>& models,
                                          const MetricTarget& target, const Execution& execution) {
-    if (auto sound = check_asked(mesh, models, mesh.points.size(), target, execution); !sound)
+    if (auto sound = check_request(mesh, models, mesh.points.size(), target, execution); !sound)
         return fail(sound.error());
     const double power = power_of(target.norm), log_target = log(target.complexity);
     const auto volume = volume_of(mesh, execution);
@@ -217,7 +217,7 @@ template <int D>
 Outcome<Column<LocalModel<D>>> models_at_vertices(const LinearMesh<D>& mesh, const Incidence<ElementId>& balls,
                                                   const Column<LocalModel<D>>& of_elements, const MetricTarget& target,
                                                   const Execution& execution) {
-    if (auto sound = check_asked(mesh, of_elements, mesh.elements.size(), target, execution); !sound)
+    if (auto sound = check_request(mesh, of_elements, mesh.elements.size(), target, execution); !sound)
         return fail(sound.error());
     const double power = power_of(target.norm);
     const auto scale = scale_of_elements(mesh, of_elements, power, log(target.complexity), target.largest, execution);
@@ -249,17 +249,17 @@ class Composition {
           fields_(fields),
           options_(options),
           execution_(without_progress(execution)),
-          telling_(execution) {
+          progress_execution_(execution) {
         if (options.max_size == 0) options_.max_size = diameter(mesh);
         bounds_.min_size = options.min_size;
         bounds_.max_size = options_.max_size;
         if (options.max_anisotropy > 0) bounds_.max_anisotropy = options.max_anisotropy;
     }
 
-    [[nodiscard]] Outcome<SolutionMetric<D>> made(const Column<LogMetric<D>>& fixed) {
-        out_.asked = complexity_of<D>(options_.amount, options_.of);
+    [[nodiscard]] Outcome<SolutionMetric<D>> compute_metric(const Column<LogMetric<D>>& fixed) {
+        out_.requested = complexity_of<D>(options_.amount, options_.of);
         if (auto done = set_fixed(fixed); !done) return fail(done.error());
-        if (out_.of_fixed >= out_.asked) return fixed_alone();
+        if (out_.fixed_complexity >= out_.requested) return fixed_part_only();
         if (auto done = set_scales(); !done) return fail(done.error());
         auto found = searched(0, options_.gradation ? 1e-2 : options_.tolerance, Graded::no);
         if (found && options_.gradation) found = searched(found->at, options_.tolerance, Graded::yes);
@@ -289,8 +289,8 @@ class Composition {
         const auto now = complexity(mesh_, out_.log_metrics, execution_);
         if (now) out_.reached = *now;
         ++out_.evaluations;
-        ++told_;
-        report_progress(telling_, told_, told_ + 1);  // the total is unknown
+        ++reported_evaluations_;
+        report_progress(progress_execution_, reported_evaluations_, reported_evaluations_ + 1);  // the total is unknown
         return now;
     }
 
@@ -308,14 +308,14 @@ class Composition {
         }
         const auto alone = put(std::move(whole));
         if (!alone) return fail(alone.error());
-        out_.of_fixed = *alone;
+        out_.fixed_complexity = *alone;
         return Done{};
     }
 
     [[nodiscard]] Outcome<Done> set_scales() {
         for (const SolutionField<D>& field : fields_) {
-            auto metric = optimal_metric(mesh_, field.models, {field.norm, field.share * out_.asked, bounds_.max_size},
-                                         execution_);
+            auto metric = optimal_metric(mesh_, field.models,
+                                         {field.norm, field.share * out_.requested, bounds_.max_size}, execution_);
             if (!metric) {
                 Error error = metric.error();
                 if (fields_.size() > 1) error.entity = Entity{"field", scales_.size() + 1};
@@ -350,13 +350,13 @@ class Composition {
         return log(*now);
     }
     [[nodiscard]] Outcome<ScaleFound> searched(double from, double tolerance, Graded grade) {
-        return search_scale(from, log(out_.asked), 0.5 * D, tolerance, options_.max_evaluations,
+        return search_scale(from, log(out_.requested), 0.5 * D, tolerance, options_.max_evaluations,
                             [&](double t) { return evaluated(t, grade); });
     }
 
-    [[nodiscard]] Outcome<SolutionMetric<D>> fixed_alone() {
-        out_.is_fixed_alone = true;
-        out_.is_reached = std::abs(out_.reached / out_.asked - 1) <= options_.tolerance;
+    [[nodiscard]] Outcome<SolutionMetric<D>> fixed_part_only() {
+        out_.is_fixed_sufficient = true;
+        out_.is_reached = std::abs(out_.reached / out_.requested - 1) <= options_.tolerance;
         return finished();
     }
     [[nodiscard]] Outcome<SolutionMetric<D>> finished() {
@@ -382,8 +382,8 @@ class Composition {
     const EdgeSet<D>& edges_;
     std::span<const SolutionField<D>> fields_;
     SolutionMetricOptions options_;
-    Execution execution_, telling_;
-    std::size_t told_ = 0;
+    Execution execution_, progress_execution_;
+    std::size_t reported_evaluations_ = 0;
     MetricBounds bounds_;
     Buffer<EigenSystem<D>> fixed_;
     std::vector<double> scales_;
@@ -423,7 +423,7 @@ Outcome<SolutionMetric<D>> make_solution_metric(const LinearMesh<D>& mesh, const
                                                 const Execution& execution) {
     const Execution quiet = without_progress(execution);
     if (auto sound = check_composition(mesh, fields, fixed, options, quiet); !sound) return fail(sound.error());
-    return guarded([&] { return Composition<D>(mesh, edges, fields, options, execution).made(fixed); });
+    return guarded([&] { return Composition<D>(mesh, edges, fields, options, execution).compute_metric(fixed); });
 }
 
 #define CAMBER_INSTANTIATE(D)                                                                                        \

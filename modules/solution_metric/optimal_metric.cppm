@@ -60,15 +60,15 @@ struct ScaleFound {
 export namespace camber {
 
 /// Error that the norm measures: of the values (L^p) or of the gradient (W^{1,p}).
-enum class ErrorOf : std::uint8_t { values, gradients };
-[[nodiscard]] constexpr auto words(ErrorOf) {
-    return words_of(Word{ErrorOf::values, "values"}, Word{ErrorOf::gradients, "gradients"});
+enum class ErrorQuantity : std::uint8_t { values, gradients };
+[[nodiscard]] constexpr auto words(ErrorQuantity) {
+    return words_of(Word{ErrorQuantity::values, "values"}, Word{ErrorQuantity::gradients, "gradients"});
 }
 
 struct NormOptions {
     int degree = 2;  ///< degree k of the elements: 1 with Hessian models, 2 with third derivatives
     double p = 2;    ///< exponent of the norm; 0: maximum error, p = ∞
-    ErrorOf error_of = ErrorOf::values;
+    ErrorQuantity error_of = ErrorQuantity::values;
 
     [[nodiscard]] static constexpr auto options() {
         using S = NormOptions;
@@ -83,7 +83,7 @@ struct NormOptions {
 /// Power P = p(k + 1), for gradients pk: the p-th power of the error scales with the P-th power of the size.
 [[nodiscard]] inline double power_of(const NormOptions& o) {
     if (o.p == 0) return std::numeric_limits<double>::infinity();
-    return o.p * (o.error_of == ErrorOf::values ? o.degree + 1 : o.degree);
+    return o.p * (o.error_of == ErrorQuantity::values ? o.degree + 1 : o.degree);
 }
 
 /// Optimal metric M = Q'/ε at a point, with sizes up to `largest`:
@@ -158,14 +158,14 @@ template <int D>
     return box.diagonal();
 }
 
-enum class AmountOf : std::uint8_t {
+enum class TargetQuantity : std::uint8_t {
     complexity,  ///< complexity ∫ sqrt det M
     vertices,    ///< vertices of a unit mesh
     elements,
 };
-[[nodiscard]] constexpr auto words(AmountOf) {
-    return words_of(Word{AmountOf::complexity, "complexity"}, Word{AmountOf::vertices, "vertices"},
-                    Word{AmountOf::elements, "elements"});
+[[nodiscard]] constexpr auto words(TargetQuantity) {
+    return words_of(Word{TargetQuantity::complexity, "complexity"}, Word{TargetQuantity::vertices, "vertices"},
+                    Word{TargetQuantity::elements, "elements"});
 }
 
 /// Number of elements per complexity, measured on adapted meshes: 2.4 to 2.8 triangles, 12 to 15 tetrahedra
@@ -181,9 +181,9 @@ template <int D>
     return D == 2 ? 2 : 5.7;
 }
 template <int D>
-[[nodiscard]] inline double complexity_of(double amount, AmountOf of) {
-    const double elements = of == AmountOf::vertices ? amount * elements_per_vertex<D>() : amount;
-    return of == AmountOf::complexity ? amount : elements / elements_per_complexity<D>();
+[[nodiscard]] inline double complexity_of(double amount, TargetQuantity of) {
+    const double elements = of == TargetQuantity::vertices ? amount * elements_per_vertex<D>() : amount;
+    return of == TargetQuantity::complexity ? amount : elements / elements_per_complexity<D>();
 }
 
 template <int D>
@@ -195,7 +195,7 @@ struct SolutionField {
 
 struct SolutionMetricOptions {
     double amount = 0;
-    AmountOf of = AmountOf::complexity;
+    TargetQuantity of = TargetQuantity::complexity;
     double min_size = 0;
     double max_size = 0;        ///< 0: the domain's diameter
     double max_anisotropy = 0;  ///< largest ratio of sizes; 0: unlimited
@@ -222,11 +222,11 @@ struct SolutionMetricOptions {
 
 template <int D>
 struct SolutionMetric {
-    Column<LogMetric<D>> log_metrics;  ///< one per vertex
-    double asked = 0, reached = 0;     ///< target and reached complexity
-    double of_fixed = 0;               ///< complexity of fixed metrics, largest size and gradation without any field
+    Column<LogMetric<D>> log_metrics;   ///< one per vertex
+    double requested = 0, reached = 0;  ///< target and reached complexity
+    double fixed_complexity = 0;        ///< complexity of fixed metrics, largest size and gradation without any field
     /// True if the metric without fields reaches the target complexity; it is then `log_metrics`.
-    bool is_fixed_alone = false;
+    bool is_fixed_sufficient = false;
     bool is_reached = false;        ///< complexity within the tolerance
     bool is_graded = true;          ///< false if a gradation stopped early
     int evaluations = 0;            ///< number of computed complexities, including those of gradations

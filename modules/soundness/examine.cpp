@@ -154,7 +154,7 @@ Outcome<Done> examine_nodes(const QuadraticMesh<D>& mesh, Examination<D>& x, con
     };
     auto twin = coincident(n, point, used, meets, execution);
     if (!twin) return fail(twin.error());
-    auto found = count(without_progress(execution), n, [&](std::size_t i) { return (*twin)[i] != nobody; });
+    auto found = count(without_progress(execution), n, [&](std::size_t i) { return (*twin)[i] != no_element; });
     if (!found) return fail(found.error());
     if (found->count > 0) found->other = (*twin)[found->first - 1] + std::size_t{1};
     x[Defect::coincident_node] = *found;
@@ -173,7 +173,7 @@ AtBoundary at_boundary(const LinearMesh<D>& mesh, const Examination<D>& x, std::
     for (const ElementId e : x.elements_of[v]) {
         if (!x.element_counts(e.index())) continue;
         for (int i = 0; i <= D; ++i) {
-            if (mesh.elements.vertices[e][i].index() == v || x.neighbours[e.index()][i] != nobody) continue;
+            if (mesh.elements.vertices[e][i].index() == v || x.neighbours[e.index()][i] != no_element) continue;
             at.any = true;
             at.unlisted = at.unlisted || ((x.unlisted[e.index()] >> static_cast<unsigned>(i)) & 1U) != 0;
         }
@@ -272,7 +272,7 @@ Outcome<Finding> find_hanging(const LinearMesh<D>& mesh, const Examination<D>& x
     const BoxTree<D> tree{std::span<const Box<D>>(boxes)};
     auto on = map_each(execution, vertices.size(), [&](std::size_t i) {
         const Vec<D> p = mesh.points[vertices[i]];
-        std::uint32_t element = nobody;
+        std::uint32_t element = no_element;
         tree.containing(p, [&](std::size_t f) {
             if (!has(faces[f].vertices, vertices[i]) && is_inside(mesh, p, faces[f]))
                 element = std::min(element, static_cast<std::uint32_t>(faces[f].element));
@@ -280,7 +280,7 @@ Outcome<Finding> find_hanging(const LinearMesh<D>& mesh, const Examination<D>& x
         return element;
     });
     if (!on) return fail(on.error());
-    auto found = count(execution, on->size(), [&](std::size_t i) { return (*on)[i] != nobody; });
+    auto found = count(execution, on->size(), [&](std::size_t i) { return (*on)[i] != no_element; });
     if (!found || found->count == 0) return found;
     return Finding{found->count, vertices[found->first - 1].index() + 1, (*on)[found->first - 1] + std::size_t{1}};
 }
@@ -300,24 +300,25 @@ Outcome<Done> examine_vertices(const LinearMesh<D>& mesh, Examination<D>& x, con
     if (!unused) return fail(unused.error());
     x[Defect::unused_vertex] = *unused;
 
-    auto lone = count(quiet, mesh.edges.size(), [&](std::size_t i) {
+    auto isolated = count(quiet, mesh.edges.size(), [&](std::size_t i) {
         const auto& edge = mesh.edges.vertices[i];
-        for (const ElementId e : x.elements_of[loneliest(edge, x.elements_of)])
+        for (const ElementId e : x.elements_of[least_connected(edge, x.elements_of)])
             if (has_all(mesh.elements.vertices[e], edge)) return false;
-        for (const FacetId f : x.facets_of[loneliest(edge, x.facets_of)])
+        for (const FacetId f : x.facets_of[least_connected(edge, x.facets_of)])
             if (has_all(mesh.facets.vertices[f], edge)) return false;
         return true;
     });
-    if (!lone) return fail(lone.error());
-    x[Defect::lone_edge] = *lone;
+    if (!isolated) return fail(isolated.error());
+    x[Defect::isolated_edge] = *isolated;
 
     auto twin = coincident(
         n, [&](std::size_t v) -> const Vec<D>& { return mesh.points[v]; }, used,
         [](std::size_t, std::size_t) { return true; }, execution);
     if (!twin) return fail(twin.error());
     for (const bool slit : {true, false}) {
-        auto found = count(
-            quiet, n, [&](std::size_t v) { return (*twin)[v] != nobody && is_slit(mesh, x, v, (*twin)[v]) == slit; });
+        auto found = count(quiet, n, [&](std::size_t v) {
+            return (*twin)[v] != no_element && is_slit(mesh, x, v, (*twin)[v]) == slit;
+        });
         if (!found) return fail(found.error());
         if (found->count > 0) found->other = (*twin)[found->first - 1] + std::size_t{1};
         x[slit ? Defect::slit_vertex : Defect::duplicate_vertex] = *found;

@@ -25,7 +25,7 @@ Column<SimplexVertices<D - 1>> boundary_of(const LinearMesh<D>& mesh, const Exam
     for (std::size_t e = 0; e < mesh.elements.size(); ++e) {
         if (!x.element_counts(e)) continue;
         for (int i = 0; i <= D; ++i)
-            if (x.neighbours[e][i] == nobody) faces.push_back(face_of<D>(mesh.elements.vertices[e], i));
+            if (x.neighbours[e][i] == no_element) faces.push_back(face_of<D>(mesh.elements.vertices[e], i));
     }
     if (mesh.elements.vertices.empty())
         for (std::size_t f = 0; f < mesh.facets.size(); ++f)
@@ -34,7 +34,7 @@ Column<SimplexVertices<D - 1>> boundary_of(const LinearMesh<D>& mesh, const Exam
 }
 
 /// Defective edges to higher vertices, and the end of the first.
-struct Blamed {
+struct DefectiveEdges {
     std::uint32_t count = 0;
     VertexId first_end;
 
@@ -45,7 +45,7 @@ struct Blamed {
 
 /// Edges with more than two faces or only one around a vertex. `pinched`: several fans without such edges.
 struct Link {
-    Blamed crowded, open;
+    DefectiveEdges crowded, open;
     bool pinched = false;
 };
 
@@ -85,22 +85,22 @@ Link link_of(const Column<SimplexVertices<2>>& faces, std::span<const FacetId> a
     if (any_crowded || around.empty()) return link;
     // Each end has at most two sides; the walk from the first side goes in both directions.
     std::vector<std::size_t> reached{0};
-    std::vector<bool> seen(sides.size(), false);
-    seen[0] = true;
+    std::vector<bool> visited(sides.size(), false);
+    visited[0] = true;
     for (std::size_t at = 0; at < reached.size(); ++at)
         for (std::size_t s = 0; s < sides.size(); ++s)
-            if (!seen[s] && (has(sides[reached[at]], sides[s][0]) || has(sides[reached[at]], sides[s][1]))) {
-                seen[s] = true;
+            if (!visited[s] && (has(sides[reached[at]], sides[s][0]) || has(sides[reached[at]], sides[s][1]))) {
+                visited[s] = true;
                 reached.push_back(s);
             }
     link.pinched = reached.size() < sides.size();
     return link;
 }
 
-Finding edges_to_blame(const Buffer<Link>& links, Blamed Link::* which) {
+Finding edges_to_blame(const Buffer<Link>& links, DefectiveEdges Link::* member) {
     Finding found;
     for (std::size_t v = 0; v < links.size(); ++v) {
-        const Blamed& blamed = links[v].*which;
+        const DefectiveEdges& blamed = links[v].*member;
         if (blamed.count == 0) continue;
         if (found.count == 0) found = {0, v + 1, blamed.first_end.index() + 1};
         found.count += blamed.count;
@@ -135,11 +135,11 @@ template <class Id, std::size_t N>
 Outcome<Buffer<std::uint32_t>> twins(const Column<std::array<VertexId, N>>& simplices, const Incidence<Id>& around,
                                      const Execution& execution) {
     return map_each(execution, simplices.size(), [&](std::size_t i) {
-        for (const Id other : around[loneliest(simplices[i], around)]) {
+        for (const Id other : around[least_connected(simplices[i], around)]) {
             if (other.index() >= i) break;
             if (has_all(simplices[other], simplices[i])) return other.value;
         }
-        return nobody;
+        return no_element;
     });
 }
 
@@ -149,7 +149,7 @@ Outcome<Buffer<std::array<std::uint32_t, D + 1>>> across(const LinearMesh<D>& me
                                                          const Execution& execution) {
     auto links = map_each(part_of(execution, 0, 0.26), mesh.elements.size(), [](std::size_t) {
         std::array<std::uint32_t, D + 1> none{};
-        none.fill(nobody);
+        none.fill(no_element);
         return none;
     });
     if (!links) return links;
@@ -159,7 +159,7 @@ Outcome<Buffer<std::array<std::uint32_t, D + 1>>> across(const LinearMesh<D>& me
             for (const FaceAround<D>& other : on) {
                 const ElementId beside = other.face.element;
                 if (beside == face.element || !x.element_counts(beside.index())) continue;
-                link = link == nobody ? beside.value : several;
+                link = link == no_element ? beside.value : several;
             }
         }
     });
@@ -169,29 +169,29 @@ Outcome<Buffer<std::array<std::uint32_t, D + 1>>> across(const LinearMesh<D>& me
 
 template <int D>
 bool is_listed(const LinearMesh<D>& mesh, const Examination<D>& x, const SimplexVertices<D - 1>& face) {
-    const auto around = x.facets_of[loneliest(face, x.facets_of)];
+    const auto around = x.facets_of[least_connected(face, x.facets_of)];
     return std::any_of(around.begin(), around.end(), [&](FacetId f) { return has_all(mesh.facets.vertices[f], face); });
 }
 
 /// Bits of unlisted faces whose neighbour satisfies the predicate.
-template <int D, class Wanted>
-std::uint8_t unlisted_faces(const LinearMesh<D>& mesh, const Examination<D>& x, std::size_t e, Wanted&& wanted) {
+template <int D, class Predicate>
+std::uint8_t unlisted_faces(const LinearMesh<D>& mesh, const Examination<D>& x, std::size_t e, Predicate&& predicate) {
     std::uint8_t bits = 0;
     for (int i = 0; i <= D; ++i)
-        if (wanted(x.neighbours[e][i]) && !is_listed(mesh, x, face_of<D>(mesh.elements.vertices[e], i)))
+        if (predicate(x.neighbours[e][i]) && !is_listed(mesh, x, face_of<D>(mesh.elements.vertices[e], i)))
             bits = static_cast<std::uint8_t>(bits | (1U << i));
     return bits;
 }
 
 template <int D>
 std::array<std::uint32_t, 2> elements_beside(const LinearMesh<D>& mesh, const Examination<D>& x, std::size_t f) {
-    std::array<std::uint32_t, 2> sides{nobody, nobody};
+    std::array<std::uint32_t, 2> sides{no_element, no_element};
     const auto& facet = mesh.facets.vertices[f];
-    for (const ElementId e : x.elements_of[loneliest(facet, x.elements_of)]) {
+    for (const ElementId e : x.elements_of[least_connected(facet, x.elements_of)]) {
         if (!x.element_counts(e.index()) || !has_all(mesh.elements.vertices[e], facet)) continue;
-        if (sides[0] == nobody)
+        if (sides[0] == no_element)
             sides[0] = e.value;
-        else if (sides[1] == nobody)
+        else if (sides[1] == no_element)
             sides[1] = e.value;
     }
     return sides;
@@ -204,7 +204,7 @@ Outcome<std::array<Finding, 2>> repeats(const Simplices<K>& simplices, const Buf
     std::array<Finding, 2> found;
     for (const bool same : {true, false}) {
         auto counted = count(execution, simplices.size(), [&](std::size_t i) {
-            return twin[i] != nobody && (simplices.references[i] == simplices.references[twin[i]]) == same;
+            return twin[i] != no_element && (simplices.references[i] == simplices.references[twin[i]]) == same;
         });
         if (!counted) return fail(counted.error());
         if (counted->count > 0) counted->other = twin[counted->first - 1] + std::size_t{1};
@@ -236,13 +236,14 @@ Outcome<Done> count_faces(const LinearMesh<D>& mesh, Examination<D>& x, const Ex
             return enter(Defect::missing_interface, elements, [&](std::size_t e) { return x.interfaces[e] != 0; });
         })
         .and_then([&](Done) {
-            return enter(Defect::stray_facet, facets,
-                         [&](std::size_t f) { return x.facet_counts(f) && x.sides[f][0] == nobody; });
+            return enter(Defect::isolated_facet, facets,
+                         [&](std::size_t f) { return x.facet_counts(f) && x.sides[f][0] == no_element; });
         })
         .and_then([&](Done) {
             return enter(Defect::inner_facet, facets, [&](std::size_t f) {
                 const auto& [a, b] = x.sides[f];
-                return x.facet_counts(f) && b != nobody && mesh.elements.references[a] == mesh.elements.references[b];
+                return x.facet_counts(f) && b != no_element &&
+                       mesh.elements.references[a] == mesh.elements.references[b];
             });
         });
 }
@@ -268,7 +269,7 @@ Outcome<Done> examine_faces(const LinearMesh<D>& mesh, Examination<D>& x, const 
     x.sides = std::move(*sides);
     auto unlisted = map_each(part_of(execution, 0.91, 0.95), n, [&](std::size_t e) {
         if (!x.element_counts(e)) return std::uint8_t{0};
-        return unlisted_faces(mesh, x, e, [](std::uint32_t other) { return other == nobody; });
+        return unlisted_faces(mesh, x, e, [](std::uint32_t other) { return other == no_element; });
     });
     if (!unlisted) return fail(unlisted.error());
     x.unlisted = std::move(*unlisted);
@@ -296,15 +297,15 @@ namespace {
 
 /// True for consistent orientation: outward faces have opposite orders.
 template <int D>
-bool numbered_alike(const SimplexVertices<D>& element, int opposite, const SimplexVertices<D>& other) {
-    const auto mine = face_of<D>(element, opposite);
+bool is_consistently_oriented(const SimplexVertices<D>& element, int opposite, const SimplexVertices<D>& other) {
+    const auto own_face = face_of<D>(element, opposite);
     int there = 0;
-    while (has(mine, other[there])) ++there;
-    const auto theirs = face_of<D>(other, there);
+    while (has(own_face, other[there])) ++there;
+    const auto other_face = face_of<D>(other, there);
     int inversions = 0;
     std::array<int, D> at{};
     for (int i = 0; i < D; ++i)
-        at[i] = static_cast<int>(std::find(theirs.begin(), theirs.end(), mine[i]) - theirs.begin());
+        at[i] = static_cast<int>(std::find(other_face.begin(), other_face.end(), own_face[i]) - other_face.begin());
     for (int i = 0; i < D; ++i)
         for (int j = 0; j < i; ++j) inversions += at[j] > at[i];
     return inversions % 2 == 1;
@@ -314,12 +315,12 @@ bool numbered_alike(const SimplexVertices<D>& element, int opposite, const Simpl
 /// (Möbius strips) keep a seam; they do not occur in dimension D.
 template <int D>
 Buffer<std::uint8_t> turns(const LinearMesh<D>& mesh, const Buffer<double>& volumes, const Examination<D>& x) {
-    constexpr std::uint8_t unseen = 2;
+    constexpr std::uint8_t unvisited = 2;
     Buffer<std::uint8_t> turned(volumes.size());
-    std::fill(turned.begin(), turned.end(), unseen);
+    std::fill(turned.begin(), turned.end(), unvisited);
     std::vector<std::uint32_t> piece;
     for (std::size_t seed = 0; seed < volumes.size(); ++seed) {
-        if (turned[seed] != unseen) continue;
+        if (turned[seed] != unvisited) continue;
         turned[seed] = 0;
         piece.assign(1, static_cast<std::uint32_t>(seed));
         double volume = 0;
@@ -329,8 +330,9 @@ Buffer<std::uint8_t> turns(const LinearMesh<D>& mesh, const Buffer<double>& volu
             if (!x.element_counts(e)) continue;
             for (int i = 0; i <= D; ++i) {
                 const std::uint32_t other = x.neighbours[e][i];
-                if (other >= several || turned[other] != unseen) continue;
-                const bool alike = numbered_alike<D>(mesh.elements.vertices[e], i, mesh.elements.vertices[other]);
+                if (other >= several || turned[other] != unvisited) continue;
+                const bool alike =
+                    is_consistently_oriented<D>(mesh.elements.vertices[e], i, mesh.elements.vertices[other]);
                 turned[other] = static_cast<std::uint8_t>(alike ? turned[e] : 1 - turned[e]);
                 piece.push_back(other);
             }
@@ -343,12 +345,13 @@ Buffer<std::uint8_t> turns(const LinearMesh<D>& mesh, const Buffer<double>& volu
 
 /// True if an element is negative or inconsistent with a neighbour.
 template <int D>
-bool is_suspect(const LinearMesh<D>& mesh, const Buffer<double>& volumes, const Examination<D>& x, std::size_t e) {
+bool is_candidate(const LinearMesh<D>& mesh, const Buffer<double>& volumes, const Examination<D>& x, std::size_t e) {
     if (!x.element_counts(e)) return false;
     if (volumes[e] < 0) return true;
     for (int i = 0; i <= D; ++i) {
         const std::uint32_t other = x.neighbours[e][i];
-        if (other < several && !numbered_alike<D>(mesh.elements.vertices[e], i, mesh.elements.vertices[other]))
+        if (other < several &&
+            !is_consistently_oriented<D>(mesh.elements.vertices[e], i, mesh.elements.vertices[other]))
             return true;
     }
     return false;
@@ -360,9 +363,9 @@ template <int D>
 Outcome<Done> examine_orientation(const LinearMesh<D>& mesh, const Buffer<double>& volumes, Examination<D>& x,
                                   const Execution& execution) {
     const std::size_t n = volumes.size();
-    auto suspects = count(execution, n, [&](std::size_t e) { return is_suspect(mesh, volumes, x, e); });
-    if (!suspects) return fail(suspects.error());
-    if (suspects->count > 0) {
+    auto candidates = count(execution, n, [&](std::size_t e) { return is_candidate(mesh, volumes, x, e); });
+    if (!candidates) return fail(candidates.error());
+    if (candidates->count > 0) {
         x.turned = turns(mesh, volumes, x);
     } else {
         x.turned.resize(n);
@@ -453,7 +456,7 @@ class Walls {
   private:
     [[nodiscard]] bool is_one_wall(std::size_t e, int i, int j) const {
         const std::uint32_t a = x_.neighbours[e][i], b = x_.neighbours[e][j];
-        const bool both_outer = a == nobody && b == nobody;
+        const bool both_outer = a == no_element && b == no_element;
         const auto is_interface = [&](std::uint32_t other) {
             return other < several && mesh_.elements.references[other] != mesh_.elements.references[e];
         };
@@ -467,7 +470,7 @@ class Walls {
 
     /// Reference of the face's facet, if listed.
     [[nodiscard]] std::optional<Reference> reference(const SimplexVertices<D - 1>& face) const {
-        for (const FacetId f : x_.facets_of[loneliest(face, x_.facets_of)])
+        for (const FacetId f : x_.facets_of[least_connected(face, x_.facets_of)])
             if (has_all(mesh_.facets.vertices[f], face)) return mesh_.facets.references[f];
         return {};
     }

@@ -17,18 +17,18 @@ namespace camber {
 
 namespace {
 
-constexpr std::uint32_t dropped = nobody;
+constexpr std::uint32_t dropped = no_element;
 
 /// New numbers of preserved items.
 Buffer<std::uint32_t> renumbered(const Buffer<std::uint32_t>& twins) {
     Buffer<std::uint32_t> numbers(twins.size());
     std::uint32_t next = 0;
-    for (std::size_t i = 0; i < twins.size(); ++i) numbers[i] = twins[i] == nobody ? next++ : dropped;
+    for (std::size_t i = 0; i < twins.size(); ++i) numbers[i] = twins[i] == no_element ? next++ : dropped;
     return numbers;
 }
 
 template <class T>
-Column<T> kept(const Column<T>& items, const Buffer<std::uint32_t>& numbers) {
+Column<T> selected(const Column<T>& items, const Buffer<std::uint32_t>& numbers) {
     if (items.empty()) return items;  // optional column
     Buffer<T> out;
     out.reserve(items.size());
@@ -42,7 +42,7 @@ Column<std::uint32_t> indices(const Column<std::uint32_t>& old, const Buffer<std
                               const Buffer<std::uint32_t>& twins) {
     Buffer<std::uint32_t> out;
     out.reserve(old.size());
-    for (const std::uint32_t i : old) out.push_back(numbers[twins[i] == nobody ? i : twins[i]]);
+    for (const std::uint32_t i : old) out.push_back(numbers[twins[i] == no_element ? i : twins[i]]);
     out |= ranges::actions::sort | ranges::actions::unique;
     return out;
 }
@@ -81,7 +81,7 @@ std::vector<Reference> references_in_use(const LinearMesh<D>& mesh) {
 }
 
 /// Returns a reference above the highest in use, or the lowest free one.
-Reference fresh_reference(const std::vector<Reference>& used) {
+Reference unused_reference(const std::vector<Reference>& used) {
     const Reference highest = used.empty() ? 0 : *std::max_element(used.begin(), used.end());
     if (highest < std::numeric_limits<Reference>::max()) return std::max(0, highest) + 1;
     Reference free = 1;
@@ -100,7 +100,7 @@ void add_faces(const LinearMesh<D>& mesh, const Examination<D>& x, const Missing
                std::vector<Reference>& used, Plan<D>& work, std::vector<std::string>& notices) {
     const auto& [bits, defect] = missing;
     if (x.soundness[defect].count == 0) return;
-    const Reference reference = fresh_reference(used);
+    const Reference reference = unused_reference(used);
     used.push_back(reference);
     const std::size_t before = work.added.size();
     for (std::size_t e = 0; e < bits.size(); ++e) {
@@ -142,8 +142,8 @@ Plan<D> plan(const LinearMesh<D>& mesh, const Examination<D>& x, std::vector<std
     add_faces(mesh, x, {x.unlisted, unlisted}, used, work, notices);
     add_faces(mesh, x, {x.interfaces, Defect::missing_interface}, used, work, notices);
     say(Defect::unused_vertex, ": kept");
-    for (const Defect defect :
-         {Defect::slit_vertex, Defect::inner_facet, Defect::crowded_edge, Defect::pinched_vertex, Defect::lone_edge})
+    for (const Defect defect : {Defect::slit_vertex, Defect::inner_facet, Defect::crowded_edge, Defect::pinched_vertex,
+                                Defect::isolated_edge})
         say(defect, "");
     return work;
 }
@@ -161,15 +161,15 @@ LinearMesh<D> mended(LinearMesh<D> mesh, const Examination<D>& x, const Plan<D>&
         mesh.elements.vertices = std::move(elements);
     }
     if (x.soundness[Defect::repeated_element].count > 0) {
-        mesh.elements.vertices = kept(mesh.elements.vertices, work.elements);
-        mesh.elements.references = kept(mesh.elements.references, work.elements);
-        mesh.elements.entities = kept(mesh.elements.entities, work.elements);
+        mesh.elements.vertices = selected(mesh.elements.vertices, work.elements);
+        mesh.elements.references = selected(mesh.elements.references, work.elements);
+        mesh.elements.entities = selected(mesh.elements.entities, work.elements);
         mesh.elements.required = indices(mesh.elements.required, work.elements, x.element_twins);
     }
     if (x.soundness[Defect::repeated_facet].count > 0) {
-        mesh.facets.vertices = kept(mesh.facets.vertices, work.facets);
-        mesh.facets.references = kept(mesh.facets.references, work.facets);
-        mesh.facets.entities = kept(mesh.facets.entities, work.facets);
+        mesh.facets.vertices = selected(mesh.facets.vertices, work.facets);
+        mesh.facets.references = selected(mesh.facets.references, work.facets);
+        mesh.facets.entities = selected(mesh.facets.entities, work.facets);
         mesh.facets.required = indices(mesh.facets.required, work.facets, x.facet_twins);
         if constexpr (D == 2) mesh.ridges = indices(mesh.ridges, work.facets, x.facet_twins);
     }
@@ -193,8 +193,8 @@ EdgeSet<D> mended(EdgeSet<D> edges, const Examination<D>& x, const Plan<D>& work
         }
         edges.of_elements = std::move(of);
     }
-    if (x.soundness[Defect::repeated_element].count > 0) edges.of_elements = kept(edges.of_elements, work.elements);
-    if (x.soundness[Defect::repeated_facet].count > 0) edges.of_facets = kept(edges.of_facets, work.facets);
+    if (x.soundness[Defect::repeated_element].count > 0) edges.of_elements = selected(edges.of_elements, work.elements);
+    if (x.soundness[Defect::repeated_facet].count > 0) edges.of_facets = selected(edges.of_facets, work.facets);
     Buffer<std::array<EdgeId, edges_per_simplex<D - 1>>> added;
     added.reserve(work.added.size());
     for (const auto& facet : work.added) {
@@ -210,14 +210,14 @@ EdgeSet<D> mended(EdgeSet<D> edges, const Examination<D>& x, const Plan<D>& work
 }
 
 template <int D>
-Buffer<std::uint32_t> without_strays(const Examination<D>& x) {
+Buffer<std::uint32_t> without_isolated(const Examination<D>& x) {
     Buffer<std::uint32_t> numbers(x.sides.size());
     std::uint32_t next = 0;
-    for (std::size_t f = 0; f < numbers.size(); ++f) numbers[f] = x.sides[f][0] == nobody ? dropped : next++;
+    for (std::size_t f = 0; f < numbers.size(); ++f) numbers[f] = x.sides[f][0] == no_element ? dropped : next++;
     return numbers;
 }
 
-Column<std::uint32_t> kept_indices(const Column<std::uint32_t>& old, const Buffer<std::uint32_t>& numbers) {
+Column<std::uint32_t> selected_indices(const Column<std::uint32_t>& old, const Buffer<std::uint32_t>& numbers) {
     Buffer<std::uint32_t> out;
     for (const std::uint32_t i : old)
         if (numbers[i] != dropped) out.push_back(numbers[i]);
@@ -225,20 +225,20 @@ Column<std::uint32_t> kept_indices(const Column<std::uint32_t>& old, const Buffe
 }
 
 template <int D>
-LinearMesh<D> without_strays(LinearMesh<D> mesh, const Examination<D>& x) {
-    const Buffer<std::uint32_t> numbers = without_strays(x);
-    mesh.facets.vertices = kept(mesh.facets.vertices, numbers);
-    mesh.facets.references = kept(mesh.facets.references, numbers);
-    mesh.facets.entities = kept(mesh.facets.entities, numbers);
-    mesh.facets.required = kept_indices(mesh.facets.required, numbers);
-    if constexpr (D == 2) mesh.ridges = kept_indices(mesh.ridges, numbers);
+LinearMesh<D> without_isolated(LinearMesh<D> mesh, const Examination<D>& x) {
+    const Buffer<std::uint32_t> numbers = without_isolated(x);
+    mesh.facets.vertices = selected(mesh.facets.vertices, numbers);
+    mesh.facets.references = selected(mesh.facets.references, numbers);
+    mesh.facets.entities = selected(mesh.facets.entities, numbers);
+    mesh.facets.required = selected_indices(mesh.facets.required, numbers);
+    if constexpr (D == 2) mesh.ridges = selected_indices(mesh.ridges, numbers);
     return mesh;
 }
 
 /// Also removes edges used only by stray facets.
 template <int D>
-Outcome<QuadraticMesh<D>> without_strays(QuadraticMesh<D> mesh, const Examination<D>& x, const Execution& execution) {
-    LinearMesh<D> linear = without_strays(std::move(mesh.linear), x);
+Outcome<QuadraticMesh<D>> without_isolated(QuadraticMesh<D> mesh, const Examination<D>& x, const Execution& execution) {
+    LinearMesh<D> linear = without_isolated(std::move(mesh.linear), x);
     auto edges = unique_edges(linear, execution);
     if (!edges) return fail(std::move(edges.error()));
     auto nodes = map_each(
@@ -253,22 +253,22 @@ Outcome<QuadraticMesh<D>> without_strays(QuadraticMesh<D> mesh, const Examinatio
 }
 
 template <int D>
-Outcome<Mesh<D>> without_strays(Mesh<D> mesh, const Examination<D>& x, const Execution& execution) {
-    if (mesh.degree == 1) return as_mesh(without_strays(straight_simplices(std::move(mesh)), x));
+Outcome<Mesh<D>> without_isolated(Mesh<D> mesh, const Examination<D>& x, const Execution& execution) {
+    if (mesh.degree == 1) return as_mesh(without_isolated(straight_simplices(std::move(mesh)), x));
     return as_quadratic(std::move(mesh))
-        .and_then([&](QuadraticMesh<D> quadratic) { return without_strays(std::move(quadratic), x, execution); })
-        .map([](QuadraticMesh<D> made) { return as_mesh(std::move(made)); });
+        .and_then([&](QuadraticMesh<D> quadratic) { return without_isolated(std::move(quadratic), x, execution); })
+        .map([](QuadraticMesh<D> result) { return as_mesh(std::move(result)); });
 }
 
 /// Examines the mesh, after removal of stray facets.
 template <int D>
 Outcome<Examination<D>> examined(Mesh<D>& mesh, std::vector<std::string>& notices, const Execution& execution) {
     auto x = examine_all(mesh, execution);
-    if (!x || x->soundness[Defect::stray_facet].count == 0) return x;
-    notices.push_back(sentence(x->soundness, Defect::stray_facet) + ": dropped");
-    auto made = without_strays(std::move(mesh), *x, without_progress(execution));
-    if (!made) return fail(std::move(made.error()));
-    mesh = std::move(*made);
+    if (!x || x->soundness[Defect::isolated_facet].count == 0) return x;
+    notices.push_back(sentence(x->soundness, Defect::isolated_facet) + ": dropped");
+    auto result = without_isolated(std::move(mesh), *x, without_progress(execution));
+    if (!result) return fail(std::move(result.error()));
+    mesh = std::move(*result);
     return examine_all(mesh, without_progress(execution));
 }
 

@@ -21,7 +21,7 @@ enum class Defect : std::uint8_t {
     repeated_element,       ///< same vertices and reference as an earlier one
     contradicting_element,  ///< same vertices as an earlier one, another reference
     crowded_face,           ///< has a face with more than two elements
-    stray_facet,            ///< not a face of any element
+    isolated_facet,         ///< not a face of any element
     repeated_facet,         ///< see repeated_element
     contradicting_facet,
     distant_vertex,     ///< coordinate beyond `max_length`: products overflow
@@ -43,15 +43,15 @@ enum class Defect : std::uint8_t {
     open_edge,          ///< edge of one boundary face: the boundary is not closed (2D: vertex)
     crowded_edge,       ///< edge of more than two boundary faces (3D)
     pinched_vertex,     ///< boundary faces at the vertex form several fans
-    lone_edge,          ///< feature edge without element and facet (3D)
+    isolated_edge,      ///< feature edge without element and facet (3D)
     wall_element,       ///< two faces on one smooth wall: invalid if curved
 };
 inline constexpr std::size_t defect_count = 27;
 
 /// Severity of a defect.
-enum class Gravity : std::uint8_t {
+enum class Severity : std::uint8_t {
     fatal,     ///< not usable for Camber or a solver
-    spoils,    ///< the elements concerned are invalid; others are not affected
+    blocking,  ///< the elements concerned are invalid; others are not affected
     mended,    ///< an error that `prepare` corrects
     harmless,  ///< no problem for solvers; `prepare` corrects it if required
 };
@@ -91,7 +91,7 @@ struct Soundness {
     friend bool operator==(const Soundness&, const Soundness&) = default;
 };
 
-[[nodiscard]] Gravity gravity(Defect defect);
+[[nodiscard]] Severity severity(Defect defect);
 /// JSON name, such as "stray_facets".
 [[nodiscard]] const char* key(Defect defect);
 /// Without a full stop: "2 triangles are a face of no tetrahedron (the first: triangle 7)".
@@ -166,7 +166,7 @@ template <int D>
 namespace camber {
 
 /// Special values instead of an entity.
-inline constexpr std::uint32_t nobody = 0xffffffffU;
+inline constexpr std::uint32_t no_element = 0xffffffffU;
 inline constexpr std::uint32_t several = 0xfffffffeU;
 
 /// Results of `examine`, for `prepare`.
@@ -183,8 +183,8 @@ struct Examination {
     Buffer<std::uint8_t> interfaces;                      ///< bit i: unlisted interface face; set in the lower element
     Buffer<std::uint8_t> turned;                          ///< 1: reversed
 
-    [[nodiscard]] bool element_counts(std::size_t e) const { return element_twins[e] == nobody; }
-    [[nodiscard]] bool facet_counts(std::size_t f) const { return facet_twins[f] == nobody; }
+    [[nodiscard]] bool element_counts(std::size_t e) const { return element_twins[e] == no_element; }
+    [[nodiscard]] bool facet_counts(std::size_t f) const { return facet_twins[f] == no_element; }
     [[nodiscard]] Finding& operator[](Defect defect) { return soundness.findings[static_cast<std::size_t>(defect)]; }
 };
 
@@ -209,7 +209,7 @@ template <std::size_t N, std::size_t M>
 
 /// Vertex with the fewest incident items.
 template <std::size_t N, class Item>
-[[nodiscard]] inline VertexId loneliest(const std::array<VertexId, N>& simplex, const Incidence<Item>& around) {
+[[nodiscard]] inline VertexId least_connected(const std::array<VertexId, N>& simplex, const Incidence<Item>& around) {
     return *std::min_element(simplex.begin(), simplex.end(),
                              [&](VertexId a, VertexId b) { return around[a].size() < around[b].size(); });
 }
@@ -245,31 +245,31 @@ template <int D>
 template <class Point, class Counts, class Meets>
 [[nodiscard]] Outcome<Buffer<std::uint32_t>> coincident(std::size_t n, Point&& point, Counts&& counts, Meets&& meets,
                                                         const Execution& execution) {
-    constexpr int max_asked = 32;
+    constexpr int max_requested = 32;
     auto bucket = map_each(part_of(execution, 0, 0.2), n, [&](std::size_t i) {
-        return counts(i) ? static_cast<std::uint32_t>(bucket_of(point(i), n)) : nobody;
+        return counts(i) ? static_cast<std::uint32_t>(bucket_of(point(i), n)) : no_element;
     });
     if (!bucket) return fail(bucket.error());
     Buffer<std::uint32_t> offsets(n + 1);
     std::fill(offsets.begin(), offsets.end(), 0U);
     for (const std::uint32_t b : *bucket)
-        if (b != nobody) ++offsets[b + 1];
+        if (b != no_element) ++offsets[b + 1];
     std::partial_sum(offsets.begin(), offsets.end(), offsets.begin());
     Buffer<std::uint32_t> items(offsets.back());
     Buffer<std::uint32_t> cursor(offsets.begin(), offsets.end());
     for (std::size_t i = 0; i < n; ++i)
-        if ((*bucket)[i] != nobody) items[cursor[(*bucket)[i]]++] = static_cast<std::uint32_t>(i);
+        if ((*bucket)[i] != no_element) items[cursor[(*bucket)[i]]++] = static_cast<std::uint32_t>(i);
     return map_each(part_of(execution, 0.5, 1), n, [&](std::size_t i) {
         const std::uint32_t b = (*bucket)[i];
-        if (b == nobody) return nobody;
+        if (b == no_element) return no_element;
         const auto p = point(i);
-        int asked = 0;
-        for (std::size_t k = offsets[b]; k < offsets[b + 1] && items[k] < i && asked < max_asked; ++k) {
+        int requested = 0;
+        for (std::size_t k = offsets[b]; k < offsets[b + 1] && items[k] < i && requested < max_requested; ++k) {
             if (point(items[k]).c != p.c) continue;
             if (meets(i, items[k])) return items[k];
-            ++asked;
+            ++requested;
         }
-        return nobody;
+        return no_element;
     });
 }
 

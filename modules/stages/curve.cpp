@@ -29,8 +29,8 @@ Outcome<Geometry<D>> surrogate_of(const LinearMesh<D>& mesh, const EdgeSet<D>& e
         build_surrogate(mesh, edges, features, SurrogateOptions{}, part_of(execution, 0, nodes.empty() ? 1 : 0.3));
     if (!straight) return fail(straight.error());
     if (nodes.empty()) return Geometry<D>(std::move(*straight));
-    auto curved = with_curves<D>(std::move(*straight), {mesh, edges, features, nodes}, StraightGeometry<D>{},
-                                 SurrogateOptions{}, part_of(execution, 0.3, 1));
+    auto curved = build_curved_surrogate<D>(std::move(*straight), {mesh, edges, features, nodes}, StraightGeometry<D>{},
+                                            SurrogateOptions{}, part_of(execution, 0.3, 1));
     if (!curved) return fail(curved.error());
     return Geometry<D>(std::move(curved->surrogate));
 }
@@ -39,46 +39,46 @@ Outcome<Geometry<D>> surrogate_of(const LinearMesh<D>& mesh, const EdgeSet<D>& e
 
 template <int D>
 Outcome<Boundary<D>> find_boundary(const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
-                                   const std::optional<Geometry<D>>& given, const BoundaryOptions<D>& options,
+                                   const std::optional<Geometry<D>>& specified, const BoundaryOptions<D>& options,
                                    const Execution& execution, std::span<const LagrangeNode<D>> nodes) {
-    auto features = find_features(mesh, edges, options.features, part_of(execution, 0, given ? 1 : 0.3));
+    auto features = find_features(mesh, edges, options.features, part_of(execution, 0, specified ? 1 : 0.3));
     if (!features) return fail(features.error());
-    if (given) return Boundary<D>{std::move(*features), options.required, *given};
-    auto made = surrogate_of(mesh, edges, *features, nodes, part_of(execution, 0.3, 1));
-    if (!made) return fail(made.error());
-    return Boundary<D>{std::move(*features), options.required, std::move(*made)};
+    if (specified) return Boundary<D>{std::move(*features), options.required, *specified};
+    auto result = surrogate_of(mesh, edges, *features, nodes, part_of(execution, 0.3, 1));
+    if (!result) return fail(result.error());
+    return Boundary<D>{std::move(*features), options.required, std::move(*result)};
 }
 
 namespace {
 
 template <int D>
-Outcome<RepairGuide<D>> by_models(const JudgedProposal<D>& judged, const std::optional<WantedNodes<D>>& wanted,
+Outcome<RepairGuide<D>> by_models(const JudgedProposal<D>& judged, const std::optional<TargetNodes<D>>& target,
                                   const RepairOptions& options, const Execution& execution) {
     if (!needs_models(options.method)) return RepairGuide<D>{};
     if (judged.validation().all_valid() && !raises(options)) return RepairGuide<D>{};
-    if (is_surface_alone(judged.mesh().linear)) return RepairGuide<D>{};  // uses the geometry instead
-    if (wanted) {
-        const Column<LagrangeNode<D>> nodes = wanted->curved.proposal.mid_nodes;
-        return RepairGuide<D>{wanted->shells, [nodes](EdgeId e) { return nodes[e]; },
-                              wanted->field
-                                  ? edge_models(wanted->aim, judged.mesh(), nodes, wanted->shells, *wanted->field)
-                                  : implied_edge_models(judged.mesh(), nodes, wanted->shells),
-                              wanted->extended};
+    if (is_standalone_surface(judged.mesh().linear)) return RepairGuide<D>{};  // uses the geometry instead
+    if (target) {
+        const Column<LagrangeNode<D>> nodes = target->curved.proposal.mid_nodes;
+        return RepairGuide<D>{target->shells, [nodes](EdgeId e) { return nodes[e]; },
+                              target->field
+                                  ? edge_models(target->aim, judged.mesh(), nodes, target->shells, *target->field)
+                                  : implied_edge_models(judged.mesh(), nodes, target->shells),
+                              target->extended};
     }
     const auto around = shells(judged.mesh().edges, execution);
     if (!around) return fail(around.error());
-    return own_guide(judged, *around, execution);
+    return guide_from_mesh(judged, *around, execution);
 }
 
 }  // namespace
 
 template <int D>
-Outcome<RepairGuide<D>> make_guide(const JudgedProposal<D>& judged, const std::optional<WantedNodes<D>>& wanted,
+Outcome<RepairGuide<D>> make_guide(const JudgedProposal<D>& judged, const std::optional<TargetNodes<D>>& target,
                                    const Boundary<D>* boundary, const RepairOptions& options,
                                    const Execution& execution) {
-    auto guide = by_models(judged, wanted, options, execution);
+    auto guide = by_models(judged, target, options, execution);
     if (!guide || boundary == nullptr || judged.validation().all_valid()) return guide;
-    const bool is_alone = is_surface_alone(judged.mesh().linear);
+    const bool is_alone = is_standalone_surface(judged.mesh().linear);
     if (!is_alone && !boundary->geometry->prescribes_any()) return guide;
     const auto feet_of = is_alone ? feet_on_any<D> : feet_on<D>;
     auto feet = feet_of(boundary->geometry, boundary->features.edge_kinds, judged.mesh(), without_progress(execution));
@@ -146,7 +146,7 @@ Outcome<std::optional<CheckedWalls<D>>> checked_walls(const QuadraticMesh<D>& me
 }  // namespace
 
 template <int D>
-Outcome<MeshCheck<D>> check_mesh(const Mesh<D>& mesh, const MeshCheckOptions& options, const Around& around) {
+Outcome<MeshCheck<D>> check_mesh(const Mesh<D>& mesh, const MeshCheckOptions& options, const StepWrapper& around) {
     const double of_elevation = mesh.degree == 1 ? 0.7 : 0;
     MeshCheck<D> check;
     auto soundness = run_step(around, "examine", [&](const Execution& e) { return examine(mesh, options.examine, e); });
@@ -169,7 +169,7 @@ Outcome<MeshCheck<D>> check_mesh(const Mesh<D>& mesh, const MeshCheckOptions& op
 
 template <int D>
 Outcome<ReinsertedNodes<D>> reinsert_nodes(const CurvedFrom<D>& from, const MetricSource<D>& metric,
-                                           const ReinsertNodesOptions& options, const Around& around) {
+                                           const ReinsertNodesOptions& options, const StepWrapper& around) {
     if (!has_field(options.curve.objective))
         return fail(ErrorKind::usage,
                     "reinsert: the objective " + std::string(word_of(options.curve.objective)) +
@@ -182,17 +182,17 @@ Outcome<ReinsertedNodes<D>> reinsert_nodes(const CurvedFrom<D>& from, const Metr
         auto moved =
             moved_input(from, std::move(start->input), field, start->edges, options.curve, without_progress(e));
         if (!moved) return fail(moved.error());
-        auto wanted =
+        auto target =
             curve({from.mesh, moved->kinds, moved->shells}, moved->base, field, start->edges, part_of(e, 0, 0.2));
-        if (!wanted) return fail(wanted.error());
+        if (!target) return fail(target.error());
         const Features<D>& features = from.boundary.features;
         const auto corners = corners_of(features);
-        auto made = reinsert(from.mesh, wanted->proposal, {features.edge_kinds.view(), corners}, field,
-                             options.cavities, part_of(e, 0.2, 1));
-        if (!made) return fail(made.error());
-        return ReinsertedNodes<D>{ProposedCurves<D>{std::move(*wanted), std::move(*moved), std::move(start->field),
+        auto result = reinsert(from.mesh, target->proposal, {features.edge_kinds.view(), corners}, field,
+                               options.cavities, part_of(e, 0.2, 1));
+        if (!result) return fail(result.error());
+        return ReinsertedNodes<D>{ProposedCurves<D>{std::move(*target), std::move(*moved), std::move(start->field),
                                                     std::move(start->straight_log_metrics), start->edges},
-                                  std::move(*made)};
+                                  std::move(*result)};
     });
 }
 
@@ -200,11 +200,11 @@ Outcome<ReinsertedNodes<D>> reinsert_nodes(const CurvedFrom<D>& from, const Metr
     template Outcome<Boundary<D>> find_boundary<D>(const LinearMesh<D>&, const EdgeSet<D>&,                        \
                                                    const std::optional<Geometry<D>>&, const BoundaryOptions<D>&,   \
                                                    const Execution&, std::span<const LagrangeNode<D>>);            \
-    template Outcome<RepairGuide<D>> make_guide<D>(const JudgedProposal<D>&, const std::optional<WantedNodes<D>>&, \
+    template Outcome<RepairGuide<D>> make_guide<D>(const JudgedProposal<D>&, const std::optional<TargetNodes<D>>&, \
                                                    const Boundary<D>*, const RepairOptions&, const Execution&);    \
-    template Outcome<MeshCheck<D>> check_mesh<D>(const Mesh<D>&, const MeshCheckOptions&, const Around&);          \
+    template Outcome<MeshCheck<D>> check_mesh<D>(const Mesh<D>&, const MeshCheckOptions&, const StepWrapper&);     \
     template Outcome<ReinsertedNodes<D>> reinsert_nodes<D>(const CurvedFrom<D>&, const MetricSource<D>&,           \
-                                                           const ReinsertNodesOptions&, const Around&);
+                                                           const ReinsertNodesOptions&, const StepWrapper&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

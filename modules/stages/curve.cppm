@@ -38,17 +38,17 @@ struct BoundaryOptions {
     RequiredBoundary required = RequiredBoundary::keep;
 };
 
-/// Without `given`: the surrogate, smooth surfaces through the vertices and the edges' `nodes`, if any. Errors: those
-/// of find_features and build_surrogate.
+/// Without `specified`: the surrogate, smooth surfaces through the vertices and the edges' `nodes`, if any. Errors:
+/// those of find_features and build_surrogate.
 template <int D>
 [[nodiscard]] Outcome<Boundary<D>> find_boundary(const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
-                                                 const std::optional<Geometry<D>>& given,
+                                                 const std::optional<Geometry<D>>& specified,
                                                  const BoundaryOptions<D>& options, const Execution& execution,
                                                  std::span<const LagrangeNode<D>> nodes = {});
 
 /// Node targets. References must outlive guides made from them.
 template <int D>
-struct WantedNodes {
+struct TargetNodes {
     const Curved<D>& curved;  ///< before any correction
     const Incidence<ElementId>& shells;
     const Column<LagrangeNode<D>>& extended;  ///< see CurveInput
@@ -56,11 +56,11 @@ struct WantedNodes {
     const BackMesh<D>* field;  ///< null: the mesh's own metric
 };
 
-/// Costs of nodes off their targets, and feet on prescribed surfaces. Without `wanted` the mesh's nodes are the
+/// Costs of nodes off their targets, and feet on prescribed surfaces. Without `target` the mesh's nodes are the
 /// targets; without a boundary there are no feet. Errors: stopped, memory.
 template <int D>
 [[nodiscard]] Outcome<RepairGuide<D>> make_guide(const JudgedProposal<D>& judged,
-                                                 const std::optional<WantedNodes<D>>& wanted,
+                                                 const std::optional<TargetNodes<D>>& target,
                                                  const Boundary<D>* boundary, const RepairOptions& options,
                                                  const Execution& execution);
 
@@ -73,13 +73,13 @@ struct CurveInput {
     Column<EdgeKind> kinds;
     Column<LagrangeNode<D>> base;
     Incidence<ElementId> shells;
-    std::size_t kept = 0;  ///< boundary edges with preserved input nodes
+    std::size_t preserved = 0;  ///< boundary edges with preserved input nodes
     /// Extended boundary displacement, also of curved input, so that curving again changes nothing. Empty if nothing is
     /// displaced or the field is on the straight mesh.
     Column<LagrangeNode<D>> extended = {};
     std::optional<PlacementStatistics> placed = {};  ///< if `base` is not projected
-    std::size_t drawn_back = 0;                      ///< shifts reduced for the elements
-    std::size_t held_back = 0;                       ///< shifts more than halved for smooth functions
+    std::size_t relaxed = 0;                         ///< shifts reduced for the elements
+    std::size_t loss_limited = 0;                    ///< shifts more than halved for smooth functions
 };
 
 template <int D>
@@ -98,7 +98,7 @@ struct MeshGoal {
     MetricSource<D> metric = natural_metric<D>();
     std::optional<Geometry<D>> geometry = {};  ///< none: surrogate
     BoundaryOptions<D> boundary = {};
-    GivenSolution<D> solution = {};  ///< for the objective solution
+    SolutionInput<D> solution = {};  ///< for the objective solution
     /// Largest distances of the boundary from its geometry, for remeshing.
     std::vector<DistanceBound> distance_bounds = {};
 };
@@ -171,8 +171,8 @@ struct ProposedCurves {
 /// nodes by length, solution without fields. Also: those of the metric and `known_solution`; stopped; memory.
 template <int D>
 [[nodiscard]] Outcome<ProposedCurves<D>> propose_curves(const CurvedFrom<D>& from, const MetricSource<D>& metric,
-                                                        const GivenSolution<D>& solution, const ProposeOptions& options,
-                                                        const Around& around);
+                                                        const SolutionInput<D>& solution, const ProposeOptions& options,
+                                                        const StepWrapper& around);
 
 }  // namespace camber
 
@@ -189,7 +189,7 @@ struct CurvingStart {
 /// Steps: extension; metric, if edges follow one.
 template <int D>
 [[nodiscard]] Outcome<CurvingStart<D>> begin_curving(const CurvedFrom<D>& from, const MetricSource<D>& metric,
-                                                     const ProposeOptions& options, const Around& around);
+                                                     const ProposeOptions& options, const StepWrapper& around);
 
 /// Moves boundary nodes in the field: placed_input, slid_input.
 template <int D>
@@ -216,15 +216,16 @@ struct ReinsertNodesOptions {
 
 template <int D>
 struct ReinsertedNodes {
-    ProposedCurves<D> wanted;
-    Reinserted<D> made;
+    ProposedCurves<D> target;
+    ReinsertionResult<D> result;
 };
 
 /// The paper's global algorithm (§4): reinserts every vertex, with the targets of `propose_curves`. Steps: extension,
 /// metric, reinsert. Errors: objective shape (usage); those of propose_curves and reinsert.
 template <int D>
 [[nodiscard]] Outcome<ReinsertedNodes<D>> reinsert_nodes(const CurvedFrom<D>& from, const MetricSource<D>& metric,
-                                                         const ReinsertNodesOptions& options, const Around& around);
+                                                         const ReinsertNodesOptions& options,
+                                                         const StepWrapper& around);
 
 struct CurveMeshOptions {
     ProposeOptions curve = {};
@@ -262,6 +263,6 @@ struct MeshCheck {
 /// Steps: examine, validate, cross. Errors: unsupported (no simplices of degree 1 or 2), memory, stopped.
 template <int D>
 [[nodiscard]] Outcome<MeshCheck<D>> check_mesh(const Mesh<D>& mesh, const MeshCheckOptions& options,
-                                               const Around& around);
+                                               const StepWrapper& around);
 
 }  // namespace camber

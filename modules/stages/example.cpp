@@ -25,8 +25,8 @@ static Outcome<bool> example(const Execution& execution) {
     if (!mesh) return fail(mesh.error());
     const auto boundary = find_boundary<2>(mesh->linear, mesh->edges, std::nullopt, {}, execution);
     if (!boundary) return fail(boundary.error());
-    const auto proposed =
-        propose_curves<2>({*mesh, NodesOf::elevation, *boundary}, natural_metric<2>(), {}, {}, plainly(execution));
+    const auto proposed = propose_curves<2>({*mesh, NodesOf::elevation, *boundary}, natural_metric<2>(), {}, {},
+                                            without_wrapper(execution));
     if (!proposed) return fail(proposed.error());
     std::printf("%zu corners, %zu edges with nodes\n", boundary->features.corners,
                 proposed->curved.proposal.mid_nodes.size());

@@ -30,17 +30,17 @@ template <int D>
 Outcome<KnownSolution<D>> of_fields(const QuadraticMesh<D>& mesh, std::span<const WeightedField> fields,
                                     const QuadraticMesh<D>& curved, const Execution& execution) {
     std::vector<Column<double>> values;
-    for (const WeightedField& field : fields) values.push_back(in_own_unit(field.values));
+    for (const WeightedField& field : fields) values.push_back(in_unit_range(field.values));
     auto known = element_values<D>(mesh, values, curved, execution);
     if (!known) return fail(known.error());
     KnownSolution<D> out;
     for (std::size_t f = 0; f < fields.size(); ++f)
-        out.push_back({std::move((*known)[f]), fields[f].weight, own_exponent(fields[f].values)});
+        out.push_back({std::move((*known)[f]), fields[f].weight, range_exponent(fields[f].values)});
     return out;
 }
 
 template <int D>
-Outcome<KnownSolution<D>> of_function(const QuadraticMesh<D>& mesh, const FunctionOfPlace<D>& function,
+Outcome<KnownSolution<D>> of_function(const QuadraticMesh<D>& mesh, const FunctionOfPosition<D>& function,
                                       const Execution& execution) {
     auto values = element_values(mesh, function, execution);
     if (!values) return fail(values.error());
@@ -50,23 +50,23 @@ Outcome<KnownSolution<D>> of_function(const QuadraticMesh<D>& mesh, const Functi
 }  // namespace
 
 template <int D>
-Outcome<KnownSolution<D>> known_solution(const QuadraticMesh<D>& mesh, const GivenSolution<D>& given,
+Outcome<KnownSolution<D>> known_solution(const QuadraticMesh<D>& mesh, const SolutionInput<D>& specified,
                                          const QuadraticMesh<D>& curved, const Execution& execution) {
-    return given.function ? of_function(curved, given.function, execution)
-                          : of_fields<D>(mesh, given.fields, curved, execution);
+    return specified.function ? of_function(curved, specified.function, execution)
+                              : of_fields<D>(mesh, specified.fields, curved, execution);
 }
 
-template Outcome<KnownSolution<2>> known_solution<2>(const QuadraticMesh<2>&, const GivenSolution<2>&,
+template Outcome<KnownSolution<2>> known_solution<2>(const QuadraticMesh<2>&, const SolutionInput<2>&,
                                                      const QuadraticMesh<2>&, const Execution&);
-template Outcome<KnownSolution<3>> known_solution<3>(const QuadraticMesh<3>&, const GivenSolution<3>&,
+template Outcome<KnownSolution<3>> known_solution<3>(const QuadraticMesh<3>&, const SolutionInput<3>&,
                                                      const QuadraticMesh<3>&, const Execution&);
 
 namespace {
 
 /// Patches of the facets with these references; no_patch for others.
 template <int D>
-Outcome<Column<std::uint32_t>> asking_patches(const LinearMesh<D>& mesh, const Features<D>& features,
-                                              const std::vector<Reference>& references) {
+Outcome<Column<std::uint32_t>> requested_patches(const LinearMesh<D>& mesh, const Features<D>& features,
+                                                 const std::vector<Reference>& references) {
     if (references.empty()) return features.patches;
     const auto& of = mesh.facets.references;
     for (const Reference r : references)
@@ -81,22 +81,22 @@ Outcome<Column<std::uint32_t>> asking_patches(const LinearMesh<D>& mesh, const F
 
 template <int D>
 Outcome<std::vector<MetricsAtVertices<D>>> sizes_of(const auto& mesh, const LinearMesh<D>& linear,
-                                                    const Features<D>& features, const GeometrySizes& asked,
+                                                    const Features<D>& features, const GeometrySizes& requested,
                                                     double largest, const Execution& execution) {
-    if (!asked.are_asked())
+    if (!requested.are_requested())
         return fail(ErrorKind::usage, "the geometry determines no sizes", {}, {},
                     "give chord_error, angle or gap_elements");
-    const auto patches = asking_patches(linear, features, asked.references);
+    const auto patches = requested_patches(linear, features, requested.references);
     if (!patches) return fail(patches.error());
     std::vector<MetricsAtVertices<D>> parts;
-    if (asked.gap_elements > 0) {
+    if (requested.gap_elements > 0) {
         auto across =
-            gap_metrics(linear, *patches, {.elements = asked.gap_elements}, largest, part_of(execution, 0, 0.5));
+            gap_metrics(linear, *patches, {.elements = requested.gap_elements}, largest, part_of(execution, 0, 0.5));
         if (!across) return fail(across.error());
         parts.push_back(std::move(*across));
     }
-    if (!(asked.chord_error > 0) && !(asked.angle > 0)) return parts;
-    const ChordOptions options{asked.chord_error, asked.angle, asked.normal_ratio};
+    if (!(requested.chord_error > 0) && !(requested.angle > 0)) return parts;
+    const ChordOptions options{requested.chord_error, requested.angle, requested.normal_ratio};
     auto chords = chord_metrics(mesh, *patches, options, largest, part_of(execution, 0.5, 1));
     if (!chords) return fail(chords.error());
     parts.push_back(std::move(*chords));
@@ -107,15 +107,15 @@ Outcome<std::vector<MetricsAtVertices<D>>> sizes_of(const auto& mesh, const Line
 
 template <int D>
 Outcome<std::vector<MetricsAtVertices<D>>> geometry_sizes(const LinearMesh<D>& mesh, const Features<D>& features,
-                                                          const GeometrySizes& asked, double largest,
+                                                          const GeometrySizes& requested, double largest,
                                                           const Execution& execution) {
-    return sizes_of(mesh, mesh, features, asked, largest, execution);
+    return sizes_of(mesh, mesh, features, requested, largest, execution);
 }
 template <int D>
 Outcome<std::vector<MetricsAtVertices<D>>> geometry_sizes(const QuadraticMesh<D>& mesh, const Features<D>& features,
-                                                          const GeometrySizes& asked, double largest,
+                                                          const GeometrySizes& requested, double largest,
                                                           const Execution& execution) {
-    return sizes_of(mesh, mesh.linear, features, asked, largest, execution);
+    return sizes_of(mesh, mesh.linear, features, requested, largest, execution);
 }
 
 namespace {
@@ -182,7 +182,7 @@ class Models {
 
 template <int D>
 Outcome<Column<LogMetric<D>>> fixed_part(const QuadraticMesh<D>& mesh, bool is_straight,
-                                         std::span<const Column<LogMetric<D>>> given,
+                                         std::span<const Column<LogMetric<D>>> specified,
                                          const MetricOfSolutionOptions& options, double largest,
                                          const Execution& execution) {
     std::vector<MetricsAtVertices<D>> parts;
@@ -191,7 +191,7 @@ Outcome<Column<LogMetric<D>>> fixed_part(const QuadraticMesh<D>& mesh, bool is_s
         if (!sizes) return fail(sizes.error());
         parts.push_back(std::move(*sizes));
     }
-    if (options.geometry.are_asked()) {
+    if (options.geometry.are_requested()) {
         const auto features = find_features(mesh.linear, mesh.edges,
                                             FeatureOptions<D>{.ridge_angle_degrees = options.ridge_angle}, execution);
         if (!features) return fail(features.error());
@@ -200,8 +200,8 @@ Outcome<Column<LogMetric<D>>> fixed_part(const QuadraticMesh<D>& mesh, bool is_s
         if (!own) return fail(own.error());
         std::ranges::move(*own, std::back_inserter(parts));
     }
-    if (parts.empty() && given.empty()) return Column<LogMetric<D>>{};
-    return fixed_metric<D>(mesh.linear, parts, given, largest, execution);
+    if (parts.empty() && specified.empty()) return Column<LogMetric<D>>{};
+    return fixed_metric<D>(mesh.linear, parts, specified, largest, execution);
 }
 
 template <int D>
@@ -236,7 +236,7 @@ bool is_exact(const MaterialRows& rows, const Buffer<double>& longest, const Fie
 std::vector<double> weights_of(const ExpectedError& expected, std::span<const Column<double>> fields) {
     std::vector<double> weights = expected.weights;
     weights.resize(fields.size(), 1.0);
-    if (fields.size() == 1) weights[0] = std::scalbn(weights[0], own_exponent(fields[0].view()));
+    if (fields.size() == 1) weights[0] = std::scalbn(weights[0], range_exponent(fields[0].view()));
     return weights;
 }
 
@@ -272,7 +272,7 @@ Outcome<std::vector<DistanceBound>> bounds_by_error(const QuadraticMesh<D>& mesh
 SolutionMetricOptions with_amount(SolutionMetricOptions options, std::size_t elements) {
     if (options.amount > 0) return options;
     options.amount = static_cast<double>(elements);
-    options.of = AmountOf::elements;
+    options.of = TargetQuantity::elements;
     return options;
 }
 
@@ -280,15 +280,15 @@ SolutionMetricOptions with_amount(SolutionMetricOptions options, std::size_t ele
 
 template <int D>
 Outcome<MetricOfSolution<D>> metric_of_solution(const QuadraticMesh<D>& mesh,
-                                                std::span<const Column<double>> given_fields,
-                                                std::span<const Column<LogMetric<D>>> given,
-                                                const MetricOfSolutionOptions& options, const Around& around) {
+                                                std::span<const Column<double>> input_fields,
+                                                std::span<const Column<LogMetric<D>>> specified,
+                                                const MetricOfSolutionOptions& options, const StepWrapper& around) {
     const SolutionMetricOptions metric = with_amount(options.metric, mesh.linear.elements.size());
     const double complexity = complexity_of<D>(metric.amount, metric.of);
     const double largest = metric.max_size > 0 ? metric.max_size : diameter(mesh.linear);
     MetricOfSolution<D> out;
     std::vector<Column<double>> fields;
-    for (const Column<double>& field : given_fields) fields.push_back(in_own_unit(field));
+    for (const Column<double>& field : input_fields) fields.push_back(in_unit_range(field));
     const auto derivatives = run_step(around, "recover", [&](const Execution& e) {
         return recover_derivatives<D>(mesh, fields, options.recovery, e);
     });
@@ -302,7 +302,7 @@ Outcome<MetricOfSolution<D>> metric_of_solution(const QuadraticMesh<D>& mesh,
     out.lower_degree = derivatives->lower_degree;
     const Models<D> models(mesh, *derivatives, options);
     std::vector<SolutionField<D>> parts;
-    auto made = run_step(around, "models", [&](const Execution& e) -> Outcome<Done> {
+    auto result = run_step(around, "models", [&](const Execution& e) -> Outcome<Done> {
         const auto around_vertices = balls(mesh.linear, part_of(e, 0, 0.1));
         if (!around_vertices) return fail(around_vertices.error());
         const Buffer<double> longest = longest_edges(mesh);
@@ -318,7 +318,7 @@ Outcome<MetricOfSolution<D>> metric_of_solution(const QuadraticMesh<D>& mesh,
             if (has_reason) parts.push_back({std::move(of_field->rows), options.norm, 1});
         }
         if (options.expected.l2 == 0) return Done{};
-        const auto weights = weights_of(options.expected, given_fields);
+        const auto weights = weights_of(options.expected, input_fields);
         const auto gradients = normal_gradients<D>(mesh, *around_vertices, *derivatives, weights, without_progress(e));
         if (!gradients) return fail(gradients.error());
         auto bounds =
@@ -327,7 +327,7 @@ Outcome<MetricOfSolution<D>> metric_of_solution(const QuadraticMesh<D>& mesh,
         out.bounds = std::move(*bounds);
         return Done{};
     });
-    if (!made) return fail(made.error());
+    if (!result) return fail(result.error());
     if (parts.empty() && derivatives->missing == out.rows)
         return fail(ErrorKind::input, "has too few nodes for derivatives of the solution", {}, {},
                     "give a mesh with several elements in each direction");
@@ -341,7 +341,7 @@ Outcome<MetricOfSolution<D>> metric_of_solution(const QuadraticMesh<D>& mesh,
                                              : "any mesh interpolates it exactly; give another field");
     for (SolutionField<D>& part : parts) part.share = 1.0 / static_cast<double>(parts.size());
     const auto fixed = run_step(around, "fixed", [&](const Execution& e) {
-        return fixed_part(mesh, models.is_straight(), given, options, largest, e);
+        return fixed_part(mesh, models.is_straight(), specified, options, largest, e);
     });
     if (!fixed) return fail(fixed.error());
     auto whole = run_step(around, "metric", [&](const Execution& e) {
@@ -359,7 +359,7 @@ Outcome<MetricOfSolution<D>> metric_of_solution(const QuadraticMesh<D>& mesh,
         const QuadraticMesh<D>&, const Features<D>&, const GeometrySizes&, double, const Execution&);    \
     template Outcome<MetricOfSolution<D>> metric_of_solution<D>(                                         \
         const QuadraticMesh<D>&, std::span<const Column<double>>, std::span<const Column<LogMetric<D>>>, \
-        const MetricOfSolutionOptions&, const Around&);
+        const MetricOfSolutionOptions&, const StepWrapper&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

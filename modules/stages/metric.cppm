@@ -30,9 +30,9 @@ struct WeightedField {
 
 /// Fields, or one function known everywhere.
 template <int D>
-struct GivenSolution {
+struct SolutionInput {
     std::vector<WeightedField> fields = {};
-    FunctionOfPlace<D> function = {};
+    FunctionOfPosition<D> function = {};
 
     [[nodiscard]] bool empty() const { return fields.empty() && !function; }
 };
@@ -40,7 +40,7 @@ struct GivenSolution {
 /// Solution in the elements of `curved`, which is `mesh` with other mid nodes: the function, or polynomials of fields
 /// on `mesh` by material. Errors: those of `element_values`; stopped, memory.
 template <int D>
-[[nodiscard]] Outcome<KnownSolution<D>> known_solution(const QuadraticMesh<D>& mesh, const GivenSolution<D>& given,
+[[nodiscard]] Outcome<KnownSolution<D>> known_solution(const QuadraticMesh<D>& mesh, const SolutionInput<D>& specified,
                                                        const QuadraticMesh<D>& curved, const Execution& execution);
 
 /// One row per vertex. `make` receives the natural metric, or nothing if `of_natural` is false. For boundaries with
@@ -61,18 +61,18 @@ template <int D>
 using MetricSource = std::variant<MetricAtVertices<D>, MetricField<D>>;
 
 /// `natural`: the mesh's own, or computed from it.
-enum class MetricOrigin : std::uint8_t { natural, given };
+enum class MetricOrigin : std::uint8_t { natural, specified };
 template <int D>
 [[nodiscard]] MetricOrigin origin_of(const MetricSource<D>& metric) {
     const auto* const at_vertices = std::get_if<MetricAtVertices<D>>(&metric);
-    return at_vertices != nullptr && at_vertices->of_natural ? MetricOrigin::natural : MetricOrigin::given;
+    return at_vertices != nullptr && at_vertices->of_natural ? MetricOrigin::natural : MetricOrigin::specified;
 }
 
 /// The mesh's own metric is noisy, so its changes are recovered; its automatic kind is natural.
-[[nodiscard]] inline EdgeAccuracyOptions accuracy_for(MetricOrigin origin, const EdgeAccuracyOptions& asked) {
-    EdgeAccuracyOptions options = asked;
+[[nodiscard]] inline EdgeAccuracyOptions accuracy_for(MetricOrigin origin, const EdgeAccuracyOptions& requested) {
+    EdgeAccuracyOptions options = requested;
     const bool is_natural = origin == MetricOrigin::natural;
-    options.change = is_natural ? ChangeAlong::recovered : ChangeAlong::of_ends;
+    options.change = is_natural ? ChangeSource::recovered : ChangeSource::of_ends;
     if (is_natural && options.metric_kind == MetricKind::automatic) options.metric_kind = MetricKind::natural;
     return options;
 }
@@ -126,7 +126,7 @@ struct GeometrySizes {
             option("gap_elements", &S::gap_elements, "number of elements across thin parts of the domain; 0: no limit")
                 .at_least(0));
     }
-    [[nodiscard]] bool are_asked() const { return chord_error > 0 || angle > 0 || gap_elements > 0; }
+    [[nodiscard]] bool are_requested() const { return chord_error > 0 || angle > 0 || gap_elements > 0; }
     friend bool operator==(const GeometrySizes&, const GeometrySizes&) = default;
 };
 
@@ -136,12 +136,12 @@ struct GeometrySizes {
 template <int D>
 [[nodiscard]] Outcome<std::vector<MetricsAtVertices<D>>> geometry_sizes(const LinearMesh<D>& mesh,
                                                                         const Features<D>& features,
-                                                                        const GeometrySizes& asked, double largest,
+                                                                        const GeometrySizes& requested, double largest,
                                                                         const Execution& execution);
 template <int D>
 [[nodiscard]] Outcome<std::vector<MetricsAtVertices<D>>> geometry_sizes(const QuadraticMesh<D>& mesh,
                                                                         const Features<D>& features,
-                                                                        const GeometrySizes& asked, double largest,
+                                                                        const GeometrySizes& requested, double largest,
                                                                         const Execution& execution);
 
 /// Expected interpolation error, see ExpectedErrors.
@@ -177,15 +177,15 @@ struct MetricOfSolution {
 ///
 /// Fields have equal shares, and values at the vertices (degree 1) or all nodes (degree 2, required for third
 /// derivatives). Derivatives are one-sided by material. On curved meshes and with materials, element models include the
-/// effect of curves; otherwise models are at vertices. `given` metrics, one per vertex, are fixed, like sizes.
+/// effect of curves; otherwise models are at vertices. `specified` metrics, one per vertex, are fixed, like sizes.
 ///
 /// Steps: recover, models, fixed, metric. See docs/algorithms/metric-from-solution.md. Errors: those of
 /// `recover_derivatives` and `make_solution_metric`; degree 2 for a field of degree 1 (usage); stopped, memory.
 template <int D>
 [[nodiscard]] Outcome<MetricOfSolution<D>> metric_of_solution(const QuadraticMesh<D>& mesh,
                                                               std::span<const Column<double>> fields,
-                                                              std::span<const Column<LogMetric<D>>> given,
+                                                              std::span<const Column<LogMetric<D>>> specified,
                                                               const MetricOfSolutionOptions& options,
-                                                              const Around& around);
+                                                              const StepWrapper& around);
 
 }  // namespace camber

@@ -36,12 +36,13 @@ Outcome<Buffer<LagrangeNode<D>>> on_geometry(const QuadraticMesh<D>& mesh, const
 
 template <int D>
 Outcome<CurveInput<D>> input_of(const QuadraticMesh<D>& mesh, const Boundary<D>& boundary,
-                                const EmbeddedCurves<D>& curves, Buffer<LagrangeNode<D>> nodes, std::size_t kept,
+                                const EmbeddedCurves<D>& curves, Buffer<LagrangeNode<D>> nodes, std::size_t preserved,
                                 const Execution& execution) {
-    auto around = holders_of_edges(mesh, execution);
+    auto around = elements_of_edges(mesh, execution);
     if (!around) return fail(around.error());
-    return CurveInput<D>{held_kinds(mesh, kinds_with_curves(boundary.features.edge_kinds, curves), boundary.required),
-                         Column<LagrangeNode<D>>(std::move(nodes)), std::move(*around), kept};
+    return CurveInput<D>{
+        kinds_with_required_fixed(mesh, kinds_with_curves(boundary.features.edge_kinds, curves), boundary.required),
+        Column<LagrangeNode<D>>(std::move(nodes)), std::move(*around), preserved};
 }
 
 template <int D>
@@ -66,7 +67,7 @@ bool is_on_geometry(const QuadraticMesh<D>& mesh, const Boundary<D>& boundary, s
     const auto& [a, b] = mesh.edges.vertices[e];
     const double chord = distance(mesh.linear.points[a], mesh.linear.points[b]);
     const auto sites = facet_sites<D>(mesh.linear, facets);
-    return boundary.geometry->distance_where(sites, mesh.mid_nodes[e].point) <= near * chord;
+    return boundary.geometry->distance_at_facets(sites, mesh.mid_nodes[e].point) <= near * chord;
 }
 
 /// Preserves boundary nodes, except those off their prescribed surfaces.
@@ -77,16 +78,16 @@ Outcome<CurveInput<D>> input_of_read(const QuadraticMesh<D>& mesh, const Boundar
     if (!nodes) return fail(nodes.error());
     const auto around = facet_shells(mesh.edges, without_progress(execution));
     if (!around) return fail(around.error());
-    std::size_t kept = 0;
+    std::size_t preserved = 0;
     for (std::size_t e = 0; e < nodes->size(); ++e) {
         if (boundary.features.edge_kinds[e] == EdgeKind::volume) continue;
         const auto facets = (*around)[e];
         const bool is_on_prescribed = is_prescribed<D>(mesh.linear, boundary, facets);
         if (is_on_prescribed && !is_on_geometry(mesh, boundary, facets, e)) continue;
         (*nodes)[e] = mesh.mid_nodes[e];
-        kept += is_on_prescribed ? 0 : 1;
+        preserved += is_on_prescribed ? 0 : 1;
     }
-    return input_of(mesh, boundary, curves, std::move(*nodes), kept, part_of(execution, 0.33, 1));
+    return input_of(mesh, boundary, curves, std::move(*nodes), preserved, part_of(execution, 0.33, 1));
 }
 
 }  // namespace
@@ -121,16 +122,16 @@ Outcome<CurveInput<D>> slid_input(const CurvedFrom<D>& from, CurveInput<D> input
     Buffer<Vec<D>>& slides = *shifts;
     for (std::size_t e = 0; e < slides.size(); ++e) slides[e] = (*nodes)[e].point - present[e].point;
     if (options.metric_kind == MetricKind::natural) {
-        const auto held =
+        const auto limited_by_loss =
             limit_smooth_loss<D>(from.mesh, input.shells, options.smooth_loss, slides, part_of(execution, 0.78, 0.82));
-        if (!held) return fail(held.error());
-        input.held_back += *held;
+        if (!limited_by_loss) return fail(limited_by_loss.error());
+        input.loss_limited += *limited_by_loss;
     }
     // Shifts must not spoil elements. Volume edges follow later.
-    auto borne = limit_by_jacobian<D>(from.mesh, present.view(), input.shells, slide_bound(options), slides,
-                                      part_of(execution, 0.82, 1));
-    if (!borne) return fail(borne.error());
-    input.drawn_back += *borne;
+    auto limited_count = limit_by_jacobian<D>(from.mesh, present.view(), input.shells, slide_bound(options), slides,
+                                              part_of(execution, 0.82, 1));
+    if (!limited_count) return fail(limited_count.error());
+    input.relaxed += *limited_count;
     for (std::size_t e = 0; e < slides.size(); ++e) (*nodes)[e].point = present[e].point + slides[e];
     input.base = std::move(*nodes);
     return input;
@@ -143,10 +144,10 @@ Outcome<Column<EdgeKind>> may_move(const CurvedFrom<D>& from, const Column<EdgeK
     if (from.nodes != NodesOf::input) return kinds;
     const auto around = facet_shells(from.mesh.edges, without_progress(execution));
     if (!around) return fail(around.error());
-    Buffer<EdgeKind> held(kinds.begin(), kinds.end());
-    for (std::size_t e = 0; e < held.size(); ++e)
-        if (!is_prescribed<D>(from.mesh.linear, from.boundary, (*around)[e])) held[e] = EdgeKind::fixed;
-    return Column<EdgeKind>(std::move(held));
+    Buffer<EdgeKind> updated(kinds.begin(), kinds.end());
+    for (std::size_t e = 0; e < updated.size(); ++e)
+        if (!is_prescribed<D>(from.mesh.linear, from.boundary, (*around)[e])) updated[e] = EdgeKind::fixed;
+    return Column<EdgeKind>(std::move(updated));
 }
 
 /// Places boundary nodes in the field; of curved input only those that `curve_input` puts onto prescribed surfaces.
@@ -183,7 +184,7 @@ bool is_straight(const QuadraticMesh<D>& mesh, const CurveInput<D>& input) {
 
 /// Boundary edges whose nodes are those of the mesh become fixed.
 template <int D>
-Column<EdgeKind> kinds_with_kept(const QuadraticMesh<D>& mesh, const CurveInput<D>& input) {
+Column<EdgeKind> kinds_with_preserved(const QuadraticMesh<D>& mesh, const CurveInput<D>& input) {
     Buffer<EdgeKind> kinds(input.kinds.begin(), input.kinds.end());
     for (std::size_t e = 0; e < kinds.size(); ++e)
         if (kinds[e] != EdgeKind::volume && input.base[e] == mesh.mid_nodes[e]) kinds[e] = EdgeKind::fixed;
@@ -191,18 +192,18 @@ Column<EdgeKind> kinds_with_kept(const QuadraticMesh<D>& mesh, const CurveInput<
 }
 
 /// Extends boundary displacements over faces (extend_over_faces). Nodes without geometry follow the volume
-/// (kinds_that_follow).
+/// (kinds_with_following).
 template <int D>
 Outcome<CurveInput<D>> extended_over_faces(const CurvedFrom<D>& from, CurveInput<D> input, const Execution& execution) {
     if (is_straight(from.mesh, input)) return input;
     const bool is_read = from.nodes == NodesOf::input;
     const auto& [features, required, geometry] = from.boundary;
-    auto nodes = extend_over_faces(from.mesh, is_read ? kinds_with_kept(from.mesh, input) : input.kinds, input.base,
-                                   features, geometry, part_of(execution, 0, 0.5));
+    auto nodes = extend_over_faces(from.mesh, is_read ? kinds_with_preserved(from.mesh, input) : input.kinds,
+                                   input.base, features, geometry, part_of(execution, 0, 0.5));
     if (!nodes) return fail(nodes.error());
     input.base = std::move(*nodes);
-    if (is_read || is_surface_alone(from.mesh.linear)) return input;
-    const auto kinds = kinds_that_follow(from.mesh, input.kinds, features, geometry, without_progress(execution));
+    if (is_read || is_standalone_surface(from.mesh.linear)) return input;
+    const auto kinds = kinds_with_following(from.mesh, input.kinds, features, geometry, without_progress(execution));
     if (!kinds) return fail(kinds.error());
     if (*kinds == input.kinds) return input;
     const auto extended = extend_boundary(from.mesh, *kinds, input.base, input.shells, {}, part_of(execution, 0.5, 1));
@@ -234,9 +235,9 @@ Outcome<BackMesh<D>> make_field(const LinearMesh<D>& mesh, const MetricSource<D>
     if (!around) return fail(around.error());
     Column<LogMetric<D>> natural;
     if (source.of_natural) {
-        auto made = natural_log_metrics(mesh, *around, part_of(execution, 0.1, 0.5));
-        if (!made) return fail(made.error());
-        natural = std::move(*made);
+        auto result = natural_log_metrics(mesh, *around, part_of(execution, 0.1, 0.5));
+        if (!result) return fail(result.error());
+        natural = std::move(*result);
     }
     auto logs = source.make(natural, part_of(execution, 0.5, 0.65));
     if (!logs) return fail(logs.error());
@@ -252,9 +253,9 @@ Outcome<BackMesh<D>> make_field(const QuadraticMesh<D>& mesh, const MetricSource
     if (!around) return fail(around.error());
     Column<LogMetric<D>> natural;
     if (source.of_natural) {
-        auto made = curved_natural_log_metrics(mesh, *around, part_of(execution, 0.1, 0.5));
-        if (!made) return fail(made.error());
-        natural = std::move(made->curved);
+        auto result = curved_natural_log_metrics(mesh, *around, part_of(execution, 0.1, 0.5));
+        if (!result) return fail(result.error());
+        natural = std::move(result->curved);
     }
     auto logs = source.make(natural, part_of(execution, 0.5, 0.65));
     if (!logs) return fail(logs.error());
@@ -274,10 +275,10 @@ Outcome<BothMetrics<D>> both_metrics(const MetricAtVertices<D>& source, const Qu
                                      const Incidence<ElementId>& around, const Execution& execution) {
     Column<LogMetric<D>> of_curved, of_straight;
     if (source.of_natural) {
-        auto made = curved_natural_log_metrics(bent, around, part_of(execution, 0, 0.85));
-        if (!made) return fail(made.error());
-        of_curved = std::move(made->curved);
-        of_straight = std::move(made->straight);
+        auto result = curved_natural_log_metrics(bent, around, part_of(execution, 0, 0.85));
+        if (!result) return fail(result.error());
+        of_curved = std::move(result->curved);
+        of_straight = std::move(result->straight);
     }
     auto curved = source.make(of_curved, part_of(execution, source.of_natural ? 0.85 : 0, 1));
     if (!curved) return fail(curved.error());
@@ -311,8 +312,9 @@ Outcome<CurvingField<D>> curved_field(const QuadraticMesh<D>& mesh, const CurveI
     auto of_back_mesh = back_mesh_nodes(mesh, nodes.view(), input.shells, part_of(execution, 0.44, 0.64));
     if (!of_back_mesh) return fail(of_back_mesh.error());
     bent.mid_nodes = std::move(*of_back_mesh);
-    auto back = make_curved_back_mesh(std::move(bent), *around, std::move(metrics->curved), part_of(execution, 0.64, 1),
-                                      aim == CurvingAim::accuracy ? KeptGradients::seen : KeptGradients::recovered);
+    auto back =
+        make_curved_back_mesh(std::move(bent), *around, std::move(metrics->curved), part_of(execution, 0.64, 1),
+                              aim == CurvingAim::accuracy ? StoredGradients::sampled : StoredGradients::recovered);
     if (!back) return fail(back.error());
     // Searches start at the back mesh's nodes. Nodes for accuracy have their offsets there, and also follow boundaries
     // with small sagitta, which matter for smooth functions.
@@ -348,7 +350,7 @@ template <int D>
 Outcome<CurveInput<D>> input_for(const CurvedFrom<D>& from, const ProposeOptions& options, const Execution& execution) {
     // The field of a standalone surface mesh is constant along its normals, so its back mesh need not curve.
     const bool curves = options.back_mesh == BackMeshKind::curved && has_field(options.objective) &&
-                        !is_surface_alone(from.mesh.linear);
+                        !is_standalone_surface(from.mesh.linear);
     const double of_nodes = curves ? 0.3 : 0.8, of_faces = curves ? 0.4 : 1;
     auto input = curve_input(from, part_of(execution, 0, of_nodes));
     if (!input) return input;
@@ -361,13 +363,13 @@ Outcome<CurveInput<D>> input_for(const CurvedFrom<D>& from, const ProposeOptions
 template <int D>
 Column<LagrangeNode<D>> starting_at(const QuadraticMesh<D>& mesh, const CurveInput<D>& input,
                                     Column<LagrangeNode<D>> nodes) {
-    const bool starts_there = !nodes.empty();
-    Buffer<LagrangeNode<D>> base = take(starts_there ? std::move(nodes) : input.base);
+    const bool starts_at_nodes = !nodes.empty();
+    Buffer<LagrangeNode<D>> base = take(starts_at_nodes ? std::move(nodes) : input.base);
     for (std::size_t e = 0; e < base.size(); ++e) {
         const auto& [a, b] = mesh.edges.vertices[e];
         if (input.kinds[e] != EdgeKind::volume)
             base[e] = input.base[e];
-        else if (!starts_there)
+        else if (!starts_at_nodes)
             base[e] = {midpoint(mesh.linear.points[a], mesh.linear.points[b])};
     }
     return base;
@@ -377,7 +379,7 @@ Column<LagrangeNode<D>> starting_at(const QuadraticMesh<D>& mesh, const CurveInp
 
 template <int D>
 Outcome<CurvingStart<D>> begin_curving(const CurvedFrom<D>& from, const MetricSource<D>& metric,
-                                       const ProposeOptions& options, const Around& around) {
+                                       const ProposeOptions& options, const StepWrapper& around) {
     auto input = run_step(around, "extension", [&](const Execution& e) { return input_for(from, options, e); });
     if (!input) return fail(input.error());
     CurveOptions edges = edge_options(options);
@@ -435,46 +437,47 @@ Outcome<Curved<D>> by_shape(const CurvedFrom<D>& from, CurvingStart<D>& start, c
 
 /// Relaxes nodes towards `base` where elements are too flat: searches that start at folded elements end there.
 template <int D>
-Outcome<Column<LagrangeNode<D>>> held_by_elements(const QuadraticMesh<D>& mesh, const CurveInput<D>& input,
-                                                  const Column<LagrangeNode<D>>& nodes, const ProposeOptions& options,
-                                                  const Execution& execution) {
+Outcome<Column<LagrangeNode<D>>> limited_by_elements(const QuadraticMesh<D>& mesh, const CurveInput<D>& input,
+                                                     const Column<LagrangeNode<D>>& nodes,
+                                                     const ProposeOptions& options, const Execution& execution) {
     auto moves = map_each(without_progress(execution), nodes.size(),
                           [&](std::size_t e) { return nodes[e].point - input.base[e].point; });
     if (!moves) return fail(moves.error());
     const auto limited =
         limit_by_jacobian<D>(mesh, input.base.view(), input.shells, options.min_jacobian, *moves, execution);
     if (!limited) return fail(limited.error());
-    Buffer<LagrangeNode<D>> held(input.base.begin(), input.base.end());
-    for (std::size_t e = 0; e < held.size(); ++e) held[e].point += (*moves)[e];
-    return Column<LagrangeNode<D>>(std::move(held));
+    Buffer<LagrangeNode<D>> updated(input.base.begin(), input.base.end());
+    for (std::size_t e = 0; e < updated.size(); ++e) updated[e].point += (*moves)[e];
+    return Column<LagrangeNode<D>>(std::move(updated));
 }
 
 /// A function is exact in each frame. Polynomials of fields improve in a second one only for curved input, whose nodes
 /// may have been blocked (docs/algorithms/solution-nodes.md).
 template <int D>
-int frames_for(const CurvedFrom<D>& from, const GivenSolution<D>& given) {
-    if (given.function) return SolutionNodesOptions{}.frames;
+int frames_for(const CurvedFrom<D>& from, const SolutionInput<D>& specified) {
+    if (specified.function) return SolutionNodesOptions{}.frames;
     return from.nodes == NodesOf::input ? 2 : 1;
 }
 
 /// Places volume nodes by a solution. Starts: the nodes of `shape`, or of curved input if their error is smaller.
 /// Chords ignore the solution in rows of thin elements.
 template <int D>
-Outcome<Curved<D>> by_solution(const CurvedFrom<D>& from, CurvingStart<D>& start, const GivenSolution<D>& given,
+Outcome<Curved<D>> by_solution(const CurvedFrom<D>& from, CurvingStart<D>& start, const SolutionInput<D>& specified,
                                const ProposeOptions& options, ExpectedErrors& expected, const Execution& execution) {
     auto shaped = by_shape(from, start, options, part_of(execution, 0, 0.3));
     if (!shaped) return shaped;
     const CurveInput<D>& input = start.input;
     Proposal<D> proposal = std::move(shaped->proposal);
-    auto begun = held_by_elements(from.mesh, input, proposal.mid_nodes, options, part_of(execution, 0.3, 0.35));
-    if (!begun) return fail(begun.error());
-    std::vector<Column<LagrangeNode<D>>> starts{std::move(*begun)};
+    auto limited_nodes =
+        limited_by_elements(from.mesh, input, proposal.mid_nodes, options, part_of(execution, 0.3, 0.35));
+    if (!limited_nodes) return fail(limited_nodes.error());
+    std::vector<Column<LagrangeNode<D>>> starts{std::move(*limited_nodes)};
     if (from.nodes == NodesOf::input) starts.push_back(input.base);
     const SolutionInElements<D> solution = [&](const QuadraticMesh<D>& curved, const Execution& e) {
-        return known_solution(from.mesh, given, curved, e);
+        return known_solution(from.mesh, specified, curved, e);
     };
     auto found = solution_nodes<D>({from.mesh, input.kinds, input.shells}, starts, solution,
-                                   {.frames = frames_for(from, given), .min_jacobian = options.min_jacobian},
+                                   {.frames = frames_for(from, specified), .min_jacobian = options.min_jacobian},
                                    part_of(execution, 0.35, 1));
     if (!found) return fail(found.error());
     expected = {found->before, found->after, found->frames};
@@ -489,7 +492,7 @@ Outcome<Curved<D>> by_solution(const CurvedFrom<D>& from, CurvingStart<D>& start
     proposal.mid_nodes = std::move(found->nodes);
     proposal.changes = std::move(changes);
     Curved<D> curved = without_lengths(from.mesh, input.kinds, std::move(proposal));
-    curved.statistics.drawn_back = found->drawn_back;
+    curved.statistics.relaxed = found->relaxed;
     return curved;
 }
 
@@ -509,8 +512,8 @@ Outcome<Curved<D>> by_field(const CurvedFrom<D>& from, CurvingStart<D>& start, c
     auto curved = curve({from.mesh, input.kinds, input.shells}, input.base, *start.field, edges,
                         part_of(execution, of_slides, 1));
     if (!curved) return fail(curved.error());
-    curved->statistics.drawn_back += input.drawn_back;
-    curved->statistics.held_back += input.held_back;
+    curved->statistics.relaxed += input.relaxed;
+    curved->statistics.loss_limited += input.loss_limited;
     return curved;
 }
 
@@ -518,8 +521,8 @@ Outcome<Curved<D>> by_field(const CurvedFrom<D>& from, CurvingStart<D>& start, c
 
 template <int D>
 Outcome<ProposedCurves<D>> propose_curves(const CurvedFrom<D>& from, const MetricSource<D>& metric,
-                                          const GivenSolution<D>& solution, const ProposeOptions& options,
-                                          const Around& around) {
+                                          const SolutionInput<D>& solution, const ProposeOptions& options,
+                                          const StepWrapper& around) {
     const bool is_of_solution = options.objective == Objective::solution;
     if (!has_field(options.objective) && options.boundary_nodes == BoundaryNodeAim::length)
         return fail(ErrorKind::usage,
@@ -552,11 +555,12 @@ Outcome<ProposedCurves<D>> propose_curves(const CurvedFrom<D>& from, const Metri
     template Outcome<BackMesh<D>> make_field<D>(const LinearMesh<D>&, const MetricSource<D>&, const Execution&);    \
     template Outcome<BackMesh<D>> make_field<D>(const QuadraticMesh<D>&, const MetricSource<D>&, const Execution&); \
     template Outcome<CurvingStart<D>> begin_curving<D>(const CurvedFrom<D>&, const MetricSource<D>&,                \
-                                                       const ProposeOptions&, const Around&);                       \
+                                                       const ProposeOptions&, const StepWrapper&);                  \
     template Outcome<CurveInput<D>> moved_input<D>(const CurvedFrom<D>&, CurveInput<D>, const BackMesh<D>&,         \
                                                    const CurveOptions&, const PlacementOptions&, const Execution&); \
-    template Outcome<ProposedCurves<D>> propose_curves<D>(                                                          \
-        const CurvedFrom<D>&, const MetricSource<D>&, const GivenSolution<D>&, const ProposeOptions&, const Around&);
+    template Outcome<ProposedCurves<D>> propose_curves<D>(const CurvedFrom<D>&, const MetricSource<D>&,             \
+                                                          const SolutionInput<D>&, const ProposeOptions&,           \
+                                                          const StepWrapper&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

@@ -54,16 +54,16 @@ class Sampled {
 
 /// A mesh between two passes, completed.
 template <int D>
-struct Seen {
+struct MeshSnapshot {
     QuadraticMesh<D> mesh;
     Features<D> features;
 };
 template <int D>
-Outcome<Seen<D>> seen(const Adaptation<D>& state, const Execution& execution) {
+Outcome<MeshSnapshot<D>> snapshot(const Adaptation<D>& state, const Execution& execution) {
     auto end = finished(state, part_of(execution, 0, 0.5));
     if (!end) return fail(end.error());
     auto& [linear, edges, nodes, maps] = end->compact;
-    Seen<D> out{{std::move(linear), std::move(edges), std::move(nodes)}, {}};
+    MeshSnapshot<D> out{{std::move(linear), std::move(edges), std::move(nodes)}, {}};
     if (out.mesh.mid_nodes.empty()) {
         auto middles = map_each(without_progress(execution), out.mesh.edges.size(), [&](std::size_t e) {
             const auto& [a, b] = out.mesh.edges.vertices[e];
@@ -109,19 +109,19 @@ void add_passes(ToMetricStatistics& sum, const ToMetricStatistics& part) {
 template <int D>
 Outcome<GeometrySamples<D>> samples_of_geometry(const QuadraticMesh<D>& mesh, const Features<D>& features,
                                                 const Geometry<D>& geometry, const Execution& execution) {
-    auto own = geometry->own_samples(samples_for(mesh.linear.facets.size()), part_of(execution, 0, 0.5));
+    auto own = geometry->sample_all(samples_for(mesh.linear.facets.size()), part_of(execution, 0, 0.5));
     if (!own) return own;
-    if (own->entities.empty()) return samples_over(mesh, features, geometry, part_of(execution, 0.5, 1));
+    if (own->entities.empty()) return sample_over_mesh(mesh, features, geometry, part_of(execution, 0.5, 1));
     const Sampled sampled(*own);
-    const auto elsewhere = reduce_each(
+    const auto other_materials = reduce_each(
         part_of(execution, 0.5, 0.6), mesh.linear.facets.size(), std::size_t{0},
         [&](std::size_t& count, std::size_t f) {
             count += sampled.has(geometry->surface_at(facet_site(mesh.linear, FacetId(f)))) ? 0 : 1;
         },
         [](std::size_t a, std::size_t b) { return a + b; });
-    if (!elsewhere) return fail(elsewhere.error());
-    if (*elsewhere == 0) return own;
-    const auto over = samples_over(mesh, features, geometry, part_of(execution, 0.6, 1));
+    if (!other_materials) return fail(other_materials.error());
+    if (*other_materials == 0) return own;
+    const auto over = sample_over_mesh(mesh, features, geometry, part_of(execution, 0.6, 1));
     if (!over) return fail(over.error());
     return guarded([&]() -> Outcome<GeometrySamples<D>> {
         for (const auto& [entity, begin, end] : over->entities) {
@@ -184,7 +184,7 @@ Outcome<ReachedDistance<D>> reached_distance(const QuadraticMesh<D>& mesh, const
     const auto samples = samples_of_geometry(mesh, features, geometry, part_of(execution, 0, 0.3));
     if (!samples) return fail(samples.error());
     const auto found =
-        distances_both_ways<D>(mesh, mesh.mid_nodes.view(), features, geometry, *samples, part_of(execution, 0.3, 1));
+        two_sided_distances<D>(mesh, mesh.mid_nodes.view(), features, geometry, *samples, part_of(execution, 0.3, 1));
     if (!found) return fail(found.error());
     ReachedDistance<D> worst;
     double largest_share = -1;
@@ -203,20 +203,20 @@ Outcome<ReachedDistance<D>> reached_distance(const QuadraticMesh<D>& mesh, const
     }
     if (!worst.facet.valid()) return worst;
     for (const Vec<D>& corner : facet_site(mesh.linear, worst.facet).corners) worst.at += (1.0 / D) * corner;
-    for (const OneWay<D>* way : {&found->to_geometry, &found->to_boundary})
+    for (const DirectedDistance<D>* way : {&found->to_geometry, &found->to_boundary})
         if (way->facet == worst.facet && way->largest == worst.reached) worst.at = way->from;
     return worst;
 }
 
 template <int D>
-Outcome<WithinBounds<D>> bring_within(BroughtToMetric<D> brought, const AdaptationGoal<D>& goal,
-                                      std::span<const DistanceBound> bounds, const ToMetricOptions& options,
-                                      BoundaryEffort effort, const Around& around) {
+Outcome<WithinBounds<D>> refine_within(RemeshResult<D> adapted, const AdaptationGoal<D>& goal,
+                                       std::span<const DistanceBound> bounds, const ToMetricOptions& options,
+                                       BoundaryEffort effort, const StepWrapper& around) {
     // Passes check few points of a facet; the margin keeps all measured points within bounds.
     constexpr int max_rounds = 4;
     constexpr double little_more = 1.5, margin = 0.92;
     AdaptationGoal<D> bounded = goal;
-    WithinBounds<D> out{std::move(brought.state), brought.statistics, {}};
+    WithinBounds<D> out{std::move(adapted.state), adapted.statistics, {}};
     double scale = 1;
     for (int round = 0; round < max_rounds; ++round) {
         bounded.distance_bounds = DistanceBounds(scaled(bounds, scale));
@@ -226,13 +226,13 @@ Outcome<WithinBounds<D>> bring_within(BroughtToMetric<D> brought, const Adaptati
         if (*far == 0 && effort == BoundaryEffort::near_metric) break;
         if (*far > 0) {
             if (scale == 1) bounded.distance_bounds = DistanceBounds(scaled(bounds, scale = margin));
-            auto refined = bring_within_bounds(std::move(out.state), bounded, options, effort, around);
+            auto refined = refine_to_bounds(std::move(out.state), bounded, options, effort, around);
             if (!refined) return fail(refined.error());
             out.state = std::move(refined->state);
             add_passes(out.statistics, refined->statistics);
         }
         auto reached = run_step(around, "distances", [&](const Execution& e) -> Outcome<ReachedDistance<D>> {
-            const auto now = seen(out.state, part_of(e, 0, 0.2));
+            const auto now = snapshot(out.state, part_of(e, 0, 0.2));
             if (!now) return fail(now.error());
             return reached_distance(now->mesh, now->features, *goal.geometry, bounds, part_of(e, 0.2, 1));
         });
@@ -276,9 +276,9 @@ Outcome<Remeshing<D>> begin(const Boundary<D>& boundary, RemeshingBy<D> by, Outc
     const auto* const before = by.curves;
     AdaptationGoal<D> goal = goal_of(boundary, std::move(by));
     goal.curves = before != nullptr ? *before : std::move(*found);
-    auto made = begin(BreaksOfMesh{boundary.features.edge_kinds.view(), corners}, goal);
-    if (!made) return fail(made.error());
-    return Remeshing<D>{std::move(*made), std::move(goal)};
+    auto result = begin(BreaksOfMesh{boundary.features.edge_kinds.view(), corners}, goal);
+    if (!result) return fail(result.error());
+    return Remeshing<D>{std::move(*result), std::move(goal)};
 }
 
 }  // namespace
@@ -308,9 +308,9 @@ Outcome<OntoGeometry<D>> put_nodes_onto_geometry(QuadraticMesh<D> mesh, const Bo
     OntoGeometry<D> out{std::move(mesh)};
     if (!boundary.geometry->prescribes_any()) return out;
     const Column<EdgeKind>& kinds = boundary.features.edge_kinds;
-    const auto feet = own_nodes_on(boundary.geometry, kinds, out.mesh, boundary.required, part_of(execution, 0, 0.3));
+    const auto feet = mesh_nodes_on(boundary.geometry, kinds, out.mesh, boundary.required, part_of(execution, 0, 0.3));
     if (!feet) return fail(feet.error());
-    Proposal<D> proposal = own_proposal(out.mesh, kinds, boundary.required);
+    Proposal<D> proposal = proposal_from_mesh(out.mesh, kinds, boundary.required);
     Buffer<LagrangeNode<D>> nodes = take(std::move(proposal.mid_nodes));
     for (std::size_t e = 0; e < nodes.size(); ++e) {
         const auto& [a, b] = out.mesh.edges.vertices[e];
@@ -348,9 +348,9 @@ Outcome<OntoGeometry<D>> put_nodes_onto_geometry(QuadraticMesh<D> mesh, const Bo
     template Outcome<ReachedDistance<D>> reached_distance<D>(const QuadraticMesh<D>&, const Features<D>&,          \
                                                              const Geometry<D>&, std::span<const DistanceBound>,   \
                                                              const Execution&);                                    \
-    template Outcome<WithinBounds<D>> bring_within<D>(BroughtToMetric<D>, const AdaptationGoal<D>&,                \
-                                                      std::span<const DistanceBound>, const ToMetricOptions&,      \
-                                                      BoundaryEffort, const Around&);                              \
+    template Outcome<WithinBounds<D>> refine_within<D>(RemeshResult<D>, const AdaptationGoal<D>&,                  \
+                                                       std::span<const DistanceBound>, const ToMetricOptions&,     \
+                                                       BoundaryEffort, const StepWrapper&);                        \
     template Outcome<Remeshing<D>> begin_remeshing<D>(const LinearMesh<D>&, const EdgeSet<D>&, const Boundary<D>&, \
                                                       RemeshingBy<D>, const Execution&);                           \
     template Outcome<Remeshing<D>> begin_remeshing<D>(const QuadraticMesh<D>&, std::span<const LagrangeNode<D>>,   \

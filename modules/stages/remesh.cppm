@@ -19,7 +19,7 @@ import :metric;
 export namespace camber {
 
 /// Sample points of the geometry: on a CAD model, as many as the boundary's size needs; else over the mesh. Errors:
-/// those of samples_over.
+/// those of sample_over_mesh.
 template <int D>
 [[nodiscard]] Outcome<GeometrySamples<D>> samples_of_geometry(const QuadraticMesh<D>& mesh, const Features<D>& features,
                                                               const Geometry<D>& geometry, const Execution& execution);
@@ -50,7 +50,7 @@ struct ReachedDistance {
 
     [[nodiscard]] bool is_met() const { return !(reached > required); }
 };
-/// Errors: those of distances_both_ways.
+/// Errors: those of two_sided_distances.
 template <int D>
 [[nodiscard]] Outcome<ReachedDistance<D>> reached_distance(const QuadraticMesh<D>& mesh, const Features<D>& features,
                                                            const Geometry<D>& geometry,
@@ -64,13 +64,13 @@ struct WithinBounds {
     ToMetricStatistics statistics;              ///< of all passes; `before`, `after`: of the input mesh
     std::optional<ReachedDistance<D>> reached;  ///< none: no facet was far, effort near_metric
 };
-/// Measures the boundary (step "distances") and refines it (steps of bring_to_metric) until every facet is within its
+/// Measures the boundary (step "distances") and refines it (steps of remesh_to_metric) until every facet is within its
 /// bound. Errors: those of the passes and of reached_distance.
 template <int D>
-[[nodiscard]] Outcome<WithinBounds<D>> bring_within(BroughtToMetric<D> brought, const AdaptationGoal<D>& goal,
-                                                    std::span<const DistanceBound> bounds,
-                                                    const ToMetricOptions& options, BoundaryEffort effort,
-                                                    const Around& around);
+[[nodiscard]] Outcome<WithinBounds<D>> refine_within(RemeshResult<D> adapted, const AdaptationGoal<D>& goal,
+                                                     std::span<const DistanceBound> bounds,
+                                                     const ToMetricOptions& options, BoundaryEffort effort,
+                                                     const StepWrapper& around);
 
 template <int D>
 struct Remeshing {

@@ -268,15 +268,15 @@ std::string listed(const std::vector<Reference>& references) {
 
 template <int D>
 std::optional<Error> check_references(const LinearMesh<D>& mesh, const AnalyticGeometry<D>& geometry) {
-    std::vector<Reference> given;
-    given.reserve(geometry.surfaces.size());
-    for (const auto& [reference, surface] : geometry.surfaces) given.push_back(reference);
-    std::sort(given.begin(), given.end());
-    if (const auto twice = std::adjacent_find(given.begin(), given.end()); twice != given.end())
+    std::vector<Reference> specified;
+    specified.reserve(geometry.surfaces.size());
+    for (const auto& [reference, surface] : geometry.surfaces) specified.push_back(reference);
+    std::sort(specified.begin(), specified.end());
+    if (const auto twice = std::adjacent_find(specified.begin(), specified.end()); twice != specified.end())
         return Error{
             ErrorKind::usage, named(*twice) + " is assigned to two surfaces", {}, {}, "list each reference once"};
     const auto of_facets = sorted_once({mesh.facets.references.begin(), mesh.facets.references.end()});
-    for (const Reference reference : given)
+    for (const Reference reference : specified)
         if (!std::binary_search(of_facets.begin(), of_facets.end(), reference))
             return Error{ErrorKind::usage,
                          std::string("no boundary ") + simplex_name<D - 1> + " of the mesh has " + named(reference),
@@ -322,7 +322,7 @@ std::vector<std::size_t> rows_at(const LinearMesh<D>& mesh, const AnalyticGeomet
 }
 
 template <int D>
-Error misfit_error(const std::pair<Reference, AnalyticSurface<D>>& row, const VertexFit& fit) {
+Error report_fit_error(const std::pair<Reference, AnalyticSurface<D>>& row, const VertexFit& fit) {
     const std::string surface = name_of<D>(row.second);
     return Error{ErrorKind::input,
                  fit.text("the " + surface + " of " + named(row.first)),
@@ -359,7 +359,7 @@ Outcome<Done> check_fit(const LinearMesh<D>& mesh, const AnalyticGeometry<D>& ge
     for (const VertexFit& fit : *fits)
         if ((fit.is_refused(D) || fit.lost > 0) && (!worst || fit.largest > worst->largest)) worst = &fit;
     if (worst == nullptr) return Done{};
-    return fail(misfit_error<D>(geometry.surfaces[static_cast<std::size_t>(worst - fits->data())], *worst));
+    return fail(report_fit_error<D>(geometry.surfaces[static_cast<std::size_t>(worst - fits->data())], *worst));
 }
 
 #define CAMBER_INSTANTIATE(D)                                                             \

@@ -93,13 +93,13 @@ struct VertexFit {
 /// Largest distance of a vertex from another boundary, over the facet's longest edge.
 inline constexpr double fit_tolerance = 0.1;
 
-struct Misfit {
+struct FitError {
     double distance = 0, allowed = 0;
     VertexId vertex = {};
     Reference reference = 0;
 };
 /// For equal distances, returns the lower vertex.
-[[nodiscard]] inline Misfit worse(const Misfit& a, const Misfit& b) {
+[[nodiscard]] inline FitError worse(const FitError& a, const FitError& b) {
     if (a.distance != b.distance) return a.distance > b.distance ? a : b;
     return b.distance > 0 && b.vertex < a.vertex ? b : a;
 }
@@ -108,13 +108,13 @@ struct Misfit {
 /// longest edge, since adaptation to thin layers can leave vertices short of the surface.
 struct BoundaryFit {
     std::size_t facets = 0, off = 0;
-    Misfit worst;
+    FitError worst;
 
     /// A misfit with distance 0 is on the surface.
-    void add(const Misfit& misfit) {
+    void add(const FitError& fit_error) {
         ++facets;
-        off += misfit.distance > 0 ? 1 : 0;
-        worst = worse(worst, misfit);
+        off += fit_error.distance > 0 ? 1 : 0;
+        worst = worse(worst, fit_error);
     }
     void add(const BoundaryFit& others) {
         facets += others.facets;
@@ -122,7 +122,7 @@ struct BoundaryFit {
         worst = worse(worst, others.worst);
     }
     /// The worst misfit, if too many facets are off or it is too far.
-    [[nodiscard]] std::optional<Misfit> refused() const {
+    [[nodiscard]] std::optional<FitError> refused() const {
         constexpr std::size_t most = 100;
         constexpr double farthest = 0.5 / fit_tolerance;
         if (off * most <= facets && !(worst.distance > farthest * worst.allowed)) return {};
@@ -292,9 +292,9 @@ template <int D>
 
 export namespace camber {
 
-enum class DistanceWays : std::uint8_t { boundary, both };
-[[nodiscard]] constexpr auto words(DistanceWays) {
-    return words_of(Word{DistanceWays::boundary, "boundary"}, Word{DistanceWays::both, "both"});
+enum class DistanceDirections : std::uint8_t { boundary, both };
+[[nodiscard]] constexpr auto words(DistanceDirections) {
+    return words_of(Word{DistanceDirections::boundary, "boundary"}, Word{DistanceDirections::both, "both"});
 }
 
 /// Curved facets for closest-point searches, raised to degree 3 (exact).
@@ -319,15 +319,15 @@ struct BoundaryFoot {
 template <int D>
 [[nodiscard]] BoundaryFoot<D> closest_on(const CurvedBoundary<D>& boundary, const Vec<D>& p, FacetId near = {});
 
-/// Samples `GeometryModel::points_over` and `on_edge` on a lattice of each facet and each edge between two surfaces.
+/// Samples `GeometryModel::surface_points` and `on_edge` on a lattice of each facet and each edge between two surfaces.
 /// Parts of the geometry without facets are not sampled. Errors: `features` of another mesh (internal), stopped.
 template <int D>
-[[nodiscard]] Outcome<GeometrySamples<D>> samples_over(const QuadraticMesh<D>& mesh, const Features<D>& features,
-                                                       const Geometry<D>& geometry, const Execution& execution);
+[[nodiscard]] Outcome<GeometrySamples<D>> sample_over_mesh(const QuadraticMesh<D>& mesh, const Features<D>& features,
+                                                           const Geometry<D>& geometry, const Execution& execution);
 
 /// Distances from points of one side to the nearest of the other (model units).
 template <int D>
-struct OneWay {
+struct DirectedDistance {
     std::size_t samples = 0;
     double largest = 0, mean = 0;  ///< mean by area or length
     Vec<D> from, to;               ///< pair with the largest distance
@@ -342,13 +342,13 @@ struct EntityDistances {
     std::vector<Reference> references;  ///< references of these facets, or beside the curve; rising
     double measure = 0;                 ///< straight area or length
     bool is_flat = false;               ///< a plane or line where it has facets
-    OneWay<D> to_geometry, to_boundary;
+    DirectedDistance<D> to_geometry, to_boundary;
 };
 
 template <int D>
 struct GeometryDistances {
-    std::vector<EntityDistances<D>> entities;  ///< surfaces, then curves
-    OneWay<D> to_geometry, to_boundary;        ///< all surfaces
+    std::vector<EntityDistances<D>> entities;      ///< surfaces, then curves
+    DirectedDistance<D> to_geometry, to_boundary;  ///< all surfaces
     /// One a facet: largest distance from the geometry, and from the geometry's points whose closest facet it is (0:
     /// none).
     Column<double> of_facets, to_facets;
@@ -358,7 +358,7 @@ struct GeometryDistances {
 /// sample to the closest curved facet; samples of a curve to the closest edge on it, if any. Errors: `features` or
 /// `mid_nodes` of another mesh (internal), stopped.
 template <int D>
-[[nodiscard]] Outcome<GeometryDistances<D>> distances_both_ways(
+[[nodiscard]] Outcome<GeometryDistances<D>> two_sided_distances(
     const QuadraticMesh<D>& mesh, std::span<const LagrangeNode<D>> mid_nodes, const Features<D>& features,
     const Geometry<D>& geometry, const GeometrySamples<D>& samples, const Execution& execution);
 

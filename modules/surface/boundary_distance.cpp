@@ -196,7 +196,7 @@ Outcome<OffGeometry<VertexId>> vertices_off(const LinearMesh<D>& mesh, const Geo
         if ((*balls)[v].empty() || required[v] != 0) return;
         const auto around = facet_sites<D>(mesh, (*balls)[v]);
         const Vec<D>& p = mesh.points[v];
-        count_off(total, VertexId(v), p, geometry->distance_where(around, p), longest_edge<D>(around), tolerance);
+        count_off(total, VertexId(v), p, geometry->distance_at_facets(around, p), longest_edge<D>(around), tolerance);
     };
     return reduce_each(execution, mesh.points.size(), OffGeometry<VertexId>{}, measure, joined<VertexId>, 256);
 }
@@ -292,7 +292,7 @@ class MeasuredFacets {
 
 /// Upper bound on the distance at equal barycentric coordinates; infinity if vertices differ. Σ 2 ξ_i ξ_j ≤ (D − 1)/D.
 template <int D>
-double apart(const QuadraticSimplex<D - 1, D>& a, const QuadraticSimplex<D - 1, D>& b) {
+double distance_bound(const QuadraticSimplex<D - 1, D>& a, const QuadraticSimplex<D - 1, D>& b) {
     double largest = 0;
     for (std::size_t i = 0; i < a.control.size(); ++i) {
         const double here = distance(a.control[i], b.control[i]);
@@ -325,7 +325,7 @@ Outcome<LargestDistance> largest_boundary_distance(const QuadraticMesh<D>& mesh,
     const MeasuredFacets<D> facets(mesh, mid_nodes, geometry), others(near.mesh, near.mid_nodes, geometry);
     constexpr double rounding = 1 + 1e-12;
     const auto bounds = map_each(part_of(execution, 0, 0.2), mesh.linear.facets.size(), [&](std::size_t f) {
-        return rounding * (near.largest + apart<D>(facets.facet(f).shape, others.facet(f).shape));
+        return rounding * (near.largest + distance_bound<D>(facets.facet(f).shape, others.facet(f).shape));
     });
     if (!bounds) return fail(bounds.error());
     return facets.largest([&](std::size_t f, double largest) { return !((*bounds)[f] <= largest); },

@@ -202,9 +202,9 @@ Outcome<EmbeddedCurves<3>> found_curves(const LinearMesh<3>& mesh, const EdgeSet
     }
     Surrogate<3> smooth;
     if (!on_surfaces.empty()) {
-        auto made = surrogate_with_curves(mesh, edges, features, on_surfaces, execution);
-        if (!made) return fail(made.error());
-        smooth = std::move(*made);
+        auto result = surrogate_with_curves(mesh, edges, features, on_surfaces, execution);
+        if (!result) return fail(result.error());
+        smooth = std::move(*result);
     }
     Buffer<EmbeddedCurves<3>::Piece> pieces(embedded.size());
     Buffer<Box<3>> boxes(embedded.size(), Box<3>{});

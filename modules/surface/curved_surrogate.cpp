@@ -41,7 +41,7 @@ struct CutBoundary {
 };
 
 template <int D>
-struct Whole {
+struct UncutBoundary {
     const LinearMesh<D>& mesh;
     const EdgeSet<D>& edges;
     const Features<D>& features;
@@ -61,8 +61,8 @@ struct Whole {
 };
 
 template <int D>
-Whole<D> whole(const LinearMesh<D>& mesh, const EdgeSet<D>& edges, const Features<D>& features) {
-    Whole<D> out{mesh, edges, features, {}, std::vector<VertexId>(edges.size())};
+UncutBoundary<D> uncut_boundary(const LinearMesh<D>& mesh, const EdgeSet<D>& edges, const Features<D>& features) {
+    UncutBoundary<D> out{mesh, edges, features, {}, std::vector<VertexId>(edges.size())};
     for (std::size_t e = 0; e < edges.size(); ++e) {
         if (features.edge_kinds[e] == EdgeKind::volume) continue;
         out.middle_of[e] = VertexId(mesh.points.size() + out.rows.size());
@@ -72,19 +72,19 @@ Whole<D> whole(const LinearMesh<D>& mesh, const EdgeSet<D>& edges, const Feature
 }
 
 /// Copies listed breaks: vertices in 2D, both halves of an edge in 3D.
-void list_breaks(const Whole<2>& whole, LinearMesh<2>& pieces) {
-    Buffer<VertexId> corners(whole.mesh.corners.begin(), whole.mesh.corners.end());
-    for (const std::uint32_t f : whole.mesh.ridges)
-        for (const VertexId v : whole.mesh.facets.vertices[f]) corners.push_back(v);
+void list_breaks(const UncutBoundary<2>& uncut_boundary, LinearMesh<2>& pieces) {
+    Buffer<VertexId> corners(uncut_boundary.mesh.corners.begin(), uncut_boundary.mesh.corners.end());
+    for (const std::uint32_t f : uncut_boundary.mesh.ridges)
+        for (const VertexId v : uncut_boundary.mesh.facets.vertices[f]) corners.push_back(v);
     pieces.corners = std::move(corners);
 }
-void list_breaks(const Whole<3>& whole, LinearMesh<3>& pieces) {
-    pieces.corners = whole.mesh.corners;
+void list_breaks(const UncutBoundary<3>& uncut_boundary, LinearMesh<3>& pieces) {
+    pieces.corners = uncut_boundary.mesh.corners;
     Buffer<SimplexVertices<1>> halves;
-    for (const std::uint32_t ridge : whole.mesh.ridges) {
-        const VertexId middle = whole.middle_of[whole.edges.of_edges[ridge].index()];
+    for (const std::uint32_t ridge : uncut_boundary.mesh.ridges) {
+        const VertexId middle = uncut_boundary.middle_of[uncut_boundary.edges.of_edges[ridge].index()];
         if (!middle.valid()) continue;
-        for (const VertexId end : whole.mesh.edges.vertices[ridge]) halves.push_back({end, middle});
+        for (const VertexId end : uncut_boundary.mesh.edges.vertices[ridge]) halves.push_back({end, middle});
     }
     Buffer<Reference> references(halves.size());
     std::ranges::fill(references, 0);
@@ -96,45 +96,47 @@ void list_breaks(const Whole<3>& whole, LinearMesh<3>& pieces) {
 }
 
 template <int D>
-LinearMesh<D> mesh_of_pieces(const Whole<D>& whole, std::span<const LagrangeNode<D>> nodes) {
+LinearMesh<D> mesh_of_pieces(const UncutBoundary<D>& uncut_boundary, std::span<const LagrangeNode<D>> nodes) {
     constexpr std::size_t pieces = CutBoundary<D>::pieces;
-    Buffer<Vec<D>> points(whole.mesh.points.begin(), whole.mesh.points.end());
-    points.reserve(points.size() + whole.rows.size());
-    for (const EdgeId e : whole.rows) points.push_back(nodes[e.index()].point);
+    Buffer<Vec<D>> points(uncut_boundary.mesh.points.begin(), uncut_boundary.mesh.points.end());
+    points.reserve(points.size() + uncut_boundary.rows.size());
+    for (const EdgeId e : uncut_boundary.rows) points.push_back(nodes[e.index()].point);
     Buffer<Reference> point_references(points.size());
     std::ranges::fill(point_references, 0);
-    Buffer<SimplexVertices<D - 1>> vertices(pieces * whole.mesh.facets.size());
+    Buffer<SimplexVertices<D - 1>> vertices(pieces * uncut_boundary.mesh.facets.size());
     Buffer<Reference> references(vertices.size());
     for (std::size_t i = 0; i < vertices.size(); ++i) {
         const FacetId f(i / pieces);
-        references[i] = whole.mesh.facets.references[f];
-        for (std::size_t c = 0; c < D; ++c) vertices[i][c] = whole.vertex_at(f, pieces_of_facet<D - 1>[i % pieces][c]);
+        references[i] = uncut_boundary.mesh.facets.references[f];
+        for (std::size_t c = 0; c < D; ++c)
+            vertices[i][c] = uncut_boundary.vertex_at(f, pieces_of_facet<D - 1>[i % pieces][c]);
     }
     LinearMesh<D> out;
     out.points = std::move(points);
     out.point_references = std::move(point_references);
     out.facets.vertices = std::move(vertices);
     out.facets.references = std::move(references);
-    out.geometry = whole.mesh.geometry;
-    list_breaks(whole, out);
+    out.geometry = uncut_boundary.mesh.geometry;
+    list_breaks(uncut_boundary, out);
     return out;
 }
 
 template <int D>
-Features<D> features_of_pieces(const Whole<D>& whole, const LinearMesh<D>& mesh, const EdgeSet<D>& edges) {
+Features<D> features_of_pieces(const UncutBoundary<D>& uncut_boundary, const LinearMesh<D>& mesh,
+                               const EdgeSet<D>& edges) {
     constexpr std::size_t pieces = CutBoundary<D>::pieces;
-    const Features<D>& of = whole.features;
+    const Features<D>& of = uncut_boundary.features;
     Features<D> out = of;
     Buffer<EdgeKind> edge_kinds(edges.size());
     std::ranges::fill(edge_kinds, EdgeKind::surface);  // edges between pieces of a facet
     Buffer<std::uint32_t> curves(edges.size());
     std::ranges::fill(curves, no_feature);
     Buffer<VertexKind> vertex_kinds(of.vertex_kinds.begin(), of.vertex_kinds.end());
-    for (const EdgeId e : whole.rows) {
+    for (const EdgeId e : uncut_boundary.rows) {
         const bool is_ridge = of.edge_kinds[e] == EdgeKind::ridge;
         vertex_kinds.push_back(is_ridge ? VertexKind::ridge : VertexKind::surface);
-        for (const VertexId end : whole.edges.vertices[e]) {
-            const EdgeId half = find_edge(edges, end, whole.middle_of[e.index()]);
+        for (const VertexId end : uncut_boundary.edges.vertices[e]) {
+            const EdgeId half = find_edge(edges, end, uncut_boundary.middle_of[e.index()]);
             if (!half.valid()) continue;
             edge_kinds[half.index()] = of.edge_kinds[e];
             curves[half.index()] = of.curves[e];
@@ -157,7 +159,7 @@ template <int D>
 Outcome<CutBoundary<D>> cut_at_nodes(const LinearMesh<D>& mesh, const EdgeSet<D>& edges, const Features<D>& features,
                                      std::span<const LagrangeNode<D>> nodes, const Execution& execution) {
     return guarded([&]() -> Outcome<CutBoundary<D>> {
-        const Whole<D> of = whole(mesh, edges, features);
+        const UncutBoundary<D> of = uncut_boundary(mesh, edges, features);
         CutBoundary<D> cut{mesh_of_pieces(of, nodes), {}, {}};
         auto halves = unique_edges(cut.mesh, execution);
         if (!halves) return fail(halves.error());
@@ -181,10 +183,10 @@ double angle_between(const Vec<D>& a, const Vec<D>& b) {
 /// True if both facets have the same orientation: they traverse their edge in opposite directions.
 template <int D>
 bool sides_agree(const LinearMesh<D>& mesh, const std::array<FacetId, 2>& facets, VertexId a, VertexId b) {
-    const auto goes = [&](FacetId f) {
+    const auto is_forward = [&](FacetId f) {
         return D == 2 ? local(mesh, f, a) == 0 : (local(mesh, f, a) + 1) % D == local(mesh, f, b);
     };
-    return goes(facets[0]) != goes(facets[1]);
+    return is_forward(facets[0]) != is_forward(facets[1]);
 }
 
 /// Turns (radians) of a patch at three points of each inner edge (2D: at each vertex).
@@ -211,16 +213,16 @@ template <int D>
 using NormalOfFacet = std::function<Vec<D>(FacetId, const Barycentric<D - 1>&)>;
 
 /// Two adjacent facets of one patch, with their edge from a to b (2D: their vertex a).
-struct Passage {
+struct AdjacentFacets {
     std::array<FacetId, 2> facets;
     VertexId a, b;
 };
 
-Outcome<std::vector<Passage>> passages_of(const LinearMesh<3>&, const EdgeSet<3>& edges, const Features<3>& features,
-                                          const Execution& execution) {
+Outcome<std::vector<AdjacentFacets>> adjacent_facets_of(const LinearMesh<3>&, const EdgeSet<3>& edges,
+                                                        const Features<3>& features, const Execution& execution) {
     const auto shells = facet_shells(edges, execution);
     if (!shells) return fail(shells.error());
-    std::vector<Passage> out;
+    std::vector<AdjacentFacets> out;
     for (std::size_t e = 0; e < edges.size(); ++e)
         if (features.edge_kinds[e] == EdgeKind::surface && (*shells)[EdgeId(e)].size() == 2) {
             const auto shell = (*shells)[EdgeId(e)];
@@ -228,9 +230,9 @@ Outcome<std::vector<Passage>> passages_of(const LinearMesh<3>&, const EdgeSet<3>
         }
     return out;
 }
-Outcome<std::vector<Passage>> passages_of(const LinearMesh<2>& mesh, const EdgeSet<2>&, const Features<2>& features,
-                                          const Execution&) {
-    std::vector<Passage> out;
+Outcome<std::vector<AdjacentFacets>> adjacent_facets_of(const LinearMesh<2>& mesh, const EdgeSet<2>&,
+                                                        const Features<2>& features, const Execution&) {
+    std::vector<AdjacentFacets> out;
     std::vector<FacetId> first(mesh.points.size());
     for (std::size_t f = 0; f < mesh.facets.size(); ++f)
         for (const VertexId v : mesh.facets.vertices[f]) {
@@ -248,7 +250,7 @@ Outcome<std::vector<Passage>> passages_of(const LinearMesh<2>& mesh, const EdgeS
 template <int D>
 Outcome<std::vector<Kinks>> kinks_of(const LinearMesh<D>& mesh, const EdgeSet<D>& edges, const Features<D>& features,
                                      const NormalOfFacet<D>& normal, const Execution& execution) {
-    const auto passages = passages_of(mesh, edges, features, without_progress(execution));
+    const auto passages = adjacent_facets_of(mesh, edges, features, without_progress(execution));
     if (!passages) return fail(passages.error());
     const auto at = map_each(execution, passages->size(), [&](std::size_t i) {
         const auto& [facets, a, b] = (*passages)[i];
@@ -256,13 +258,13 @@ Outcome<std::vector<Kinks>> kinks_of(const LinearMesh<D>& mesh, const EdgeSet<D>
         Kinks here;
         for (const double t : {0.0, 0.5, 1.0}) {
             if (D == 2 && t != 0) continue;
-            const auto seen = [&, from = a, to = b](FacetId f) {
+            const auto normal_in = [&, from = a, to = b](FacetId f) {
                 Barycentric<D - 1> xi{};
                 xi[local(mesh, f, from)] = 1 - t;
                 if (D == 3) xi[local(mesh, f, to)] = t;
                 return normal(f, xi);
             };
-            here.add(angle_between(seen(facets[0]), side * seen(facets[1])));
+            here.add(angle_between(normal_in(facets[0]), side * normal_in(facets[1])));
         }
         return here;
     });
@@ -351,8 +353,8 @@ std::vector<std::uint8_t> patches_with_curves(const BoundaryCurves<D>& mesh, con
 
 /// Nodes of the file on edges of patches with curves, elsewhere edge middles of `straight`.
 template <int D>
-Buffer<LagrangeNode<D>> nodes_to_go_through(const BoundaryCurves<D>& mesh, const Surrogate<D>& straight,
-                                            std::span<const std::uint8_t> own) {
+Buffer<LagrangeNode<D>> interpolated_nodes(const BoundaryCurves<D>& mesh, const Surrogate<D>& straight,
+                                           std::span<const std::uint8_t> own) {
     Buffer<LagrangeNode<D>> nodes(mesh.nodes.begin(), mesh.nodes.end());
     for (std::size_t row = 0; row < straight.edges.size(); ++row)
         nodes[straight.edges[row].index()].point = straight.edge_curves[row].middle;
@@ -392,8 +394,9 @@ Outcome<std::vector<std::uint8_t>> kinked_patches(const BoundaryCurves<D>& mesh,
 
 /// Replaces the pieces of these patches by parts of the mesh's own facets.
 template <int D>
-Outcome<Done> put_as_read(const BoundaryCurves<D>& mesh, const CutBoundary<D>& cut,
-                          std::span<const std::uint8_t> kinked, Surrogate<D>& surrogate, const Execution& execution) {
+Outcome<Done> restore_own_facets(const BoundaryCurves<D>& mesh, const CutBoundary<D>& cut,
+                                 std::span<const std::uint8_t> kinked, Surrogate<D>& surrogate,
+                                 const Execution& execution) {
     constexpr std::size_t pieces = CutBoundary<D>::pieces;
     const auto is_kinked = [&](std::size_t i) {
         const std::uint32_t patch = surrogate.patches[i];
@@ -420,12 +423,13 @@ Outcome<Done> put_as_read(const BoundaryCurves<D>& mesh, const CutBoundary<D>& c
     }
     surrogate.facets = std::move(*facets);
     surrogate.edge_curves = std::move(curves);
-    return plant_trees(surrogate, part_of(execution, 0.5, 1));
+    return build_trees(surrogate, part_of(execution, 0.5, 1));
 }
 
 template <int D>
-Outcome<CurvedPatches> told(const CutBoundary<D>& cut, const Surrogate<D>& surrogate, std::span<const std::uint8_t> own,
-                            std::span<const std::uint8_t> kinked, const Execution& execution) {
+Outcome<CurvedPatches> count_patches(const CutBoundary<D>& cut, const Surrogate<D>& surrogate,
+                                     std::span<const std::uint8_t> own, std::span<const std::uint8_t> kinked,
+                                     const Execution& execution) {
     const auto kinks = kinks_of<D>(
         cut.mesh, cut.edges, cut.features,
         [&](FacetId f, const Barycentric<D - 1>& xi) { return normal_at<D>(surrogate.facets[f], xi); }, execution);
@@ -445,9 +449,9 @@ Outcome<CurvedPatches> told(const CutBoundary<D>& cut, const Surrogate<D>& surro
 }  // namespace
 
 template <int D>
-Outcome<CurvedSurrogate<D>> with_curves(Surrogate<D> straight, const BoundaryCurves<D>& mesh,
-                                        const GeometryModel<D>& prescribed, const SurrogateOptions& options,
-                                        const Execution& execution) {
+Outcome<CurvedSurrogate<D>> build_curved_surrogate(Surrogate<D> straight, const BoundaryCurves<D>& mesh,
+                                                   const GeometryModel<D>& prescribed, const SurrogateOptions& options,
+                                                   const Execution& execution) {
     const auto& [linear, edges, features, nodes] = mesh;
     if (straight.facets.size() != linear.facets.size() || nodes.size() != edges.size() ||
         features.patches.size() != linear.facets.size())
@@ -457,21 +461,21 @@ Outcome<CurvedSurrogate<D>> with_curves(Surrogate<D> straight, const BoundaryCur
         return CurvedSurrogate<D>{std::move(straight), {}};
     const auto kinked = kinked_patches<D>(mesh, own, part_of(execution, 0, 0.1));
     if (!kinked) return fail(kinked.error());
-    const auto cut = cut_at_nodes<D>(linear, edges, features, nodes_to_go_through<D>(mesh, straight, own),
+    const auto cut = cut_at_nodes<D>(linear, edges, features, interpolated_nodes<D>(mesh, straight, own),
                                      part_of(execution, 0.1, 0.2));
     if (!cut) return fail(cut.error());
     auto smooth =
         build_surrogate(cut->mesh, cut->edges, cut->features, prescribed, options, part_of(execution, 0.2, 0.9));
     if (!smooth) return fail(smooth.error());
-    if (auto done = put_as_read<D>(mesh, *cut, *kinked, *smooth, part_of(execution, 0.9, 0.95)); !done)
+    if (auto done = restore_own_facets<D>(mesh, *cut, *kinked, *smooth, part_of(execution, 0.9, 0.95)); !done)
         return fail(done.error());
-    auto patches = told<D>(*cut, *smooth, own, *kinked, part_of(execution, 0.95, 1));
+    auto patches = count_patches<D>(*cut, *smooth, own, *kinked, part_of(execution, 0.95, 1));
     if (!patches) return fail(patches.error());
     return CurvedSurrogate<D>{std::move(*smooth), *patches};
 }
 
-#define CAMBER_INSTANTIATE(D)                            \
-    template Outcome<CurvedSurrogate<D>> with_curves<D>( \
+#define CAMBER_INSTANTIATE(D)                                       \
+    template Outcome<CurvedSurrogate<D>> build_curved_surrogate<D>( \
         Surrogate<D>, const BoundaryCurves<D>&, const GeometryModel<D>&, const SurrogateOptions&, const Execution&);
 
 CAMBER_INSTANTIATE(2)

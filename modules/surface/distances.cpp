@@ -90,7 +90,7 @@ BoundaryFoot<D> closest_on(const CurvedBoundary<D>& boundary, const Vec<D>& p, F
 namespace {
 
 /// Sort key: surfaces, then curves, then others. Numbered curves compare without their sides.
-auto place_in_list(const GeometryEntity& entity) {
+auto entity_order(const GeometryEntity& entity) {
     const int rank = entity.kind == GeometryKind::surface ? 0 : entity.kind == GeometryKind::curve ? 1 : 2;
     const bool by_sides = entity.id == GeometryEntity::unnumbered;
     return std::tuple<int, std::int64_t, std::array<std::int64_t, 2>>(
@@ -98,7 +98,7 @@ auto place_in_list(const GeometryEntity& entity) {
 }
 
 template <int D>
-struct OnEntities {
+struct PiecesOfEntities {
     struct Entity {
         GeometryEntity entity;
         std::vector<std::uint32_t> pieces;  ///< rising
@@ -118,17 +118,17 @@ struct OnEntities {
 /// This lattice contains the centroid and the edge middles.
 constexpr int facet_degree = 6, edge_samples = 10;
 
-template <int D, class Wanted>
-auto sorted_by_entity(const Buffer<GeometryEntity>& entities, Wanted&& wanted) {
-    using Key = decltype(place_in_list(GeometryEntity{}));
-    std::map<Key, typename OnEntities<D>::Entity> sorted;
+template <int D, class Predicate>
+auto sorted_by_entity(const Buffer<GeometryEntity>& entities, Predicate&& predicate) {
+    using Key = decltype(entity_order(GeometryEntity{}));
+    std::map<Key, typename PiecesOfEntities<D>::Entity> sorted;
     for (std::size_t i = 0; i < entities.size(); ++i) {
-        if (!wanted(entities[i])) continue;
-        auto& entry = sorted[place_in_list(entities[i])];
+        if (!predicate(entities[i])) continue;
+        auto& entry = sorted[entity_order(entities[i])];
         entry.entity = entities[i];
         entry.pieces.push_back(static_cast<std::uint32_t>(i));
     }
-    std::vector<typename OnEntities<D>::Entity> list;
+    std::vector<typename PiecesOfEntities<D>::Entity> list;
     list.reserve(sorted.size());
     for (auto& [key, entry] : sorted) list.push_back(std::move(entry));
     return list;
@@ -148,13 +148,13 @@ void project_curved(const QuadraticMesh<D>& mesh, const Geometry<D>& geometry, c
 
 /// Errors: stopped.
 template <int D>
-Outcome<OnEntities<D>> find_on_entities(const QuadraticMesh<D>& mesh, const Features<D>& features,
-                                        const Geometry<D>& geometry, const Execution& execution) {
+Outcome<PiecesOfEntities<D>> find_on_entities(const QuadraticMesh<D>& mesh, const Features<D>& features,
+                                              const Geometry<D>& geometry, const Execution& execution) {
     if (features.patches.size() != mesh.linear.facets.size() || features.edge_kinds.size() != mesh.edges.size())
         return fail(ErrorKind::internal, "the features belong to another mesh");
     auto shells = facet_shells(mesh.edges, without_progress(execution));
     if (!shells) return fail(shells.error());
-    OnEntities<D> found{{}, {}, std::move(*shells)};
+    PiecesOfEntities<D> found{{}, {}, std::move(*shells)};
     auto of_facets = map_each(part_of(execution, 0, 0.5), mesh.linear.facets.size(),
                               [&](std::size_t f) { return geometry->surface_at(facet_site(mesh.linear, FacetId(f))); });
     if (!of_facets) return fail(of_facets.error());
@@ -173,8 +173,8 @@ Outcome<OnEntities<D>> find_on_entities(const QuadraticMesh<D>& mesh, const Feat
 }  // namespace
 
 template <int D>
-Outcome<GeometrySamples<D>> samples_over(const QuadraticMesh<D>& mesh, const Features<D>& features,
-                                         const Geometry<D>& geometry, const Execution& execution) {
+Outcome<GeometrySamples<D>> sample_over_mesh(const QuadraticMesh<D>& mesh, const Features<D>& features,
+                                             const Geometry<D>& geometry, const Execution& execution) {
     constexpr const auto& lattice = facet_lattice<facet_degree, D>;
     constexpr std::size_t n = lattice.size();
     return guarded([&]() -> Outcome<GeometrySamples<D>> {
@@ -200,7 +200,7 @@ Outcome<GeometrySamples<D>> samples_over(const QuadraticMesh<D>& mesh, const Fea
                 if (geometry->prescribes(site.reference))
                     project_curved(mesh, geometry, entity.entity, site, points);
                 else
-                    (void)geometry->points_over(site, lattice, points);
+                    (void)geometry->surface_points(site, lattice, points);
                 for (std::size_t k = at; k < at + n; ++k) {
                     samples.weights[k] = weight;
                     samples.near[k] = FacetId(f);
@@ -253,19 +253,19 @@ class Sum {
         sum_ += part.sum;
         weight_ += part.weight;
     }
-    [[nodiscard]] OneWay<D> way() const {
-        OneWay<D> way = way_;
+    [[nodiscard]] DirectedDistance<D> way() const {
+        DirectedDistance<D> way = way_;
         way.mean = weight_ > 0 ? sum_ / weight_ : 0;
         return way;
     }
 
   private:
-    OneWay<D> way_;
+    DirectedDistance<D> way_;
     double sum_ = 0, weight_ = 0;
 };
 
 template <int D>
-struct Question {
+struct DistanceProblem {
     const QuadraticMesh<D>& mesh;
     std::span<const LagrangeNode<D>> mid_nodes;
     const Features<D>& features;
@@ -274,7 +274,7 @@ struct Question {
 
 /// Samples a facet as `boundary_distance` does.
 template <int D>
-Part<D> from_facet(const Question<D>& q, const GeometryEntity& entity, std::size_t f) {
+Part<D> measure_facet(const DistanceProblem<D>& q, const GeometryEntity& entity, std::size_t f) {
     constexpr std::size_t n = tenths<D>.size();
     const FacetSite<D> site = facet_site(q.mesh.linear, FacetId(f));
     const auto shape = bezier_form<D - 1, D>(q.mesh.linear.points, q.mid_nodes, q.mesh.linear.facets.vertices[f],
@@ -300,7 +300,7 @@ Part<D> from_facet(const Question<D>& q, const GeometryEntity& entity, std::size
 
 /// Samples an edge at tenths against its curve.
 template <int D>
-Part<D> from_edge(const Question<D>& q, const OnEntities<D>& on, std::size_t e) {
+Part<D> measure_edge(const DistanceProblem<D>& q, const PiecesOfEntities<D>& on, std::size_t e) {
     const EdgeSite<D> site = on.site(q.mesh, q.features, e);
     const Vec<D> control = control_point(site.ends[0], q.mid_nodes[e], site.ends[1]).point;
     Part<D> part;
@@ -328,7 +328,7 @@ struct CurvedEdges {
     BoxTree<D> tree;
 };
 template <int D>
-CurvedEdges<D> curved_edges(const Question<D>& q, std::span<const std::uint32_t> edges) {
+CurvedEdges<D> curved_edges(const DistanceProblem<D>& q, std::span<const std::uint32_t> edges) {
     CurvedEdges<D> out;
     std::vector<Box<D>> boxes;
     out.curves.reserve(edges.size());
@@ -358,7 +358,7 @@ struct Feet {
     Buffer<FacetId> facets;
 };
 template <int D>
-Outcome<Feet<D>> feet_of(const Question<D>& q, const OnEntities<D>& on, const GeometrySamples<D>& samples,
+Outcome<Feet<D>> feet_of(const DistanceProblem<D>& q, const PiecesOfEntities<D>& on, const GeometrySamples<D>& samples,
                          const Execution& execution) {
     const auto boundary = curved_boundary(q.mesh, q.mid_nodes, part_of(execution, 0, 0.1));
     if (!boundary) return fail(boundary.error());
@@ -371,7 +371,7 @@ Outcome<Feet<D>> feet_of(const Question<D>& q, const OnEntities<D>& on, const Ge
     };
     for (const auto& [entity, begin, end] : samples.entities) {
         const auto curve = std::find_if(on.curves.begin(), on.curves.end(), [&, &e = entity](const auto& c) {
-            return place_in_list(c.entity) == place_in_list(e);
+            return entity_order(c.entity) == entity_order(e);
         });
         const bool has_edges = entity.kind == GeometryKind::curve && curve != on.curves.end();
         const auto edges = has_edges ? curved_edges<D>(q, curve->pieces) : CurvedEdges<D>{};
@@ -399,7 +399,7 @@ std::vector<Reference> references_of(const QuadraticMesh<D>& mesh, const std::ve
 template <int D>
 class Measuring {
   public:
-    Measuring(const Question<D>& q, const OnEntities<D>& on)
+    Measuring(const DistanceProblem<D>& q, const PiecesOfEntities<D>& on)
         : q_(q), on_(on), of_facets_(q.mesh.linear.facets.size()), to_facets_(q.mesh.linear.facets.size()) {
         std::fill(to_facets_.begin(), to_facets_.end(), 0.0);
     }
@@ -408,7 +408,7 @@ class Measuring {
         for (const auto& entity : on_.surfaces) {
             auto parts = map_each(
                 without_progress(execution), entity.pieces.size(),
-                [&](std::size_t i) { return from_facet(q_, entity.entity, entity.pieces[i]); }, 64);
+                [&](std::size_t i) { return measure_facet(q_, entity.entity, entity.pieces[i]); }, 64);
             if (!parts) return fail(parts.error());
             std::vector<FacetId> facets(entity.pieces.size());
             for (std::size_t i = 0; i < parts->size(); ++i) {
@@ -424,7 +424,7 @@ class Measuring {
         for (const auto& entity : on_.curves) {
             auto parts = map_each(
                 without_progress(execution), entity.pieces.size(),
-                [&](std::size_t i) { return from_edge(q_, on_, entity.pieces[i]); }, 64);
+                [&](std::size_t i) { return measure_edge(q_, on_, entity.pieces[i]); }, 64);
             if (!parts) return fail(parts.error());
             std::vector<FacetId> facets;
             for (const std::uint32_t e : entity.pieces)
@@ -451,13 +451,13 @@ class Measuring {
 
     GeometryDistances<D> distances() {
         std::sort(entities_.begin(), entities_.end(),
-                  [](const auto& a, const auto& b) { return place_in_list(a.entity) < place_in_list(b.entity); });
+                  [](const auto& a, const auto& b) { return entity_order(a.entity) < entity_order(b.entity); });
         return {std::move(entities_), to_geometry_.way(), to_boundary_.way(), std::move(of_facets_),
                 std::move(to_facets_)};
     }
 
   private:
-    void add(const typename OnEntities<D>::Entity& entity, const Buffer<Part<D>>& parts, std::size_t samples,
+    void add(const typename PiecesOfEntities<D>::Entity& entity, const Buffer<Part<D>>& parts, std::size_t samples,
              std::vector<Reference> references) {
         Sum<D> sum;
         EntityDistances<D> entry{.entity = entity.entity,
@@ -474,15 +474,15 @@ class Measuring {
     }
 
     EntityDistances<D>& entry_of(const GeometryEntity& entity) {
-        const auto same = [&](const auto& e) { return place_in_list(e.entity) == place_in_list(entity); };
+        const auto same = [&](const auto& e) { return entity_order(e.entity) == entity_order(entity); };
         const auto found = std::find_if(entities_.begin(), entities_.end(), same);
         if (found != entities_.end()) return *found;
         entities_.push_back({.entity = entity, .references = {}, .to_geometry = {}, .to_boundary = {}});
         return entities_.back();
     }
 
-    const Question<D>& q_;
-    const OnEntities<D>& on_;
+    const DistanceProblem<D>& q_;
+    const PiecesOfEntities<D>& on_;
     std::vector<EntityDistances<D>> entities_;
     Sum<D> to_geometry_, to_boundary_;
     Buffer<double> of_facets_, to_facets_;
@@ -491,13 +491,13 @@ class Measuring {
 }  // namespace
 
 template <int D>
-Outcome<GeometryDistances<D>> distances_both_ways(const QuadraticMesh<D>& mesh,
+Outcome<GeometryDistances<D>> two_sided_distances(const QuadraticMesh<D>& mesh,
                                                   std::span<const LagrangeNode<D>> mid_nodes,
                                                   const Features<D>& features, const Geometry<D>& geometry,
                                                   const GeometrySamples<D>& samples, const Execution& execution) {
     if (mid_nodes.size() != mesh.edges.size()) return fail(ErrorKind::internal, "the nodes belong to another mesh");
     if (mesh.linear.facets.size() == 0) return GeometryDistances<D>{};
-    const Question<D> question{mesh, mid_nodes, features, geometry};
+    const DistanceProblem<D> question{mesh, mid_nodes, features, geometry};
     return guarded([&]() -> Outcome<GeometryDistances<D>> {
         const auto on = find_on_entities(mesh, features, geometry, part_of(execution, 0, 0.2));
         if (!on) return fail(on.error());
@@ -514,9 +514,9 @@ Outcome<GeometryDistances<D>> distances_both_ways(const QuadraticMesh<D>& mesh,
     template Outcome<CurvedBoundary<D>> curved_boundary<D>(const QuadraticMesh<D>&, std::span<const LagrangeNode<D>>, \
                                                            const Execution&);                                         \
     template BoundaryFoot<D> closest_on<D>(const CurvedBoundary<D>&, const Vec<D>&, FacetId);                         \
-    template Outcome<GeometrySamples<D>> samples_over<D>(const QuadraticMesh<D>&, const Features<D>&,                 \
-                                                         const Geometry<D>&, const Execution&);                       \
-    template Outcome<GeometryDistances<D>> distances_both_ways<D>(                                                    \
+    template Outcome<GeometrySamples<D>> sample_over_mesh<D>(const QuadraticMesh<D>&, const Features<D>&,             \
+                                                             const Geometry<D>&, const Execution&);                   \
+    template Outcome<GeometryDistances<D>> two_sided_distances<D>(                                                    \
         const QuadraticMesh<D>&, std::span<const LagrangeNode<D>>, const Features<D>&, const Geometry<D>&,            \
         const GeometrySamples<D>&, const Execution&);
 

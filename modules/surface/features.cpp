@@ -114,7 +114,7 @@ Break break_at(const LinearMesh<3>& mesh, const std::array<VertexId, 2>& edge, s
 
 /// Applies listed edges: listed ridges on the boundary are sharp at any angle, mild turns at other listed edges are
 /// sharp.
-void heed_listed_edges(const LinearMesh<3>& mesh, const EdgeSet<3>& edges, Buffer<Break>& breaks) {
+void apply_listed_edges(const LinearMesh<3>& mesh, const EdgeSet<3>& edges, Buffer<Break>& breaks) {
     for (const EdgeId e : edges.of_edges)
         if (breaks[e.index()] == Break::mild) breaks[e.index()] = Break::sharp;
     for (const std::uint32_t ridge : mesh.ridges) {
@@ -130,8 +130,8 @@ bool is_coarse(const EdgeSet<3>& edges, const Buffer<Break>& breaks, FacetId f) 
 }
 
 /// Removes mild edges that meet no other ridge: these are folds between thin triangles.
-void drop_lone_edges(const LinearMesh<3>& mesh, const EdgeSet<3>& edges, std::span<const EdgeId> of_facets,
-                     const Buffer<Break>& breaks, Buffer<EdgeKind>& kinds) {
+void drop_isolated_edges(const LinearMesh<3>& mesh, const EdgeSet<3>& edges, std::span<const EdgeId> of_facets,
+                         const Buffer<Break>& breaks, Buffer<EdgeKind>& kinds) {
     std::vector<std::uint8_t> ridges(mesh.points.size(), 0);
     for (const EdgeId e : of_facets)
         if (kinds[e.index()] == EdgeKind::ridge)
@@ -150,7 +150,7 @@ Outcome<Buffer<EdgeKind>> find_edge_kinds(const LinearMesh<3>& mesh, const EdgeS
     auto breaks = map_each(part_of(execution, 0, 0.8), edges.size(),
                            [&](std::size_t e) { return break_at(mesh, edges.vertices[e], shells[e], limits); });
     if (!breaks) return fail(breaks.error());
-    heed_listed_edges(mesh, edges, *breaks);
+    apply_listed_edges(mesh, edges, *breaks);
     auto kinds = map_each(part_of(execution, 0.8, 1), edges.size(), [&](std::size_t e) {
         switch ((*breaks)[e]) {
             case Break::none: return EdgeKind::volume;
@@ -161,7 +161,7 @@ Outcome<Buffer<EdgeKind>> find_edge_kinds(const LinearMesh<3>& mesh, const EdgeS
         const bool coarse = is_coarse(edges, *breaks, shells[e][0]) || is_coarse(edges, *breaks, shells[e][1]);
         return coarse ? EdgeKind::surface : EdgeKind::ridge;
     });
-    if (kinds) drop_lone_edges(mesh, edges, of_facets, *breaks, *kinds);
+    if (kinds) drop_isolated_edges(mesh, edges, of_facets, *breaks, *kinds);
     return kinds;
 }
 
@@ -293,7 +293,7 @@ Sheet sheet_from(const ClassifiedEdges<3>& of_mesh, const FacetsAtVertex& at, Ve
 
 /// True if all sheets at v end at its two ridges, or there is one sheet and no ridge. Otherwise another surface touches
 /// v, such as a baffle tip on a wall.
-bool is_where_sheets_pass(const ClassifiedEdges<3>& edges, const FacetsAtVertex& at, VertexId v,
+bool is_bounded_by_ridges(const ClassifiedEdges<3>& edges, const FacetsAtVertex& at, VertexId v,
                           std::span<const EdgeId> ridges) {
     if (ridges.empty()) return sheet_from(edges, at, v, at.one, {}).facets == at.count;
     std::uint32_t facets = 0;
@@ -305,7 +305,7 @@ bool is_where_sheets_pass(const ClassifiedEdges<3>& edges, const FacetsAtVertex&
     return facets == at.count;
 }
 /// In 2D the number of facets decides.
-bool is_where_sheets_pass(const ClassifiedEdges<2>&, const FacetsAtVertex&, VertexId, std::span<const EdgeId>) {
+bool is_bounded_by_ridges(const ClassifiedEdges<2>&, const FacetsAtVertex&, VertexId, std::span<const EdgeId>) {
     return true;
 }
 
@@ -326,7 +326,7 @@ Outcome<Buffer<VertexKind>> find_vertex_kinds(const LinearMesh<D>& mesh, const C
         if (facets[v].count == 0) return VertexKind::volume;
         const auto& at = around[v];
         const auto is_touched = [&](std::span<const EdgeId> ridges) {
-            return !is_where_sheets_pass(classified, facets[v], VertexId(v), ridges);
+            return !is_bounded_by_ridges(classified, facets[v], VertexId(v), ridges);
         };
         if (at.count == 0) return listed[v] || is_tip[v] || is_touched({}) ? VertexKind::corner : VertexKind::surface;
         if (listed[v] || at.count != 2) return VertexKind::corner;
@@ -350,8 +350,8 @@ DisjointSets chains(const std::vector<CurveEdges>& around, const Buffer<VertexKi
 }
 
 /// One an edge: its curve, or `no_feature`.
-Outcome<Buffer<std::uint32_t>> of_all_edges(std::span<const std::uint32_t> numbers, std::span<const EdgeId> on_curves,
-                                            std::size_t edges, const Execution& execution) {
+Outcome<Buffer<std::uint32_t>> curves_by_edge(std::span<const std::uint32_t> numbers, std::span<const EdgeId> on_curves,
+                                              std::size_t edges, const Execution& execution) {
     auto curves = map_each(execution, edges, [](std::size_t) { return no_feature; });
     for (std::size_t place = 0; curves && place < on_curves.size(); ++place)
         (*curves)[on_curves[place].index()] = numbers[place];
@@ -423,7 +423,7 @@ Outcome<Features<D>> find_features(const LinearMesh<D>& mesh, const EdgeSet<D>& 
     if (!vertex_kinds) return fail(vertex_kinds.error());
     auto sets = chains(around, *vertex_kinds, on_curves.size());
     const auto [numbers, curve_count] = numbered(sets, on_curves.size());
-    auto curves = of_all_edges(numbers, on_curves, edges.size(), part_of(execution, 0.9, 1));
+    auto curves = curves_by_edge(numbers, on_curves, edges.size(), part_of(execution, 0.9, 1));
     if (!curves) return fail(curves.error());
     auto [patches, patch_count] = find_patches(mesh, edges, *shells, *of_facets, *edge_kinds, *curves);
 

@@ -180,7 +180,7 @@ struct CurveFacts {
 };
 
 /// Coplanar facets turn by 0, folded ones by 180 degrees.
-enum class Suspicion : std::uint8_t {
+enum class GeometryWarning : std::uint8_t {
     near_ridge,      ///< an edge (2D: vertex) that turns slightly less than a ridge
     mild_ridge,      ///< a ridge by angle alone, slightly above the limit
     knife_edge,      ///< facets nearly folded onto each other
@@ -188,17 +188,17 @@ enum class Suspicion : std::uint8_t {
     spread_normals,  ///< some facets are steep to it
     turned_facet,    ///< facet normal far from its vertex normals
 };
-inline constexpr std::size_t suspicion_count = 6;
-[[nodiscard]] constexpr auto words(Suspicion) {
-    return words_of(Word{Suspicion::near_ridge, "near_ridge"}, Word{Suspicion::mild_ridge, "mild_ridge"},
-                    Word{Suspicion::knife_edge, "knife_edge"}, Word{Suspicion::tip, "tip"},
-                    Word{Suspicion::spread_normals, "spread_normals"},
-                    Word{Suspicion::turned_facet, "normal_deviation"});
+inline constexpr std::size_t geometry_warning_count = 6;
+[[nodiscard]] constexpr auto words(GeometryWarning) {
+    return words_of(Word{GeometryWarning::near_ridge, "near_ridge"}, Word{GeometryWarning::mild_ridge, "mild_ridge"},
+                    Word{GeometryWarning::knife_edge, "knife_edge"}, Word{GeometryWarning::tip, "tip"},
+                    Word{GeometryWarning::spread_normals, "spread_normals"},
+                    Word{GeometryWarning::turned_facet, "normal_deviation"});
 }
 
 template <int D>
-struct Suspect {
-    Suspicion what = Suspicion::near_ridge;
+struct LocatedWarning {
+    GeometryWarning what = GeometryWarning::near_ridge;
     double degrees = 0;  ///< turn, or deviation of the normal
     Vec<D> point;
     std::vector<VertexId> vertices;
@@ -220,7 +220,7 @@ struct BoundaryInspection {
     std::vector<VertexId> corners;
     std::size_t smooth_listed_edges = 0;  ///< listed edges other than ridges (3D)
     std::size_t interface_facets = 0;     ///< with elements on both sides
-    std::size_t lone_facets = 0;          ///< facets without elements, if the mesh has elements
+    std::size_t isolated_facets = 0;      ///< facets without elements, if the mesh has elements
     /// Edges (2D: a vertex, twice) with one facet; with more than two; with two facets of opposite orientation, and
     /// these facets.
     std::vector<std::array<VertexId, 2>> open, crowded;
@@ -229,7 +229,7 @@ struct BoundaryInspection {
         std::array<FacetId, 2> facets;
     };
     std::vector<Turned> turned;
-    std::vector<Suspect<D>> suspects;  ///< the worst of each kind first
+    std::vector<LocatedWarning<D>> located_warnings;  ///< the worst of each kind first
 };
 
 /// Errors: `edges` or `features` of another mesh (internal), stopped.

@@ -112,8 +112,8 @@ bool GeometryModel<D>::is_one_surface(Reference) const {
 }
 
 template <int D>
-bool GeometryModel<D>::points_over(const FacetSite<D>& facet, std::span<const Barycentric<D - 1>> at,
-                                   std::span<Vec<D>> out) const {
+bool GeometryModel<D>::surface_points(const FacetSite<D>& facet, std::span<const Barycentric<D - 1>> at,
+                                      std::span<Vec<D>> out) const {
     const GeometryEntity surface = surface_at(facet);
     if (surface.kind == GeometryKind::none) return false;
     const SurfaceHint hint{.facet = {}, .reference = facet.reference, .entity = surface};
@@ -126,12 +126,12 @@ bool GeometryModel<D>::points_over(const FacetSite<D>& facet, std::span<const Ba
 }
 
 template <int D>
-bool GeometryModel<D>::is_made_from(const FacetSite<D>&) const {
+bool GeometryModel<D>::is_built_from(const FacetSite<D>&) const {
     return false;
 }
 
 template <int D>
-double GeometryModel<D>::distance_where(std::span<const FacetSite<D>> meet, const Vec<D>& p) const {
+double GeometryModel<D>::distance_at_facets(std::span<const FacetSite<D>> meet, const Vec<D>& p) const {
     double largest = 0;
     for (const FacetSite<D>& facet : meet) largest = std::max(largest, project(hint_at(facet), p).distance);
     return largest;
@@ -148,7 +148,7 @@ std::optional<std::array<Vec<D>, D>> GeometryModel<D>::normals_at(const FacetSit
 }
 
 template <int D>
-EntityName GeometryModel<D>::called(const GeometryEntity& entity) const {
+EntityName GeometryModel<D>::name_of_entity(const GeometryEntity& entity) const {
     const std::size_t number = entity.id < 0 ? 0 : static_cast<std::size_t>(entity.id) + 1;
     if (entity.kind == GeometryKind::surface) return {D == 2 ? "curve" : "surface", number};
     if (entity.kind == GeometryKind::curve) return {"curve", number};
@@ -156,7 +156,7 @@ EntityName GeometryModel<D>::called(const GeometryEntity& entity) const {
 }
 
 template <int D>
-Outcome<GeometrySamples<D>> GeometryModel<D>::own_samples(std::size_t, const Execution&) const {
+Outcome<GeometrySamples<D>> GeometryModel<D>::sample_all(std::size_t, const Execution&) const {
     return GeometrySamples<D>{};
 }
 
@@ -269,9 +269,9 @@ Vec<D> EdgeSheet<D>::direction_at(const Found& found) const {
 }
 
 template <int D>
-std::optional<SheetPlace<D>> EdgeSheet<D>::framed(
+std::optional<SheetPosition<D>> EdgeSheet<D>::framed(
     const Found& found, const std::array<Vec<D>, static_cast<std::size_t>(D - 1)>& near) const {
-    SheetPlace<D> place{found.foot.point, {}, {}, found.foot.facet};
+    SheetPosition<D> place{found.foot.point, {}, {}, found.foot.facet};
     if (kind_ == Kind::curve) {
         place.tangents[0] = direction_at(found);
         if (!(dot(place.tangents[0], near[0]) >= min_cosine)) return std::nullopt;
@@ -292,7 +292,7 @@ std::optional<SheetPlace<D>> EdgeSheet<D>::framed(
 }
 
 template <int D>
-std::optional<SheetPlace<D>> EdgeSheet<D>::place_of(const Vec<D>& node) const {
+std::optional<SheetPosition<D>> EdgeSheet<D>::place_of(const Vec<D>& node) const {
     if (kind_ == Kind::straight) return std::nullopt;
     const Vec<D> chord = edge_->ends[1] - edge_->ends[0];
     Found found{{.point = node, .normal = {}}, true};
@@ -307,9 +307,9 @@ std::optional<SheetPlace<D>> EdgeSheet<D>::place_of(const Vec<D>& node) const {
 }
 
 template <int D>
-std::optional<SheetPlace<D>> EdgeSheet<D>::moved(const SheetPlace<D>& from, const Vec<D>& step) const {
+std::optional<SheetPosition<D>> EdgeSheet<D>::moved(const SheetPosition<D>& from, const Vec<D>& step) const {
     if (kind_ == Kind::plane) {
-        SheetPlace<D> place = from;
+        SheetPosition<D> place = from;
         place.point = slid_within(*plane_, from.point, step);
         return place;
     }
@@ -331,14 +331,14 @@ std::optional<SheetPlace<D>> EdgeSheet<D>::moved(const SheetPlace<D>& from, cons
 }
 
 template <int D>
-SurfaceFoot<D> EdgeSheet<D>::foot(const SheetPlace<D>& near, const Vec<D>& p) const {
+SurfaceFoot<D> EdgeSheet<D>::foot(const SheetPosition<D>& near, const Vec<D>& p) const {
     if (plane_) return {slid_within(*plane_, near.point, p - near.point), plane_->normal};
     const Found found = nearest(near.facet, p);
     return {found.foot.point, found.foot.normal};
 }
 
 template <int D>
-bool EdgeSheet<D>::has_walked(const SheetPlace<D>& from, const SheetPlace<D>& to) const {
+bool EdgeSheet<D>::has_left_facets(const SheetPosition<D>& from, const SheetPosition<D>& to) const {
     if (from.facet == to.facet) return false;
     // If the surrogate is of this mesh, both facets at the edge count as the start.
     const auto is_at_edge = [&](FacetId facet) {

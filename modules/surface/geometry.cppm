@@ -90,8 +90,8 @@ template <int D>
 }
 
 /// Point p + α n_a + β n_b of both tangent planes; empty if they are nearly parallel.
-[[nodiscard]] inline std::optional<Vec<3>> nearest_on_both(const SurfaceFoot<3>& a, const SurfaceFoot<3>& b,
-                                                           const Vec<3>& p) {
+[[nodiscard]] inline std::optional<Vec<3>> closest_on_both_planes(const SurfaceFoot<3>& a, const SurfaceFoot<3>& b,
+                                                                  const Vec<3>& p) {
     constexpr double min_sine_squared = 0.003;
     const double c = dot(a.normal, b.normal);
     const double determinant = 1 - c * c;
@@ -105,13 +105,13 @@ template <int D>
 /// p iteratively onto the intersection of the tangent planes; the last steps only restore the surfaces. Empty if the
 /// surfaces are nearly tangent (below about 3°) or do not meet near p.
 template <class FootA, class FootB>
-[[nodiscard]] std::optional<Vec<3>> nearest_where_they_meet(FootA&& foot_a, FootB&& foot_b, const Vec<3>& p) {
+[[nodiscard]] std::optional<Vec<3>> closest_on_intersection(FootA&& foot_a, FootB&& foot_b, const Vec<3>& p) {
     constexpr int max_steps = 60;
     constexpr int restoring_steps = 3;
     Vec<3> x = p;
     double first_step = 0;
     for (int step = 0; step < max_steps; ++step) {
-        const auto next = nearest_on_both(foot_a(x), foot_b(x), p);
+        const auto next = closest_on_both_planes(foot_a(x), foot_b(x), p);
         if (!next || !is_finite(*next)) return std::nullopt;
         const double moved_by = distance(*next, x);
         if (step == 0) first_step = moved_by;
@@ -119,7 +119,7 @@ template <class FootA, class FootB>
         if (moved_by <= 1e-15 * (first_step + norm(x))) break;
     }
     for (int step = 0; step < restoring_steps; ++step) {
-        const auto next = nearest_on_both(foot_a(x), foot_b(x), x);
+        const auto next = closest_on_both_planes(foot_a(x), foot_b(x), x);
         if (!next) return std::nullopt;
         x = *next;
     }
@@ -136,8 +136,8 @@ export namespace camber {
 enum class GeometryKind : std::uint8_t { none, corner, curve, surface };
 
 /// An entity of a geometry. Numbers depend on the implementation: patches and ridge curves of a Surrogate, rows of an
-/// AnalyticGeometry's table (the first of equal ones). MixedGeometry doubles them; `GeometryModel::called` returns the
-/// original ones.
+/// AnalyticGeometry's table (the first of equal ones). MixedGeometry doubles them; `GeometryModel::name_of_entity`
+/// returns the original ones.
 struct GeometryEntity {
     static constexpr std::int64_t unnumbered = -1;
 
@@ -190,13 +190,13 @@ struct SurfacePoint {
     std::optional<GeometryParameters> parameters = {};  ///< if available, for `evaluate`
 };
 
-struct GeometryPlace {
+struct GeometryPosition {
     GeometryEntity entity;
     std::optional<GeometryParameters> parameters = {};
-    friend bool operator==(const GeometryPlace&, const GeometryPlace&) = default;
+    friend bool operator==(const GeometryPosition&, const GeometryPosition&) = default;
 };
 template <int D>
-[[nodiscard]] GeometryPlace place_of(const SurfacePoint<D>& point) {
+[[nodiscard]] GeometryPosition place_of(const SurfacePoint<D>& point) {
     return {point.entity, point.parameters};
 }
 
@@ -331,26 +331,27 @@ class GeometryModel {
     [[nodiscard]] virtual bool is_one_surface(Reference reference) const;
     /// Points of the geometry over points of a facet: on the facet's own piece, if the surface has pieces, else next to
     /// the straight facet. Returns false, and writes nothing, without a surface. Default: by `project`.
-    [[nodiscard]] virtual bool points_over(const FacetSite<D>& facet, std::span<const Barycentric<D - 1>> at,
-                                           std::span<Vec<D>> out) const;
-    /// True if the surface is a curved piece made from this facet; `points_over` and `middle_of` then give points of
+    [[nodiscard]] virtual bool surface_points(const FacetSite<D>& facet, std::span<const Barycentric<D - 1>> at,
+                                              std::span<Vec<D>> out) const;
+    /// True if the surface is a curved piece made from this facet; `surface_points` and `middle_of` then give points of
     /// that piece. Default: false.
-    [[nodiscard]] virtual bool is_made_from(const FacetSite<D>& facet) const;
+    [[nodiscard]] virtual bool is_built_from(const FacetSite<D>& facet) const;
     /// Search start for a facet's surface. Includes the facet only if the surface was made from it: facet numbers of
     /// another mesh are unrelated.
     [[nodiscard]] SurfaceHint hint_at(const FacetSite<D>& facet, const GeometryEntity& entity = {}) const {
-        return {is_made_from(facet) ? facet.id : FacetId{}, facet.reference, entity};
+        return {is_built_from(facet) ? facet.id : FacetId{}, facet.reference, entity};
     }
     /// Distance of a point where these facets (at least one) meet. Default: the largest distance from their surfaces.
-    [[nodiscard]] virtual double distance_where(std::span<const FacetSite<D>> meet, const Vec<D>& p) const;
+    [[nodiscard]] virtual double distance_at_facets(std::span<const FacetSite<D>> meet, const Vec<D>& p) const;
     /// Unit normals of the surface at a facet's vertices, if any. Default: by `project`.
     [[nodiscard]] virtual std::optional<std::array<Vec<D>, D>> normals_at(const FacetSite<D>& facet) const;
 
     /// Name of an entity. Default: surface or curve.
-    [[nodiscard]] virtual EntityName called(const GeometryEntity& entity) const;
+    [[nodiscard]] virtual EntityName name_of_entity(const GeometryEntity& entity) const;
     /// Samples the whole geometry; the number of points on surfaces is approximate. Default: none, for surfaces that
-    /// are unbounded or end with the mesh (see `samples_over`). Errors: stopped.
-    [[nodiscard]] virtual Outcome<GeometrySamples<D>> own_samples(std::size_t wanted, const Execution& execution) const;
+    /// are unbounded or end with the mesh (see `sample_over_mesh`). Errors: stopped.
+    [[nodiscard]] virtual Outcome<GeometrySamples<D>> sample_all(std::size_t target_count,
+                                                                 const Execution& execution) const;
 
     /// True if the reference's surface comes from outside of the mesh (analytic, CAD) and so overrides curves of the
     /// mesh. Default: false.
@@ -367,7 +368,7 @@ class GeometryModel {
 
 /// A value that `model_of` (found by argument-dependent lookup) converts to a model.
 template <class Maker, int D>
-concept MakesGeometry = requires(Maker maker) {
+concept ConvertibleToGeometry = requires(Maker maker) {
     { model_of(std::move(maker)) } -> std::convertible_to<std::shared_ptr<const GeometryModel<D>>>;
 };
 
@@ -379,7 +380,7 @@ class Geometry {
     template <std::derived_from<GeometryModel<D>> Model>
     Geometry(Model model) : model_(std::make_shared<const Model>(std::move(model))) {}
     template <class Maker>
-        requires(!std::derived_from<Maker, GeometryModel<D>> && MakesGeometry<Maker, D>)
+        requires(!std::derived_from<Maker, GeometryModel<D>> && ConvertibleToGeometry<Maker, D>)
     Geometry(Maker maker) : model_(model_of(std::move(maker))) {}
 
     [[nodiscard]] const GeometryModel<D>* operator->() const { return model_.get(); }
@@ -411,7 +412,7 @@ struct Sheet {
         const SurfacePoint<D> found = of->project(hint, p);
         return {found.point, found.normal};
     }
-    [[nodiscard]] Vec<D> held(const Vec<D>& p) const { return plane ? snapped(*plane, p) : p; }
+    [[nodiscard]] Vec<D> snapped_to_plane(const Vec<D>& p) const { return plane ? snapped(*plane, p) : p; }
     [[nodiscard]] bool is_same(const Sheet& other) const {
         if (plane && other.plane) return *plane == *other.plane;
         return of == other.of && entity == other.entity && plane.has_value() == other.plane.has_value();
@@ -455,22 +456,22 @@ template <int D, class Owns>
 /// Closest point of the one surface at an edge (with normal), or of the curve where the first two meet (no normal). At
 /// least one sheet is a surface. `touching()`: curve point of tangent surfaces, if known; else the foot on the first.
 template <class Touching>
-[[nodiscard]] SurfaceFoot<3> foot_where_they_meet(const std::vector<Sheet<3>>& sheets, const Vec<3>& p,
+[[nodiscard]] SurfaceFoot<3> foot_on_intersection(const std::vector<Sheet<3>>& sheets, const Vec<3>& p,
                                                   Touching&& touching) {
     const Sheet<3>& a = sheets[0];
     if (sheets.size() == 1) return a.foot(p);
     const Sheet<3>& b = sheets[1];
     if (a.plane && b.plane) return {p, {}};
-    const auto met = nearest_where_they_meet([&](const Vec<3>& x) { return a.foot(x); },
+    const auto met = closest_on_intersection([&](const Vec<3>& x) { return a.foot(x); },
                                              [&](const Vec<3>& x) { return b.foot(x); }, p);
-    if (met) return {b.held(a.held(*met)), {}};
+    if (met) return {b.snapped_to_plane(a.snapped_to_plane(*met)), {}};
     const std::optional<Vec<3>> known = touching();
     return {known ? *known : a.foot(p).point, {}};
 }
 
 /// In 2D an edge is a facet and lies on its surface.
 template <class Touching>
-[[nodiscard]] SurfaceFoot<2> foot_where_they_meet(const std::vector<Sheet<2>>& sheets, const Vec<2>& p, Touching&&) {
+[[nodiscard]] SurfaceFoot<2> foot_on_intersection(const std::vector<Sheet<2>>& sheets, const Vec<2>& p, Touching&&) {
     return sheets[0].foot(p);
 }
 
@@ -479,7 +480,7 @@ template <class Touching>
 template <int D, class RestAt, class Touching>
 [[nodiscard]] SurfaceFoot<D> foot_on_edge(const Sheets<D>& around, const Vec<D>& p, RestAt&& rest_at,
                                           Touching&& touching) {
-    return foot_where_they_meet(around.distinct, around.all ? p : rest_at(), touching);
+    return foot_on_intersection(around.distinct, around.all ? p : rest_at(), touching);
 }
 
 template <int D>
@@ -513,7 +514,7 @@ template <int D>
 /// Point of a sheet, orthonormal tangents (the first along the edge; a curve has one), unit normal (zero on a curve),
 /// and surrogate facet.
 template <int D>
-struct SheetPlace {
+struct SheetPosition {
     Vec<D> point;
     std::array<Vec<D>, static_cast<std::size_t>(D - 1)> tangents{};
     Vec<D> normal;
@@ -535,19 +536,19 @@ class EdgeSheet {
 
     /// Place of the edge's node; empty if it is farther than 1e-4 of the chord from the sheet, or the sheet is
     /// transverse to the edge.
-    [[nodiscard]] std::optional<SheetPlace<D>> place_of(const Vec<D>& node) const;
+    [[nodiscard]] std::optional<SheetPosition<D>> place_of(const Vec<D>& node) const;
     /// Place near from.point + step, with minimal rotation of the tangents. Empty if the step is too long: the foot is
     /// on another entity, farther than half of the step, or beyond the rim, or the normal turns by more than 60°.
-    [[nodiscard]] std::optional<SheetPlace<D>> moved(const SheetPlace<D>& from, const Vec<D>& step) const;
-    [[nodiscard]] SurfaceFoot<D> foot(const SheetPlace<D>& near, const Vec<D>& p) const;
+    [[nodiscard]] std::optional<SheetPosition<D>> moved(const SheetPosition<D>& from, const Vec<D>& step) const;
+    [[nodiscard]] SurfaceFoot<D> foot(const SheetPosition<D>& near, const Vec<D>& p) const;
     /// True if a node has left the surrogate's facets at its edge.
-    [[nodiscard]] bool has_walked(const SheetPlace<D>& from, const SheetPlace<D>& to) const;
+    [[nodiscard]] bool has_left_facets(const SheetPosition<D>& from, const SheetPosition<D>& to) const;
 
   private:
     struct Found;
     [[nodiscard]] Found nearest(const FacetId& facet, const Vec<D>& p) const;
     [[nodiscard]] Vec<D> direction_at(const Found& found) const;
-    [[nodiscard]] std::optional<SheetPlace<D>> framed(
+    [[nodiscard]] std::optional<SheetPosition<D>> framed(
         const Found& found, const std::array<Vec<D>, static_cast<std::size_t>(D - 1)>& near) const;
 
     const GeometryModel<D>* geometry_;

@@ -69,16 +69,16 @@ double turn_at(const LinearMesh<D>& mesh, const Hinge<D>& hinge) {
 }
 
 /// True if both facets traverse the hinge in the same direction, so have opposite orientations.
-bool go_the_same_way(const LinearMesh<3>& mesh, const Hinge<3>& hinge) {
-    const auto goes_up = [&](FacetId f) {
+bool have_same_direction(const LinearMesh<3>& mesh, const Hinge<3>& hinge) {
+    const auto is_ascending = [&](FacetId f) {
         const auto& v = mesh.facets.vertices[f];
         for (std::size_t i = 0; i < 3; ++i)
             if (v[i] == hinge.ends[0]) return v[(i + 1) % 3] == hinge.ends[1];
         return false;
     };
-    return goes_up(hinge.facets[0]) == goes_up(hinge.facets[1]);
+    return is_ascending(hinge.facets[0]) == is_ascending(hinge.facets[1]);
 }
-bool go_the_same_way(const LinearMesh<2>& mesh, const Hinge<2>& hinge) {
+bool have_same_direction(const LinearMesh<2>& mesh, const Hinge<2>& hinge) {
     const auto begins = [&](FacetId f) { return mesh.facets.vertices[f][0] == hinge.ends[0]; };
     return begins(hinge.facets[0]) == begins(hinge.facets[1]);
 }
@@ -154,7 +154,7 @@ void add_hinges(const LinearMesh<D>& mesh, const std::vector<Hinge<D>>& hinges, 
     for (const Hinge<D>& hinge : hinges) {
         if (hinge.facets.size() == 1) out.open.push_back(hinge.ends);
         if (hinge.facets.size() > 2) out.crowded.push_back(hinge.ends);
-        if (hinge.facets.size() == 2 && go_the_same_way(mesh, hinge))
+        if (hinge.facets.size() == 2 && have_same_direction(mesh, hinge))
             out.turned.push_back({hinge.ends, {hinge.facets[0], hinge.facets[1]}});
     }
 }
@@ -196,24 +196,25 @@ Outcome<std::vector<Hinge<D>>> find_hinges(const LinearMesh<D>& mesh, const Edge
 
 template <int D>
 void add_turns(const LinearMesh<D>& mesh, const std::vector<Hinge<D>>& hinges, const InspectionLimits& limits,
-               std::vector<Suspect<D>>& out) {
+               std::vector<LocatedWarning<D>>& out) {
     for (const Hinge<D>& hinge : hinges) {
         if (hinge.facets.size() != 2) continue;
         const double turn = turn_at(mesh, hinge);
         const bool by_angle =
             !hinge.is_listed && mesh.facets.references[hinge.facets[0]] == mesh.facets.references[hinge.facets[1]];
-        const auto add = [&](Suspicion what) {
-            Suspect<D> suspect{what, turn, midpoint(mesh.points[hinge.ends[0]], mesh.points[hinge.ends[1]]), {}, {}};
-            suspect.vertices.assign(hinge.ends.begin(), D == 3 ? hinge.ends.end() : hinge.ends.begin() + 1);
-            suspect.facets = hinge.facets;
-            out.push_back(std::move(suspect));
+        const auto add = [&](GeometryWarning what) {
+            LocatedWarning<D> warning{
+                what, turn, midpoint(mesh.points[hinge.ends[0]], mesh.points[hinge.ends[1]]), {}, {}};
+            warning.vertices.assign(hinge.ends.begin(), D == 3 ? hinge.ends.end() : hinge.ends.begin() + 1);
+            warning.facets = hinge.facets;
+            out.push_back(std::move(warning));
         };
         if (turn >= limits.knife_edge)
-            add(Suspicion::knife_edge);
+            add(GeometryWarning::knife_edge);
         else if (!hinge.is_ridge && turn >= limits.near * limits.ridge_angle)
-            add(Suspicion::near_ridge);
+            add(GeometryWarning::near_ridge);
         else if (hinge.is_ridge && by_angle && turn <= limits.ridge_angle / limits.near)
-            add(Suspicion::mild_ridge);
+            add(GeometryWarning::mild_ridge);
     }
 }
 
@@ -234,7 +235,7 @@ std::vector<Vec<3>> normals_of(const LinearMesh<3>& mesh, const Fans& fans) {
 }
 
 void add_fans(const LinearMesh<3>& mesh, const Fans& fans, std::span<const Vec<3>> normals,
-              const InspectionLimits& limits, std::vector<Suspect<3>>& out) {
+              const InspectionLimits& limits, std::vector<LocatedWarning<3>>& out) {
     constexpr double even = 0.7;  // facets of a cone are about equally steep
     for (std::size_t fan = 0; fan < fans.size(); ++fan) {
         double least = 180, most = 0;
@@ -245,7 +246,7 @@ void add_fans(const LinearMesh<3>& mesh, const Fans& fans, std::span<const Vec<3
         }
         if (most < limits.normals) continue;
         const auto facets = fans.facets[fan];
-        out.push_back({least > even * most ? Suspicion::tip : Suspicion::spread_normals,
+        out.push_back({least > even * most ? GeometryWarning::tip : GeometryWarning::spread_normals,
                        most,
                        mesh.points[fans.vertices[fan]],
                        {fans.vertices[fan]},
@@ -255,7 +256,7 @@ void add_fans(const LinearMesh<3>& mesh, const Fans& fans, std::span<const Vec<3
 
 /// Adds facets that deviate from the normals of their vertices.
 void add_facets(const LinearMesh<3>& mesh, const Fans& fans, std::span<const Vec<3>> normals,
-                const InspectionLimits& limits, std::vector<Suspect<3>>& out) {
+                const InspectionLimits& limits, std::vector<LocatedWarning<3>>& out) {
     for (std::size_t f = 0; f < mesh.facets.size(); ++f) {
         const Vec<3> own = area_vector(mesh, fans, FacetId(f));
         Vec<3> mean, centre;
@@ -266,16 +267,16 @@ void add_facets(const LinearMesh<3>& mesh, const Fans& fans, std::span<const Vec
         const double turn = degrees_between(own, mean);
         if (turn < limits.normals) continue;
         const auto& v = mesh.facets.vertices[f];
-        out.push_back({Suspicion::turned_facet, turn, centre, {v.begin(), v.end()}, {FacetId(f)}});
+        out.push_back({GeometryWarning::turned_facet, turn, centre, {v.begin(), v.end()}, {FacetId(f)}});
     }
 }
 
 /// Errors: stopped.
 template <int D>
-Outcome<std::vector<Suspect<D>>> find_suspects(const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
-                                               const Features<D>& features, const std::vector<Hinge<D>>& hinges,
-                                               const InspectionLimits& limits, const Execution& execution) {
-    std::vector<Suspect<D>> out;
+Outcome<std::vector<LocatedWarning<D>>> find_warnings(const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
+                                                      const Features<D>& features, const std::vector<Hinge<D>>& hinges,
+                                                      const InspectionLimits& limits, const Execution& execution) {
+    std::vector<LocatedWarning<D>> out;
     add_turns(mesh, hinges, limits, out);
     if constexpr (D == 3) {
         const auto shells = facet_shells(edges, without_progress(execution));
@@ -286,11 +287,11 @@ Outcome<std::vector<Suspect<D>>> find_suspects(const LinearMesh<D>& mesh, const 
         add_fans(mesh, *fans, normals, limits, out);
         add_facets(mesh, *fans, normals, limits, out);
     }
-    const auto place = [](const Suspect<D>& s) {
-        return std::tuple(s.what, s.what == Suspicion::mild_ridge ? s.degrees : -s.degrees, s.facets.front());
+    const auto place = [](const LocatedWarning<D>& s) {
+        return std::tuple(s.what, s.what == GeometryWarning::mild_ridge ? s.degrees : -s.degrees, s.facets.front());
     };
     std::stable_sort(out.begin(), out.end(),
-                     [&](const Suspect<D>& a, const Suspect<D>& b) { return place(a) < place(b); });
+                     [&](const LocatedWarning<D>& a, const LocatedWarning<D>& b) { return place(a) < place(b); });
     return out;
 }
 
@@ -318,16 +319,16 @@ Outcome<BoundaryInspection<D>> inspect_boundary(const LinearMesh<D>& mesh, const
             if (features.vertex_kinds[v] == VertexKind::corner) out.corners.emplace_back(v);
         for (const std::uint8_t n : *beside) {
             out.interface_facets += n == 2 ? 1 : 0;
-            out.lone_facets += n == 0 && mesh.elements.size() > 0 ? 1 : 0;
+            out.isolated_facets += n == 0 && mesh.elements.size() > 0 ? 1 : 0;
         }
         if constexpr (D == 3) {
             add_curves(mesh, features, *hinges, out);
             for (const EdgeId e : edges.of_edges)
                 out.smooth_listed_edges += features.edge_kinds[e] == EdgeKind::surface ? 1 : 0;
         }
-        auto suspects = find_suspects(mesh, edges, features, *hinges, limits, part_of(execution, 0.5, 1));
-        if (!suspects) return fail(suspects.error());
-        out.suspects = std::move(*suspects);
+        auto located_warnings = find_warnings(mesh, edges, features, *hinges, limits, part_of(execution, 0.5, 1));
+        if (!located_warnings) return fail(located_warnings.error());
+        out.located_warnings = std::move(*located_warnings);
         return out;
     });
 }

@@ -134,20 +134,20 @@ class MixedModel final : public GeometryModel<D> {
         return model(owner(facet.reference)).largest_distance(facet, at, points, bound);
     }
 
-    [[nodiscard]] bool points_over(const FacetSite<D>& facet, std::span<const Barycentric<D - 1>> at,
-                                   std::span<Vec<D>> out) const override {
-        return model(owner(facet.reference)).points_over(facet, at, out);
+    [[nodiscard]] bool surface_points(const FacetSite<D>& facet, std::span<const Barycentric<D - 1>> at,
+                                      std::span<Vec<D>> out) const override {
+        return model(owner(facet.reference)).surface_points(facet, at, out);
     }
 
-    [[nodiscard]] bool is_made_from(const FacetSite<D>& facet) const override {
-        return model(owner(facet.reference)).is_made_from(facet);
+    [[nodiscard]] bool is_built_from(const FacetSite<D>& facet) const override {
+        return model(owner(facet.reference)).is_built_from(facet);
     }
 
-    [[nodiscard]] double distance_where(std::span<const FacetSite<D>> meet, const Vec<D>& p) const override {
+    [[nodiscard]] double distance_at_facets(std::span<const FacetSite<D>> meet, const Vec<D>& p) const override {
         double largest = 0;
         for (const Part part : {Part::first, Part::rest})
             if (const auto own = facets_of(part, meet); !own.empty())
-                largest = std::max(largest, model(part).distance_where(own, p));
+                largest = std::max(largest, model(part).distance_at_facets(own, p));
         return largest;
     }
 
@@ -155,17 +155,17 @@ class MixedModel final : public GeometryModel<D> {
         return model(owner(facet.reference)).normals_at(facet);
     }
 
-    [[nodiscard]] EntityName called(const GeometryEntity& entity) const override {
+    [[nodiscard]] EntityName name_of_entity(const GeometryEntity& entity) const override {
         if (entity.kind == GeometryKind::none || entity.id == GeometryEntity::unnumbered)
-            return GeometryModel<D>::called(entity);
-        return model(part_of(entity)).called(own_entity(entity));
+            return GeometryModel<D>::name_of_entity(entity);
+        return model(part_of(entity)).name_of_entity(own_entity(entity));
     }
 
-    [[nodiscard]] Outcome<GeometrySamples<D>> own_samples(std::size_t wanted,
-                                                          const Execution& execution) const override {
+    [[nodiscard]] Outcome<GeometrySamples<D>> sample_all(std::size_t target_count,
+                                                         const Execution& execution) const override {
         GeometrySamples<D> all;
         for (const Part part : {Part::first, Part::rest}) {
-            const auto own = model(part).own_samples(wanted, execution);
+            const auto own = model(part).sample_all(target_count, execution);
             if (!own) return fail(own.error());
             for (const auto& [entity, begin, end] : own->entities) {
                 all.begin(entity_in(part, entity));
@@ -264,23 +264,23 @@ std::shared_ptr<const GeometryModel<D>> model_of(MixedGeometry<D> mixed) {
 
 template <int D>
 Outcome<Geometry<D>> with_surrogate(AnalyticGeometry<D> analytic, const LinearMesh<D>& mesh,
-                                    const MakesSurrogate<D>& surrogate) {
+                                    const SurrogateFactory<D>& surrogate) {
     const auto& references = mesh.facets.references;
     const bool is_whole = std::all_of(references.begin(), references.end(),
                                       [&](Reference reference) { return surface_of(analytic, reference) != nullptr; });
-    std::vector<Reference> given;
-    given.reserve(analytic.surfaces.size());
-    for (const auto& [reference, surface] : analytic.surfaces) given.push_back(reference);
+    std::vector<Reference> specified;
+    specified.reserve(analytic.surfaces.size());
+    for (const auto& [reference, surface] : analytic.surfaces) specified.push_back(reference);
     Geometry<D> prescribed(std::move(analytic));
     if (is_whole) return prescribed;
     auto rest = surrogate(*prescribed);
     if (!rest) return fail(rest.error());
-    return Geometry<D>(MixedGeometry<D>{std::move(given), std::move(prescribed), std::move(*rest)});
+    return Geometry<D>(MixedGeometry<D>{std::move(specified), std::move(prescribed), std::move(*rest)});
 }
 
 #define CAMBER_INSTANTIATE(D)                                                    \
     template std::shared_ptr<const GeometryModel<D>> model_of(MixedGeometry<D>); \
-    template Outcome<Geometry<D>> with_surrogate(AnalyticGeometry<D>, const LinearMesh<D>&, const MakesSurrogate<D>&);
+    template Outcome<Geometry<D>> with_surrogate(AnalyticGeometry<D>, const LinearMesh<D>&, const SurrogateFactory<D>&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

@@ -120,9 +120,9 @@ Outcome<Fans> find_fans(const LinearMesh<3>& mesh, const EdgeSet<3>& edges, cons
                         const Incidence<FacetId>& shells, const Execution& execution) {
     auto neighbours = smooth_neighbours(edges, features, shells, execution);
     if (!neighbours) return fail(neighbours.error());
-    constexpr std::uint32_t unseen = 0xffffffffU;
+    constexpr std::uint32_t unvisited = 0xffffffffU;
     Buffer<std::array<std::uint32_t, 3>> of_facets(mesh.facets.size());
-    std::fill(of_facets.begin(), of_facets.end(), std::array{unseen, unseen, unseen});
+    std::fill(of_facets.begin(), of_facets.end(), std::array{unvisited, unvisited, unvisited});
     Buffer<std::uint32_t> offsets;
     Buffer<FacetId> items;
     Buffer<VertexId> vertices;
@@ -131,7 +131,7 @@ Outcome<Fans> find_fans(const LinearMesh<3>& mesh, const EdgeSet<3>& edges, cons
     std::vector<Corner> fan;
     for (std::size_t f = 0; f < mesh.facets.size(); ++f)
         for (std::size_t i = 0; i < 3; ++i) {
-            if (of_facets[f][i] != unseen) continue;
+            if (of_facets[f][i] != unvisited) continue;
             walk_fan(mesh, *neighbours, static_cast<Corner>(3 * f + i), fan);
             for (const Corner c : fan) {
                 of_facets[c / 3][c % 3] = static_cast<std::uint32_t>(vertices.size());
@@ -174,16 +174,16 @@ std::vector<std::uint32_t> rings(const LinearMesh<3>& mesh, const Fans& fans, st
         }
     };
     enter(fan);
-    std::size_t seen = 0, entered = 0;
+    std::size_t visited = 0, entered = 0;
     for (int ring = 1;; ++ring) {
-        for (; seen < facets.size(); ++seen)
-            for (const std::uint32_t other : fans.of_facets[facets[seen]])
+        for (; visited < facets.size(); ++visited)
+            for (const std::uint32_t other : fans.of_facets[facets[visited]])
                 if (other != fan && std::find(found.begin(), found.end(), other) == found.end()) found.push_back(other);
         if (ring >= options.max_rings || found.size() >= options.most) break;
         if (ring >= options.min_rings && found.size() >= options.enough) break;
         for (const std::size_t end = found.size(); entered < end; ++entered)
             if (fans.pointed[found[entered]] == 0) enter(found[entered]);
-        if (facets.size() == seen) break;
+        if (facets.size() == visited) break;
     }
     return found;
 }
@@ -343,7 +343,7 @@ struct Fitter {
     const LinearMesh<3>& mesh = input.boundary.mesh;
     const EdgeSet<3>& edges = input.boundary.edges;
     const CurveTangents<3>& tangents = input.tangents;
-    GivenAtVertices<3> given = GivenAtVertices<3>(mesh.geometry.normals);
+    FileDirections<3> file_directions = FileDirections<3>(mesh.geometry.normals);
 
     [[nodiscard]] Vec<3> area_weighted(std::uint32_t fan) const {
         Vec<3> sum;
@@ -352,11 +352,11 @@ struct Fitter {
     }
 
     /// The file's normal at v nearest to `base`, or zero if none is near enough.
-    [[nodiscard]] Vec<3> given_normal(VertexId v, const Vec<3>& base) const {
+    [[nodiscard]] Vec<3> file_normal(VertexId v, const Vec<3>& base) const {
         double best = min_cosine;
         Vec<3> out;
-        for (const DirectionRow& at : given.of(v)) {
-            const Vec<3> normal = given.unit(at);
+        for (const DirectionRow& at : file_directions.of(v)) {
+            const Vec<3> normal = file_directions.unit(at);
             const double cosine = dot(normal, base);
             if (!(std::fabs(cosine) > best)) continue;
             best = std::fabs(cosine);
@@ -439,7 +439,7 @@ struct Fitter {
     [[nodiscard]] Vec<3> prescribed(std::uint32_t fan, const Vec<3>& one_sided, std::vector<Vec<3>> points) const {
         constexpr double min_agreement = 0.7;
         constexpr double both_sides = 0.5;  // two-sided fits are more accurate, and a crease counts half
-        const Beyond beyond = beyond_fan(input.junctions, input.boundary, fans, fan, one_sided);
+        const PrescribedNeighbour beyond = prescribed_neighbour(input.junctions, input.boundary, fans, fan, one_sided);
         if (!beyond.facet.valid() || dot(beyond.normal, one_sided) < min_agreement) return {};
         const auto agrees = [&](const Vec<3>& n, double tolerance) {
             return norm_squared(n) > 0 && atan2(norm(cross(n, beyond.normal)), dot(n, beyond.normal)) <= tolerance;
@@ -463,7 +463,7 @@ struct Fitter {
         if (flat.is_flat()) return {turned(flat.normal)};
         if (fans.pointed[fan] != 0) return {};
 
-        if (const Vec<3> normal = given_normal(fans.vertices[fan], base); norm_squared(normal) > 0) return {normal};
+        if (const Vec<3> normal = file_normal(fans.vertices[fan], base); norm_squared(normal) > 0) return {normal};
 
         const auto points = points_around(fan, base);
         if (const auto plane = local_plane(fan, points); plane.is_flat()) return {turned(plane.normal)};

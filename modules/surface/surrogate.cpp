@@ -68,7 +68,7 @@ std::array<Vec<D>, 2> inner_points(const SurrogateEdge<D>& edge, const std::arra
     return ends[0] == from ? std::array{c[1], c[2]} : std::array{c[2], c[1]};
 }
 
-struct Parts {
+struct SurrogateParts {
     const LinearMesh<3>& mesh;
     const EdgeSet<3>& edges;
     const Features<3>& features;
@@ -81,7 +81,7 @@ struct Parts {
 };
 
 /// The surrogate's only facet at a smooth junction edge (prescribed normals at both ends), else invalid.
-FacetId smooth_side(const Parts& parts, EdgeId e) {
+FacetId smooth_side(const SurrogateParts& parts, EdgeId e) {
     FacetId own;
     for (const FacetId f : parts.shells[e]) {
         if (parts.junctions.is_prescribed(f)) continue;
@@ -96,7 +96,7 @@ FacetId smooth_side(const Parts& parts, EdgeId e) {
     return own;
 }
 
-std::vector<FlatPatch<3>> planes_around(const Parts& parts, EdgeId e) {
+std::vector<FlatPatch<3>> planes_around(const SurrogateParts& parts, EdgeId e) {
     constexpr double same_direction = 1e-12;
     std::vector<FlatPatch<3>> planes;
     for (const FacetId f : parts.shells[e]) {
@@ -111,7 +111,7 @@ std::vector<FlatPatch<3>> planes_around(const Parts& parts, EdgeId e) {
 }
 
 /// Edge in the smooth surface of facet f.
-SurrogateEdge<3> inner_edge(const Parts& parts, EdgeId e, FacetId f) {
+SurrogateEdge<3> inner_edge(const SurrogateParts& parts, EdgeId e, FacetId f) {
     const auto& [low, high] = parts.edges.vertices[e];
     const Vec<3> a = parts.mesh.points[low], b = parts.mesh.points[high];
     if (parts.flats[parts.features.patches[f]].is_flat()) return straight_edge(a, b);
@@ -130,7 +130,7 @@ SurrogateEdge<3> inner_edge(const Parts& parts, EdgeId e, FacetId f) {
                        b);
 }
 
-SurrogateEdge<3> ridge_edge(const Parts& parts, EdgeId e) {
+SurrogateEdge<3> ridge_edge(const SurrogateParts& parts, EdgeId e) {
     if (const FacetId side = smooth_side(parts, e); side.valid()) return inner_edge(parts, e, side);
     const auto& [low, high] = parts.edges.vertices[e];
     const Vec<3> a = parts.mesh.points[low], b = parts.mesh.points[high];
@@ -144,7 +144,7 @@ SurrogateEdge<3> ridge_edge(const Parts& parts, EdgeId e) {
 }
 
 /// Tangential displacement of a ridge's middle from that of the edge on facet f alone.
-Vec<3> shift_in_surface(const Parts& parts, const SurrogateEdge<3>& ridge, EdgeId e, FacetId f) {
+Vec<3> shift_in_surface(const SurrogateParts& parts, const SurrogateEdge<3>& ridge, EdgeId e, FacetId f) {
     const auto& facet = parts.mesh.facets.vertices[f];
     Vec<3> normal;
     for (const VertexId v : parts.edges.vertices[e])
@@ -155,7 +155,7 @@ Vec<3> shift_in_surface(const Parts& parts, const SurrogateEdge<3>& ridge, EdgeI
 }
 
 /// Moves the middle of an edge by the shift, within the tangent planes at its ends.
-void bend(const Parts& parts, SurrogateEdge<3>& edge, EdgeId e, FacetId f, const Vec<3>& shift) {
+void bend(const SurrogateParts& parts, SurrogateEdge<3>& edge, EdgeId e, FacetId f, const Vec<3>& shift) {
     constexpr double of_inner_points = 4.0 / 3;
     const auto& facet = parts.mesh.facets.vertices[f];
     auto& c = edge.curve.control;
@@ -168,8 +168,8 @@ void bend(const Parts& parts, SurrogateEdge<3>& edge, EdgeId e, FacetId f, const
 }
 
 /// Bends edges beside ridges alike, so that thin triangles do not fold.
-Outcome<Done> bend_beside_ridges(const Parts& parts, std::span<const EdgeId> rows, Buffer<SurrogateEdge<3>>& curves,
-                                 const Execution& execution) {
+Outcome<Done> bend_beside_ridges(const SurrogateParts& parts, std::span<const EdgeId> rows,
+                                 Buffer<SurrogateEdge<3>>& curves, const Execution& execution) {
     const auto row = [&](EdgeId e) {
         return static_cast<std::size_t>(std::lower_bound(rows.begin(), rows.end(), e) - rows.begin());
     };
@@ -194,7 +194,7 @@ Outcome<Done> bend_beside_ridges(const Parts& parts, std::span<const EdgeId> row
 }
 
 /// The triangle's vertices, then those of adjacent facets on the same smooth side, with normals.
-std::vector<PointAndNormal> samples_around(const Parts& parts, FacetId f) {
+std::vector<PointAndNormal> samples_around(const SurrogateParts& parts, FacetId f) {
     std::vector<std::uint32_t> fans;
     const auto add = [&](std::uint32_t fan) {
         if (parts.fans.pointed[fan] == 0 && std::find(fans.begin(), fans.end(), fan) == fans.end()) fans.push_back(fan);
@@ -213,7 +213,7 @@ std::vector<PointAndNormal> samples_around(const Parts& parts, FacetId f) {
 }
 
 /// Moves the centroid along the normal onto the fitted surface (b_111 weighs 6/27 there).
-Vec<3> fitted_centre(const Parts& parts, FacetId f, const CubicSimplex<2, 3>& triangle) {
+Vec<3> fitted_centre(const SurrogateParts& parts, FacetId f, const CubicSimplex<2, 3>& triangle) {
     constexpr double largest_share = 0.25;
     const Barycentric<2> centroid{1.0 / 3, 1.0 / 3, 1.0 / 3};
     const Vec<3> normal = normal_at<3>(triangle, centroid);
@@ -242,7 +242,7 @@ Vec<3> ruled_centre(const CubicSimplex<2, 3>& triangle, std::size_t tip) {
 }
 
 /// The only pointed corner, or 3.
-std::size_t pointed_corner(const Parts& parts, FacetId f) {
+std::size_t pointed_corner(const SurrogateParts& parts, FacetId f) {
     std::size_t tip = 3, count = 0;
     for (std::size_t i = 0; i < 3; ++i)
         if (parts.fans.pointed[parts.fans.of_facets[f][i]] != 0) {
@@ -252,7 +252,7 @@ std::size_t pointed_corner(const Parts& parts, FacetId f) {
     return count == 1 ? tip : 3;
 }
 
-CubicSimplex<2, 3> cubic_triangle(const Parts& parts, std::span<const EdgeId> edge_ids,
+CubicSimplex<2, 3> cubic_triangle(const SurrogateParts& parts, std::span<const EdgeId> edge_ids,
                                   std::span<const SurrogateEdge<3>> curves, FacetId f) {
     const auto& facet = parts.mesh.facets.vertices[f];
     CubicSimplex<2, 3> triangle;
@@ -306,7 +306,7 @@ Outcome<Surrogate<D>> assembled(const SurrogateInput<D>& input, Buffer<EdgeId> e
     s.neighbours = std::move(neighbours);
     s.edges = std::move(edges);
     s.edge_curves = std::move(curves);
-    if (auto planted = plant_trees(s, without_progress(execution)); !planted) return fail(planted.error());
+    if (auto planted = build_trees(s, without_progress(execution)); !planted) return fail(planted.error());
     return s;
 }
 
@@ -317,8 +317,8 @@ Outcome<Surrogate<3>> build(const SurrogateInput<3>& input, const SurrogateOptio
     if (!fans) return fail(fans.error());
     const auto normals = fan_normals(input, *fans, options.file_directions_degrees, part_of(execution, 0, 0.4));
     if (!normals) return fail(normals.error());
-    const Parts parts{mesh,           edges,           features, shells, *fans, input.flats.view(),
-                      input.tangents, input.junctions, *normals};
+    const SurrogateParts parts{mesh,           edges,           features, shells, *fans, input.flats.view(),
+                               input.tangents, input.junctions, *normals};
 
     auto rows = boundary_edges(features);
     auto curves = map_each(part_of(execution, 0.4, 0.42), rows.size(), [&](std::size_t row) {
@@ -394,7 +394,7 @@ Box<D> control_box(const CubicSimplex<K, D>& simplex) {
 }  // namespace
 
 template <int D>
-Outcome<Done> plant_trees(Surrogate<D>& surrogate, const Execution& execution) {
+Outcome<Done> build_trees(Surrogate<D>& surrogate, const Execution& execution) {
     const auto boxes =
         map_each(execution, surrogate.facets.size(), [&](std::size_t f) { return control_box(surrogate.facets[f]); });
     if (!boxes) return fail(boxes.error());
@@ -416,9 +416,9 @@ namespace {
 
 /// `prescribed`: geometry of the remaining boundary, or null.
 template <int D>
-Outcome<Surrogate<D>> made_beside(const GeometryModel<D>* prescribed, const LinearMesh<D>& mesh,
-                                  const EdgeSet<D>& edges, const Features<D>& features, const SurrogateOptions& options,
-                                  const Execution& execution) {
+Outcome<Surrogate<D>> build_beside_prescribed(const GeometryModel<D>* prescribed, const LinearMesh<D>& mesh,
+                                              const EdgeSet<D>& edges, const Features<D>& features,
+                                              const SurrogateOptions& options, const Execution& execution) {
     if (edges.of_facets.size() != mesh.facets.size() || features.patches.size() != mesh.facets.size() ||
         features.edge_kinds.size() != edges.size())
         return fail(ErrorKind::internal, "the edge set or the features belong to another mesh");
@@ -443,13 +443,13 @@ Outcome<Surrogate<D>> made_beside(const GeometryModel<D>* prescribed, const Line
 template <int D>
 Outcome<Surrogate<D>> build_surrogate(const LinearMesh<D>& mesh, const EdgeSet<D>& edges, const Features<D>& features,
                                       const SurrogateOptions& options, const Execution& execution) {
-    return made_beside<D>(nullptr, mesh, edges, features, options, execution);
+    return build_beside_prescribed<D>(nullptr, mesh, edges, features, options, execution);
 }
 template <int D>
 Outcome<Surrogate<D>> build_surrogate(const LinearMesh<D>& mesh, const EdgeSet<D>& edges, const Features<D>& features,
                                       const GeometryModel<D>& prescribed, const SurrogateOptions& options,
                                       const Execution& execution) {
-    return made_beside(&prescribed, mesh, edges, features, options, execution);
+    return build_beside_prescribed(&prescribed, mesh, edges, features, options, execution);
 }
 
 namespace {
@@ -550,7 +550,7 @@ template Vec<3> normal_at<3>(const CubicSimplex<2, 3>&, const Barycentric<2>&);
 
 #define CAMBER_INSTANTIATE(D)                                                                                   \
     template struct Surrogate<D>;                                                                               \
-    template Outcome<Done> plant_trees(Surrogate<D>&, const Execution&);                                        \
+    template Outcome<Done> build_trees(Surrogate<D>&, const Execution&);                                        \
     template Outcome<Surrogate<D>> build_surrogate(const LinearMesh<D>&, const EdgeSet<D>&, const Features<D>&, \
                                                    const SurrogateOptions&, const Execution&);                  \
     template Outcome<Surrogate<D>> build_surrogate(const LinearMesh<D>&, const EdgeSet<D>&, const Features<D>&, \

@@ -88,10 +88,10 @@ void distances_inside(const CubicSimplex<2, 3>& simplex, std::span<const Barycen
 namespace camber {
 
 template <int D>
-class GivenAtVertices {
+class FileDirections {
   public:
-    explicit GivenAtVertices(const DirectionsAtVertices<D>& given) : table_(given.table) {
-        for (const DirectionRow& at : given.at)
+    explicit FileDirections(const DirectionsAtVertices<D>& specified) : table_(specified.table) {
+        for (const DirectionRow& at : specified.at)
             if (at.row < table_.size()) sorted_.push_back(at);
         std::sort(sorted_.begin(), sorted_.end(), [](const DirectionRow& a, const DirectionRow& b) {
             return std::pair(a.vertex, a.row) < std::pair(b.vertex, b.row);
@@ -114,8 +114,8 @@ class GivenAtVertices {
 
 /// Junctions of the surrogate with facets whose surface is prescribed (CAD, analytic): data of that surface at shared
 /// vertices. The boundary is smooth there if the prescribed direction differs from the fitted one by at most
-/// `junction_share` of the turns around (see `Beyond` and `curve_tangents`). Creases are kept above about a quarter of
-/// these turns.
+/// `junction_share` of the turns around (see `PrescribedNeighbour` and `curve_tangents`). Creases are kept above about
+/// a quarter of these turns.
 template <int D>
 struct Junctions {
     Column<std::uint8_t> prescribed;  ///< one a facet; empty: none is prescribed
@@ -136,13 +136,13 @@ template <int D>
                                                    const Incidence<FacetId>& shells, const GeometryModel<D>& prescribed,
                                                    const Execution& execution);
 
-struct Beyond {
+struct PrescribedNeighbour {
     FacetId facet;         ///< invalid: none
     Vec<3> normal;         ///< at the vertex; of several, the closest to the fitted one
     double tolerance = 0;  ///< largest deviation (radians) of a smooth continuation
 };
-[[nodiscard]] Beyond beyond_fan(const Junctions<3>& junctions, const MeshBoundary<3>& boundary, const Fans& fans,
-                                std::uint32_t fan, const Vec<3>& fitted);
+[[nodiscard]] PrescribedNeighbour prescribed_neighbour(const Junctions<3>& junctions, const MeshBoundary<3>& boundary,
+                                                       const Fans& fans, std::uint32_t fan, const Vec<3>& fitted);
 
 template <int D>
 struct CurveTangents {
@@ -337,7 +337,7 @@ template <int D>
 namespace camber {
 
 template <int D>
-[[nodiscard]] Outcome<Done> plant_trees(Surrogate<D>& surrogate, const Execution& execution);
+[[nodiscard]] Outcome<Done> build_trees(Surrogate<D>& surrogate, const Execution& execution);
 
 }  // namespace camber
 
@@ -378,9 +378,10 @@ struct BoundaryCurves {
 /// Ridges, patches and their neighbours are those of the straight mesh. Flat patches stay flat if their nodes are in
 /// the plane. `prescribed`: as in `build_surrogate`. Errors: `straight` of another mesh (internal), stopped.
 template <int D>
-[[nodiscard]] Outcome<CurvedSurrogate<D>> with_curves(Surrogate<D> straight, const BoundaryCurves<D>& mesh,
-                                                      const GeometryModel<D>& prescribed,
-                                                      const SurrogateOptions& options, const Execution& execution);
+[[nodiscard]] Outcome<CurvedSurrogate<D>> build_curved_surrogate(Surrogate<D> straight, const BoundaryCurves<D>& mesh,
+                                                                 const GeometryModel<D>& prescribed,
+                                                                 const SurrogateOptions& options,
+                                                                 const Execution& execution);
 
 /// Geometry of straight facets: no surface to project onto.
 template <int D>
@@ -423,12 +424,12 @@ template <int D>
 [[nodiscard]] std::shared_ptr<const GeometryModel<D>> model_of(MixedGeometry<D> mixed);
 
 template <int D>
-using MakesSurrogate = std::function<Outcome<Surrogate<D>>(const GeometryModel<D>& prescribed)>;
+using SurrogateFactory = std::function<Outcome<Surrogate<D>>(const GeometryModel<D>& prescribed)>;
 
 /// Returns the analytic surfaces alone if every facet has one; else makes the surrogate for the rest. Errors: as
 /// `surrogate`.
 template <int D>
 [[nodiscard]] Outcome<Geometry<D>> with_surrogate(AnalyticGeometry<D> analytic, const LinearMesh<D>& mesh,
-                                                  const MakesSurrogate<D>& surrogate);
+                                                  const SurrogateFactory<D>& surrogate);
 
 }  // namespace camber

@@ -199,19 +199,19 @@ class SurrogateModel : public GeometryModel<D> {
 
     [[nodiscard]] bool is_one_surface(Reference) const override { return true; }
 
-    [[nodiscard]] bool points_over(const FacetSite<D>& facet, std::span<const Barycentric<D - 1>> at,
-                                   std::span<Vec<D>> out) const override {
-        if (!is_own_facet(surrogate_, facet)) return GeometryModel<D>::points_over(facet, at, out);
+    [[nodiscard]] bool surface_points(const FacetSite<D>& facet, std::span<const Barycentric<D - 1>> at,
+                                      std::span<Vec<D>> out) const override {
+        if (!is_own_facet(surrogate_, facet)) return GeometryModel<D>::surface_points(facet, at, out);
         for (std::size_t n = 0; n < at.size(); ++n) out[n] = point_at(surrogate_.facets[facet.id], at[n]);
         return true;
     }
 
-    [[nodiscard]] bool is_made_from(const FacetSite<D>& facet) const override {
+    [[nodiscard]] bool is_built_from(const FacetSite<D>& facet) const override {
         return is_own_facet(surrogate_, facet) && !surrogate_.flats[surrogate_.patches[facet.id]].is_flat();
     }
 
     /// The surrogate is one surface: only the first facet's patches count.
-    [[nodiscard]] double distance_where(std::span<const FacetSite<D>> meet, const Vec<D>& p) const override {
+    [[nodiscard]] double distance_at_facets(std::span<const FacetSite<D>> meet, const Vec<D>& p) const override {
         const FacetSite<D>& first = meet.front();
         const auto foot = is_own_facet(surrogate_, first) ? closest_near(surrogate_, first.id, p)
                                                           : closest_of_reference(first.reference, p);
@@ -229,8 +229,8 @@ class SurrogateModel : public GeometryModel<D> {
         return normals;
     }
 
-    [[nodiscard]] EntityName called(const GeometryEntity& entity) const override {
-        EntityName name = GeometryModel<D>::called(entity);
+    [[nodiscard]] EntityName name_of_entity(const GeometryEntity& entity) const override {
+        EntityName name = GeometryModel<D>::name_of_entity(entity);
         if (D == 3 && entity.kind == GeometryKind::surface) name.kind = "patch";
         if (D == 3 && entity.kind == GeometryKind::curve) name.kind = "ridge";
         return name;
@@ -309,19 +309,19 @@ class PrescribedModel final : public SurrogateModel<D> {
     using Base::Base;
 
     [[nodiscard]] GeometryEntity entity_at_edge(const EdgeSite<D>& edge) const override {
-        return Base::entity_at_edge(seen(edge));
+        return Base::entity_at_edge(site_of(edge));
     }
     [[nodiscard]] SurfacePoint<D> on_edge(const EdgeSite<D>& edge, const Vec<D>& p) const override {
-        return Base::on_edge(seen(edge), p);
+        return Base::on_edge(site_of(edge), p);
     }
-    [[nodiscard]] Vec<D> middle_of(const EdgeSite<D>& edge) const override { return Base::middle_of(seen(edge)); }
+    [[nodiscard]] Vec<D> middle_of(const EdgeSite<D>& edge) const override { return Base::middle_of(site_of(edge)); }
 
     [[nodiscard]] bool prescribes(Reference reference) const override { return this->has_reference(reference); }
     [[nodiscard]] bool prescribes_any() const override { return true; }
 
   private:
     /// Ridges of this mesh alone count as surface edges.
-    [[nodiscard]] EdgeSite<D> seen(EdgeSite<D> edge) const {
+    [[nodiscard]] EdgeSite<D> site_of(EdgeSite<D> edge) const {
         if (edge.kind == EdgeKind::ridge && !this->is_at_ridge(edge)) edge.kind = EdgeKind::surface;
         return edge;
     }

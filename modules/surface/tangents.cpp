@@ -31,14 +31,14 @@ Buffer<std::uint8_t> owners_of_vertices(const LinearMesh<D>& mesh, std::span<con
 }
 
 /// Excludes breaks listed in the file: the boundary is not smooth there.
-void forget_breaks(const LinearMesh<2>& mesh, const EdgeSet<2>&, const Incidence<FacetId>&,
-                   std::span<const std::uint8_t>, Buffer<std::uint8_t>& owners) {
+void exclude_breaks(const LinearMesh<2>& mesh, const EdgeSet<2>&, const Incidence<FacetId>&,
+                    std::span<const std::uint8_t>, Buffer<std::uint8_t>& owners) {
     for (const VertexId v : mesh.corners) owners[v.index()] = none;
     for (const std::uint32_t f : mesh.ridges)
         for (const VertexId v : mesh.facets.vertices[f]) owners[v.index()] = none;
 }
-void forget_breaks(const LinearMesh<3>& mesh, const EdgeSet<3>& edges, const Incidence<FacetId>& shells,
-                   std::span<const std::uint8_t> prescribed, Buffer<std::uint8_t>& owners) {
+void exclude_breaks(const LinearMesh<3>& mesh, const EdgeSet<3>& edges, const Incidence<FacetId>& shells,
+                    std::span<const std::uint8_t> prescribed, Buffer<std::uint8_t>& owners) {
     for (const std::uint32_t ridge : mesh.ridges) {
         const auto shell = shells[edges.of_edges[ridge]];
         const auto count = std::ranges::count_if(shell, [&](FacetId f) { return prescribed[f.index()] != 0; });
@@ -92,7 +92,7 @@ Outcome<Junctions<D>> find_junctions(const LinearMesh<D>& mesh, const EdgeSet<D>
     });
     if (!prescribed) return fail(prescribed.error());
     auto owners = owners_of_vertices(mesh, std::span<const std::uint8_t>(*prescribed));
-    forget_breaks(mesh, edges, shells, *prescribed, owners);
+    exclude_breaks(mesh, edges, shells, *prescribed, owners);
     const auto is_shared = [&](VertexId v) { return owners[v.index()] == both; };
     Buffer<FacetId> facets;
     for (std::size_t f = 0; f < mesh.facets.size(); ++f)
@@ -108,12 +108,12 @@ Outcome<Junctions<D>> find_junctions(const LinearMesh<D>& mesh, const EdgeSet<D>
     return Junctions<D>{std::move(*prescribed), std::move(facets), std::move(*normals)};
 }
 
-Beyond beyond_fan(const Junctions<3>& junctions, const MeshBoundary<3>& boundary, const Fans& fans, std::uint32_t fan,
-                  const Vec<3>& fitted) {
+PrescribedNeighbour prescribed_neighbour(const Junctions<3>& junctions, const MeshBoundary<3>& boundary,
+                                         const Fans& fans, std::uint32_t fan, const Vec<3>& fitted) {
     const auto& [mesh, edges, features, shells] = boundary;
     const VertexId v = fans.vertices[fan];
     const auto facets = fans.facets[fan];
-    Beyond beyond;
+    PrescribedNeighbour beyond;
     if (junctions.facets.empty() || junctions.is_prescribed(facets[0])) return beyond;
     double max_agreement = 0;
     for (const FacetId f : facets)
@@ -299,11 +299,11 @@ Tangent<D> tangent_at(const LinearMesh<D>& mesh, const Chains<D>& chains, Vertex
 
 /// The file's line at v nearest to the fitted tangent, if near enough.
 template <int D>
-Tangent<D> preferred(const GivenAtVertices<D>& given, double min_cosine, VertexId v, Tangent<D> fitted) {
+Tangent<D> preferred(const FileDirections<D>& file_directions, double min_cosine, VertexId v, Tangent<D> fitted) {
     double best = min_cosine;
     Tangent<D> out = fitted;
-    for (const DirectionRow& at : given.of(v)) {
-        const Vec<D> tangent = given.unit(at);
+    for (const DirectionRow& at : file_directions.of(v)) {
+        const Vec<D> tangent = file_directions.unit(at);
         const double cosine = dot(tangent, fitted.direction);
         if (!(std::fabs(cosine) > best)) continue;
         best = std::fabs(cosine);
@@ -351,7 +351,7 @@ struct TangentSources {
     const Incidence<FacetId>& shells;
     const Junctions<D>& junctions;
     std::vector<EdgeAt> prescribed;
-    GivenAtVertices<D> given;
+    FileDirections<D> file_directions;
     double min_cosine = 2;
 
     /// Turn at the end of the first edge; 0: the curve ends there.
@@ -389,7 +389,7 @@ struct TangentSources {
     [[nodiscard]] Tangent<D> operator()(VertexId v, EdgeId e) const {
         const Tangent<D> fitted = tangent_at<D>(mesh, chains, v, e);
         const Vec<D> beyond = tangent_beyond(v, e, fitted.direction);
-        return preferred<D>(given, min_cosine, v,
+        return preferred<D>(file_directions, min_cosine, v,
                             norm_squared(beyond) > 0 ? Tangent<D>{beyond, max_neighbours} : fitted);
     }
 };
@@ -415,7 +415,7 @@ Outcome<CurveTangents<D>> curve_tangents(const MeshBoundary<D>& boundary, const 
                                     shells,
                                     junctions,
                                     prescribed_ends<D>(mesh, edges, curve_edges, shells, junctions),
-                                    GivenAtVertices<D>(mesh.geometry.tangents),
+                                    FileDirections<D>(mesh.geometry.tangents),
                                     max_degrees > 0 ? cos(max_degrees * std::numbers::pi / 180) : 2};
     Buffer<std::array<std::uint8_t, 2>> supports(curve_edges.size());
     auto tangents = map_each(execution, curve_edges.size(), [&](std::size_t row) {

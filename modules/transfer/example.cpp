@@ -54,7 +54,7 @@ struct Lost {
     double largest = 0, integral = 0;
 };
 
-static Outcome<Lost> there_and_back(TransferMethod method, const Execution& execution) {
+static Outcome<Lost> round_trip(TransferMethod method, const Execution& execution) {
     const auto a = of_degree_2(square(10), execution), b = of_degree_2(square(13), execution);
     if (!a) return fail(a.error());
     if (!b) return fail(b.error());
@@ -77,14 +77,14 @@ static Outcome<Lost> there_and_back(TransferMethod method, const Execution& exec
 }
 
 static Outcome<bool> example(const Execution& execution) {
-    const auto interpolated = there_and_back(TransferMethod::interpolate, execution);
+    const auto interpolated = round_trip(TransferMethod::interpolate, execution);
     if (!interpolated) return fail(interpolated.error());
-    const auto kept = there_and_back(TransferMethod::conserve, execution);
-    if (!kept) return fail(kept.error());
+    const auto preserved = round_trip(TransferMethod::conserve, execution);
+    if (!preserved) return fail(preserved.error());
     std::printf(
         "             largest error   integral lost\ninterpolate  %.3e       %.3e\nconserve     %.3e       %.3e\n",
-        interpolated->largest, interpolated->integral, kept->largest, kept->integral);
-    return kept->integral < 1e-13 && interpolated->integral > 1e-6;
+        interpolated->largest, interpolated->integral, preserved->largest, preserved->integral);
+    return preserved->integral < 1e-13 && interpolated->integral > 1e-6;
 }
 
 int main() {

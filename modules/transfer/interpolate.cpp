@@ -32,13 +32,13 @@ QuadraticMesh<D> part_of_mesh(const QuadraticMesh<D>& mesh, const std::vector<st
     for (std::size_t i = 0; i < elements.size(); ++i) {
         for (int k = 0; k <= D; ++k) {
             const VertexId v = mesh.linear.elements.vertices[elements[i]][k];
-            VertexId& mine = number[v.index()];
-            if (!mine.valid()) {
-                mine = VertexId(points.size());
+            VertexId& own = number[v.index()];
+            if (!own.valid()) {
+                own = VertexId(points.size());
                 points.push_back(mesh.linear.points[v]);
                 used.push_back(v);
             }
-            simplices[i][k] = mine;
+            simplices[i][k] = own;
         }
         of_elements[i] = mesh.edges.of_elements[elements[i]];
         references[i] = mesh.linear.elements.references[elements[i]];
@@ -82,7 +82,7 @@ Outcome<Done> Sources<D>::add_part(const QuadraticMesh<D>& mesh, std::size_t mat
 
 template <int D>
 Outcome<Sources<D>> Sources<D>::make(const QuadraticMesh<D>& mesh, const Materials<D>& materials,
-                                     const std::vector<std::uint8_t>& is_asked, const Execution& execution) {
+                                     const std::vector<std::uint8_t>& is_requested, const Execution& execution) {
     const Execution quiet = without_progress(execution);
     return guarded([&]() -> Outcome<Sources> {
         Sources sources;
@@ -101,7 +101,7 @@ Outcome<Sources<D>> Sources<D>::make(const QuadraticMesh<D>& mesh, const Materia
             }
         }
         for (std::size_t m = 0; m < materials.size(); ++m) {
-            if (is_asked[m] == 0) continue;
+            if (is_requested[m] == 0) continue;
             if (auto added = sources.add_part(mesh, m, elements[m], number, quiet); !added) return fail(added.error());
             report_progress(execution, m + 1, materials.size());
         }
@@ -121,10 +121,10 @@ ElementId Sources<D>::hint_in(const Part& part, std::size_t material, const Vec<
 }
 
 template <int D>
-OldPlace<D> Sources<D>::find(const Vec<D>& p, std::size_t material, std::uint32_t hint) const {
+OldPosition<D> Sources<D>::find(const Vec<D>& p, std::size_t material, std::uint32_t hint) const {
     const Part& part = parts_[material];
     const Location<D> found = part.locator.locate(p, hint_in(part, material, p, hint));
-    OldPlace<D> place{.element = found.element.value, .xi = found.xi, .placement = found.placement};
+    OldPosition<D> place{.element = found.element.value, .xi = found.xi, .placement = found.placement};
     if (found.placement != Placement::inside) {
         const ElementMap<D> map = element_map(part.locator.mesh, found.element.index());
         place.distance = norm(p - map.origin - map.relative.point(found.xi));
@@ -189,9 +189,9 @@ std::uint32_t Nearby<D>::next_towards(const Tried& here, const Vec<D>& p) const 
 }
 
 template <int D>
-OldPlace<D> Nearby<D>::find(const Vec<D>& p) {
+OldPosition<D> Nearby<D>::find(const Vec<D>& p) {
     constexpr int short_walk = 6;
-    OldPlace<D> place;
+    OldPosition<D> place;
     for (std::size_t i = 0; i < tried_.size(); ++i)
         if (is_inside(tried_[i], p, place.xi)) return found(i, place);
     std::size_t at = 0;
@@ -208,12 +208,12 @@ OldPlace<D> Nearby<D>::find(const Vec<D>& p) {
 }
 
 template <int D>
-OldPlace<D> Nearby<D>::found(std::size_t i, OldPlace<D> place) {
+OldPosition<D> Nearby<D>::found(std::size_t i, OldPosition<D> place) {
     Tried& here = tried_[i];
     place.element = here.element;
     hint_ = here.element;
-    if (!here.is_seen) seen_.push_back(here.element);
-    here.is_seen = true;
+    if (!here.is_visited) visited_.push_back(here.element);
+    here.is_visited = true;
     if (i > 0) std::swap(here, tried_[0]);
     return place;
 }
@@ -233,11 +233,11 @@ std::size_t Nearby<D>::remember(std::uint32_t element) {
 namespace {
 
 struct Counts {
-    std::size_t kept = 0, inside = 0, outside = 0, lost = 0;
+    std::size_t preserved = 0, inside = 0, outside = 0, lost = 0;
     double largest_distance = 0;
 };
 Counts together(Counts a, const Counts& b) {
-    a.kept += b.kept;
+    a.preserved += b.preserved;
     a.inside += b.inside;
     a.outside += b.outside;
     a.lost += b.lost;
@@ -279,7 +279,7 @@ class Interpolation {
         if (!of_edges) return fail(of_edges.error());
         const Counts all = together(*of_vertices, *of_edges);
         TransferStatistics& statistics = out_.statistics;
-        statistics.kept = all.kept;
+        statistics.preserved = all.preserved;
         statistics.interpolated = all.inside;
         statistics.outside = all.outside;
         statistics.lost = all.lost;
@@ -299,12 +299,12 @@ class Interpolation {
         const std::size_t vertices = new_.linear.points.size();
         if (same != none) {
             if (n < vertices) out_.near[n] = old_element_at_[same];
-            if (put_kept(n, same)) {
-                ++counts.kept;
+            if (copy_old_values(n, same)) {
+                ++counts.preserved;
                 return;
             }
         }
-        const OldPlace<D> place = find(n);
+        const OldPosition<D> place = find(n);
         if (n < vertices) out_.near[n] = place.element;
         if (place.placement == Placement::inside) {
             ++counts.inside;
@@ -326,7 +326,7 @@ class Interpolation {
         }
     }
     /// Copies the values of the old node; false if a field has none (degree 1 at an edge node).
-    [[nodiscard]] bool put_kept(std::size_t n, std::uint32_t same) {
+    [[nodiscard]] bool copy_old_values(std::size_t n, std::uint32_t same) {
         bool all = true;
         for (std::size_t f = 0; f < fields_.size(); ++f) {
             if (!has_node(f, n)) continue;
@@ -339,11 +339,11 @@ class Interpolation {
     }
 
     /// Old place of new node n, in an element of one of its materials or nearest to one.
-    [[nodiscard]] OldPlace<D> find(std::size_t n) const {
+    [[nodiscard]] OldPosition<D> find(std::size_t n) const {
         const Vec<D>& p = place_of(new_, n);
-        OldPlace<D> best;
+        OldPosition<D> best;
         materials_.visit(n, [&](std::size_t material) {
-            const OldPlace<D> here = sources_.find(p, material, hint_of(n));
+            const OldPosition<D> here = sources_.find(p, material, hint_of(n));
             if (best.element == none || here.placement == Placement::inside || here.distance < best.distance)
                 best = here;
             return here.placement == Placement::inside;
@@ -369,7 +369,7 @@ class Interpolation {
     const QuadraticMesh<D>& old_;
     std::span<const TransferField> fields_;
     const QuadraticMesh<D>& new_;
-    const Same& same_;
+    const CommonParts& same_;
     const Sources<D>& sources_;
     NodeMaterials materials_;
     Buffer<std::uint32_t> old_element_at_;
@@ -386,15 +386,15 @@ Outcome<Interpolated> interpolate(const TransferMeshes<D>& meshes, std::span<con
 }
 
 template <int D>
-std::vector<std::uint8_t> asked_materials(const QuadraticMesh<D>& new_mesh, const Materials<D>& materials) {
-    std::vector<std::uint8_t> is_asked(materials.size(), 0);
+std::vector<std::uint8_t> requested_materials(const QuadraticMesh<D>& new_mesh, const Materials<D>& materials) {
+    std::vector<std::uint8_t> is_requested(materials.size(), 0);
     std::vector<std::uint8_t> has_element(node_count_of(new_mesh, 2), 0);
     for (std::size_t e = 0; e < new_mesh.linear.elements.size(); ++e) {
-        is_asked[materials.of(new_mesh.linear, e)] = 1;
+        is_requested[materials.of(new_mesh.linear, e)] = 1;
         for (const std::size_t n : nodes_of<D, 2>(new_mesh, e)) has_element[n] = 1;
     }
-    if (std::ranges::find(has_element, 0) != has_element.end()) is_asked[materials.rest()] = 1;
-    return is_asked;
+    if (std::ranges::find(has_element, 0) != has_element.end()) is_requested[materials.rest()] = 1;
+    return is_requested;
 }
 
 namespace {
@@ -407,7 +407,7 @@ class Parts {
   public:
     static constexpr std::size_t nodes = field_nodes<D, K>;
 
-    Parts(const TransferScene<D>& scene, Projection<D, K>& projection)
+    Parts(const ProjectionInput<D>& scene, Projection<D, K>& projection)
         : scene_(scene),
           projection_(projection),
           components_(projection.block.components),
@@ -433,7 +433,7 @@ class Parts {
     }
 
     /// Adds weight φ (u_old − u) at point q of the rule, with old position `place`.
-    void add(std::size_t i, std::size_t q, double weight, const OldPlace<D>& place, Scratch& scratch) {
+    void add(std::size_t i, std::size_t q, double weight, const OldPosition<D>& place, Scratch& scratch) {
         if (components_ == 0) return;
         const auto& phi = projection_.reference.functions[q];
         const auto old_phi = lagrange<D, K>(place.xi);
@@ -484,7 +484,7 @@ class Parts {
         return std::span(residuals_).subspan(i * components_ * nodes, components_ * nodes);
     }
 
-    const TransferScene<D>& scene_;
+    const ProjectionInput<D>& scene_;
     Projection<D, K>& projection_;
     std::size_t components_;
     bool has_limits_;
@@ -494,11 +494,11 @@ class Parts {
 }  // namespace
 
 template <int D>
-Outcome<Done> integrate_residuals(const TransferScene<D>& scene, Projection<D, 1>& linear, Projection<D, 2>& quadratic,
-                                  PatchSearch<D>& patches, const Execution& execution) {
+Outcome<Done> integrate_residuals(const ProjectionInput<D>& scene, Projection<D, 1>& linear,
+                                  Projection<D, 2>& quadratic, PatchSearch<D>& patches, const Execution& execution) {
     Parts<D, 1> linear_parts(scene, linear);
     Parts<D, 2> quadratic_parts(scene, quadratic);
-    std::vector<std::vector<std::uint32_t>> seen(block_size);
+    std::vector<std::vector<std::uint32_t>> visited(block_size);
     const auto& elements = scene.changed.new_elements;
     const auto& rule = quadratic.reference.rule;
     struct Scratch {
@@ -514,14 +514,14 @@ Outcome<Done> integrate_residuals(const TransferScene<D>& scene, Projection<D, 1
         nearby.begin(scene.materials.of(scene.new_mesh.linear, e),
                      scene.near[scene.new_mesh.linear.elements.vertices[e][0].index()]);
         for (std::size_t q = 0; q < rule.size(); ++q) {
-            const OldPlace<D> place = nearby.find(map.at(rule[q].xi));
+            const OldPosition<D> place = nearby.find(map.at(rule[q].xi));
             const double weight = rule[q].weight * std::abs(map.determinant(rule[q].xi));
             linear_parts.add(i, q, weight, place, scratch.linear);
             quadratic_parts.add(i, q, weight, place, scratch.quadratic);
         }
-        linear_parts.limit(i, nearby.seen());
-        quadratic_parts.limit(i, nearby.seen());
-        seen[i].assign(nearby.seen().begin(), nearby.seen().end());
+        linear_parts.limit(i, nearby.visited());
+        quadratic_parts.limit(i, nearby.visited());
+        visited[i].assign(nearby.visited().begin(), nearby.visited().end());
     };
     for (std::size_t begin = 0; begin < elements.size(); begin += block_size) {
         const std::size_t n = std::min(block_size, elements.size() - begin);
@@ -537,19 +537,19 @@ Outcome<Done> integrate_residuals(const TransferScene<D>& scene, Projection<D, 1
         for (std::size_t i = 0; i < n; ++i) {
             linear_parts.scatter(i, begin + i);
             quadratic_parts.scatter(i, begin + i);
-            for (const std::uint32_t o : seen[i]) patches.found(begin + i, o);
+            for (const std::uint32_t o : visited[i]) patches.found(begin + i, o);
         }
     }
     return Done{};
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                                    \
-    template class Sources<D>;                                                                                   \
-    template class Nearby<D>;                                                                                    \
-    template Outcome<Interpolated> interpolate<D>(const TransferMeshes<D>&, std::span<const TransferField>,      \
-                                                  const Execution&);                                             \
-    template std::vector<std::uint8_t> asked_materials<D>(const QuadraticMesh<D>&, const Materials<D>&);         \
-    template Outcome<Done> integrate_residuals<D>(const TransferScene<D>&, Projection<D, 1>&, Projection<D, 2>&, \
+#define CAMBER_INSTANTIATE(D)                                                                                      \
+    template class Sources<D>;                                                                                     \
+    template class Nearby<D>;                                                                                      \
+    template Outcome<Interpolated> interpolate<D>(const TransferMeshes<D>&, std::span<const TransferField>,        \
+                                                  const Execution&);                                               \
+    template std::vector<std::uint8_t> requested_materials<D>(const QuadraticMesh<D>&, const Materials<D>&);       \
+    template Outcome<Done> integrate_residuals<D>(const ProjectionInput<D>&, Projection<D, 1>&, Projection<D, 2>&, \
                                                   PatchSearch<D>&, const Execution&);
 
 CAMBER_INSTANTIATE(2)

@@ -190,17 +190,17 @@ template <class Terms>
 }
 
 /// Bitwise common parts of two meshes. Nodes are numbered as for degree 2.
-struct Same {
+struct CommonParts {
     Buffer<std::uint32_t> old_node;     ///< per new node: old one at its position, or `none`
     Buffer<std::uint32_t> old_element;  ///< per new element: old one with its nodes and material, or `none`
-    Buffer<std::uint8_t> is_kept;       ///< per old element: true if it is one of these
+    Buffer<std::uint8_t> is_preserved;  ///< per old element: true if it is one of these
 };
 
 /// If several old nodes share a position (a crack), a new node gets that of an unchanged element, else the first.
 /// Errors: memory, stopped.
 template <int D>
-[[nodiscard]] Outcome<Same> find_same(const QuadraticMesh<D>& old_mesh, const QuadraticMesh<D>& new_mesh,
-                                      const Materials<D>& materials, const Execution& execution);
+[[nodiscard]] Outcome<CommonParts> find_common(const QuadraticMesh<D>& old_mesh, const QuadraticMesh<D>& new_mesh,
+                                               const Materials<D>& materials, const Execution& execution);
 
 /// Input errors of `transfer`.
 template <int D>

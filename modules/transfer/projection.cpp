@@ -35,7 +35,7 @@ std::array<double, 2> extremes(const Square& symmetric) {
 }  // namespace
 
 template <int D, int K>
-ReferenceMass<D, K>::ReferenceMass(int points_a_direction) : rule(conical_rule<D>(points_a_direction)) {
+ReferenceMass<D, K>::ReferenceMass(int points_per_direction) : rule(conical_rule<D>(points_per_direction)) {
     for (const RulePoint<D>& point : rule) {
         const Functions phi = lagrange<D, K>(point.xi);
         functions.push_back(phi);
@@ -140,13 +140,13 @@ Outcome<Done> MassMatrix<D, K>::weigh(const QuadraticMesh<D>& mesh, const std::v
             slots.push_back(static_cast<std::uint32_t>(slot));
         }
     curved_ = Buffer<typename ReferenceMass<D, K>::Matrix>(slots.size());
-    struct Seen {
+    struct ValueRange {
         double low = 0, high = 0;
         std::size_t turned = 0;
     };
-    const auto seen = reduce_each(
-        execution, elements.size(), Seen{reference.low, reference.high},
-        [&](Seen& all, std::size_t slot) {
+    const auto value_range = reduce_each(
+        execution, elements.size(), ValueRange{reference.low, reference.high},
+        [&](ValueRange& all, std::size_t slot) {
             const ElementMap<D> map = element_map(mesh, elements[slot]);
             if (curved_at_[slot] == none) {
                 const double determinant = map.determinant(reference.rule[0].xi);
@@ -165,13 +165,13 @@ Outcome<Done> MassMatrix<D, K>::weigh(const QuadraticMesh<D>& mesh, const std::v
             all.low = std::min(all.low, bounds[0]);
             all.high = std::max(all.high, bounds[1]);
         },
-        [](Seen a, const Seen& b) {
-            return Seen{std::min(a.low, b.low), std::max(a.high, b.high), a.turned + b.turned};
+        [](ValueRange a, const ValueRange& b) {
+            return ValueRange{std::min(a.low, b.low), std::max(a.high, b.high), a.turned + b.turned};
         });
-    if (!seen) return fail(seen.error());
-    low_ = seen->low;
-    high_ = seen->high;
-    turned_ = seen->turned;
+    if (!value_range) return fail(value_range.error());
+    low_ = value_range->low;
+    high_ = value_range->high;
+    turned_ = value_range->turned;
     return Done{};
 }
 
@@ -243,7 +243,7 @@ Outcome<Done> MassMatrix<D, K>::solve(std::span<double> r, std::span<double> x, 
 }
 
 template <int D>
-Changed find_changed(const QuadraticMesh<D>& old_mesh, const QuadraticMesh<D>& new_mesh, const Same& same) {
+Changed find_changed(const QuadraticMesh<D>& old_mesh, const QuadraticMesh<D>& new_mesh, const CommonParts& same) {
     Changed changed;
     changed.is_free.assign(node_count_of(new_mesh, 2), 0);
     for (std::size_t e = 0; e < same.old_element.size(); ++e) {
@@ -255,8 +255,8 @@ Changed find_changed(const QuadraticMesh<D>& old_mesh, const QuadraticMesh<D>& n
         if (same.old_element[e] != none)
             for (const std::size_t n : nodes_of<D, 2>(new_mesh, e)) changed.is_free[n] = 0;
     changed.old_slot.assign(old_mesh.linear.elements.size(), none);
-    for (std::size_t e = 0; e < same.is_kept.size(); ++e) {
-        if (same.is_kept[e] != 0) continue;
+    for (std::size_t e = 0; e < same.is_preserved.size(); ++e) {
+        if (same.is_preserved[e] != 0) continue;
         changed.old_slot[e] = static_cast<std::uint32_t>(changed.old_elements.size());
         changed.old_elements.push_back(static_cast<std::uint32_t>(e));
     }
@@ -265,7 +265,7 @@ Changed find_changed(const QuadraticMesh<D>& old_mesh, const QuadraticMesh<D>& n
 
 // Items of the sets: new slots, old slots, old nodes, new nodes.
 template <int D>
-PatchSearch<D>::PatchSearch(const QuadraticMesh<D>& old_mesh, const QuadraticMesh<D>& new_mesh, const Same& same,
+PatchSearch<D>::PatchSearch(const QuadraticMesh<D>& old_mesh, const QuadraticMesh<D>& new_mesh, const CommonParts& same,
                             const Changed& changed)
     : changed_(changed),
       sets_(changed.new_elements.size() + changed.old_elements.size() + node_count_of(old_mesh, 2) +
@@ -279,13 +279,13 @@ PatchSearch<D>::PatchSearch(const QuadraticMesh<D>& old_mesh, const QuadraticMes
             const std::uint32_t old_node = same.old_node[n];
             sets_.join(slot, old_node == none ? new_nodes + n : old_nodes + old_node);
         }
-    Buffer<std::uint8_t> is_kept(node_count_of(old_mesh, 2), 0);
-    for (std::size_t e = 0; e < same.is_kept.size(); ++e)
-        if (same.is_kept[e] != 0)
-            for (const std::size_t n : nodes_of<D, 2>(old_mesh, e)) is_kept[n] = 1;
+    Buffer<std::uint8_t> is_preserved(node_count_of(old_mesh, 2), 0);
+    for (std::size_t e = 0; e < same.is_preserved.size(); ++e)
+        if (same.is_preserved[e] != 0)
+            for (const std::size_t n : nodes_of<D, 2>(old_mesh, e)) is_preserved[n] = 1;
     for (std::size_t slot = 0; slot < changed.old_elements.size(); ++slot)
         for (const std::size_t n : nodes_of<D, 2>(old_mesh, changed.old_elements[slot]))
-            if (n >= old_mesh.linear.points.size() || is_kept[n] == 0) sets_.join(first_old + slot, old_nodes + n);
+            if (n >= old_mesh.linear.points.size() || is_preserved[n] == 0) sets_.join(first_old + slot, old_nodes + n);
 }
 
 template <int D>
@@ -325,7 +325,7 @@ auto PatchSearch<D>::patches(const QuadraticMesh<D>& old_mesh, const QuadraticMe
 namespace {
 
 template <int D, int K>
-Outcome<Projection<D, K>> begin_projection(const TransferScene<D>& scene, std::span<const TransferField> fields,
+Outcome<Projection<D, K>> begin_projection(const ProjectionInput<D>& scene, std::span<const TransferField> fields,
                                            const Interpolated& interpolated, const Execution& execution) {
     Projection<D, K> projection{.block = block_of(K, fields, interpolated.values),
                                 .reference = ReferenceMass<D, K>(scene.options.points),
@@ -344,7 +344,7 @@ Outcome<Projection<D, K>> begin_projection(const TransferScene<D>& scene, std::s
 
 /// Solves for the nearest field in L2, then corrects integrals and limits.
 template <int D, int K>
-Outcome<Done> finish_projection(const TransferScene<D>& scene, const typename PatchSearch<D>::Patches& patches,
+Outcome<Done> finish_projection(const ProjectionInput<D>& scene, const typename PatchSearch<D>::Patches& patches,
                                 Projection<D, K>& projection, const Execution& execution) {
     const Execution quiet = without_progress(execution);
     Buffer<double> change(projection.matrix.size());
@@ -357,15 +357,15 @@ Outcome<Done> finish_projection(const TransferScene<D>& scene, const typename Pa
     auto before = integrals_before(scene, patches, projection, quiet);
     if (!before) return fail(before.error());
     projection.before = std::move(*before);
-    if (auto kept = keep_integrals(scene, patches, projection, quiet); !kept) return kept;
+    if (auto preserved = conserve_integrals(scene, patches, projection, quiet); !preserved) return preserved;
     if (scene.options.bounds == TransferBounds::none) return Done{};
-    return keep_limits(scene, patches, projection, quiet);
+    return clip_to_limits(scene, patches, projection, quiet);
 }
 
 }  // namespace
 
 template <int D>
-Outcome<Interpolated> conserve(const TransferScene<D>& scene, std::span<const TransferField> fields,
+Outcome<Interpolated> conserve(const ProjectionInput<D>& scene, std::span<const TransferField> fields,
                                Interpolated interpolated, const Execution& execution) {
     if (scene.changed.new_elements.empty()) return interpolated;
     auto linear = begin_projection<D, 1>(scene, fields, interpolated, execution);
@@ -386,7 +386,7 @@ Outcome<Interpolated> conserve(const TransferScene<D>& scene, std::span<const Tr
     statistics.turned = std::max(linear->matrix.turned(), quadratic->matrix.turned());
     statistics.patches = patches.patches;
     statistics.spread = std::max(linear->spread, quadratic->spread);
-    statistics.unkept = std::max(linear->unkept, quadratic->unkept);
+    statistics.unconserved_materials = std::max(linear->unconserved_materials, quadratic->unconserved_materials);
     return interpolated;
 }
 
@@ -399,11 +399,11 @@ template class MassMatrix<2, 2>;
 template class MassMatrix<3, 1>;
 template class MassMatrix<3, 2>;
 
-#define CAMBER_INSTANTIATE(D)                                                                                         \
-    template Changed find_changed<D>(const QuadraticMesh<D>&, const QuadraticMesh<D>&, const Same&);                  \
-    template class PatchSearch<D>;                                                                                    \
-    template Outcome<Interpolated> conserve<D>(const TransferScene<D>&, std::span<const TransferField>, Interpolated, \
-                                               const Execution&);
+#define CAMBER_INSTANTIATE(D)                                                                               \
+    template Changed find_changed<D>(const QuadraticMesh<D>&, const QuadraticMesh<D>&, const CommonParts&); \
+    template class PatchSearch<D>;                                                                          \
+    template Outcome<Interpolated> conserve<D>(const ProjectionInput<D>&, std::span<const TransferField>,   \
+                                               Interpolated, const Execution&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

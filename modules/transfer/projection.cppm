@@ -19,7 +19,7 @@ namespace camber {
 
 /// Place in the old mesh: an element and ξ.
 template <int D>
-struct OldPlace {
+struct OldPosition {
     std::uint32_t element = none;
     Barycentric<D> xi{};
     Placement placement = Placement::inside;
@@ -31,10 +31,11 @@ template <int D>
 class Sources {
   public:
     [[nodiscard]] static Outcome<Sources> make(const QuadraticMesh<D>& mesh, const Materials<D>& materials,
-                                               const std::vector<std::uint8_t>& is_asked, const Execution& execution);
+                                               const std::vector<std::uint8_t>& is_requested,
+                                               const Execution& execution);
 
     /// Locates a point in a material. `hint`: an old element near it, or `none`.
-    [[nodiscard]] OldPlace<D> find(const Vec<D>& p, std::size_t material, std::uint32_t hint) const;
+    [[nodiscard]] OldPosition<D> find(const Vec<D>& p, std::size_t material, std::uint32_t hint) const;
 
     /// Old element across a face, within a material; `none` at its boundary.
     [[nodiscard]] std::uint32_t across(std::size_t material, std::uint32_t element, std::size_t opposite) const;
@@ -75,7 +76,7 @@ struct TransferMeshes {
     const QuadraticMesh<D>& old_mesh;
     const QuadraticMesh<D>& new_mesh;
     const Materials<D>& materials;
-    const Same& same;
+    const CommonParts& same;
     const Sources<D>& sources;
 };
 
@@ -86,8 +87,8 @@ template <int D>
 
 /// Materials of the new elements, and the rest if a node has none.
 template <int D>
-[[nodiscard]] std::vector<std::uint8_t> asked_materials(const QuadraticMesh<D>& new_mesh,
-                                                        const Materials<D>& materials);
+[[nodiscard]] std::vector<std::uint8_t> requested_materials(const QuadraticMesh<D>& new_mesh,
+                                                            const Materials<D>& materials);
 
 /// Elements that only one of the meshes has.
 struct Changed {
@@ -98,7 +99,7 @@ struct Changed {
 };
 template <int D>
 [[nodiscard]] Changed find_changed(const QuadraticMesh<D>& old_mesh, const QuadraticMesh<D>& new_mesh,
-                                   const Same& same);
+                                   const CommonParts& same);
 
 /// Disjoint sets (union–find).
 class JoinedSets {
@@ -123,7 +124,7 @@ class JoinedSets {
 template <int D>
 class PatchSearch {
   public:
-    PatchSearch(const QuadraticMesh<D>& old_mesh, const QuadraticMesh<D>& new_mesh, const Same& same,
+    PatchSearch(const QuadraticMesh<D>& old_mesh, const QuadraticMesh<D>& new_mesh, const CommonParts& same,
                 const Changed& changed);
     /// Records a point of `new_slot` in an old element.
     void found(std::size_t new_slot, std::uint32_t old_element) {
@@ -163,7 +164,7 @@ class ReferenceMass {
     using Matrix = std::array<double, packed_size<nodes>>;
     using Functions = std::array<double, nodes>;
 
-    explicit ReferenceMass(int points_a_direction);
+    explicit ReferenceMass(int points_per_direction);
 
     std::vector<RulePoint<D>> rule;
     std::vector<Functions> functions;  ///< φ at the points
@@ -259,9 +260,9 @@ struct Projection {
     MassMatrix<D, K> matrix;
     /// Target integrals of each group, from the old field: by group, then component.
     std::vector<Sum> before;
-    Buffer<double> residual;             ///< ∫ φ_i (u_old − u): by component, then unknown
-    Buffer<double> low, high;            ///< if requested: limits by unknown, then component
-    std::size_t spread = 0, unkept = 0;  ///< see TransferStatistics
+    Buffer<double> residual;                            ///< ∫ φ_i (u_old − u): by component, then unknown
+    Buffer<double> low, high;                           ///< if requested: limits by unknown, then component
+    std::size_t spread = 0, unconserved_materials = 0;  ///< see TransferStatistics
 
     [[nodiscard]] std::span<double> residual_of(std::size_t c) {
         return std::span(residual).subspan(c * matrix.size(), matrix.size());
@@ -274,7 +275,7 @@ struct Projection {
 
 /// Read-only input of a projection.
 template <int D>
-struct TransferScene : TransferMeshes<D> {
+struct ProjectionInput : TransferMeshes<D> {
     const Changed& changed;
     const Buffer<std::uint32_t>& near;
     const TransferOptions& options;
@@ -283,7 +284,7 @@ struct TransferScene : TransferMeshes<D> {
 /// Computes the residuals of both degrees and, if requested, the limits, by one quadrature over the changed elements.
 /// Reports old elements at its points to `patches`. Errors: memory, stopped.
 template <int D>
-[[nodiscard]] Outcome<Done> integrate_residuals(const TransferScene<D>& scene, Projection<D, 1>& linear,
+[[nodiscard]] Outcome<Done> integrate_residuals(const ProjectionInput<D>& scene, Projection<D, 1>& linear,
                                                 Projection<D, 2>& quadratic, PatchSearch<D>& patches,
                                                 const Execution& execution);
 
@@ -291,33 +292,34 @@ template <int D>
 /// of the basis by group; δ = M⁻¹Cᵀλ, (C M⁻¹Cᵀ) λ = g. Parts that a patch cannot reach are spread over the material's
 /// other patches by the smallest L2 change, and `before` is updated.
 template <int D, int K>
-[[nodiscard]] Outcome<Done> keep_integrals(const TransferScene<D>& scene,
-                                           const typename PatchSearch<D>::Patches& patches,
-                                           Projection<D, K>& projection, const Execution& execution);
+[[nodiscard]] Outcome<Done> conserve_integrals(const ProjectionInput<D>& scene,
+                                               const typename PatchSearch<D>::Patches& patches,
+                                               Projection<D, K>& projection, const Execution& execution);
 
 /// Clips free values to their limits. The lost integral goes to the group's unclipped nodes, in proportion to their
 /// admissible moves.
 template <int D, int K>
-[[nodiscard]] Outcome<Done> keep_limits(const TransferScene<D>& scene, const typename PatchSearch<D>::Patches& patches,
-                                        Projection<D, K>& projection, const Execution& execution);
+[[nodiscard]] Outcome<Done> clip_to_limits(const ProjectionInput<D>& scene,
+                                           const typename PatchSearch<D>::Patches& patches,
+                                           Projection<D, K>& projection, const Execution& execution);
 
 /// Integrals over the old elements of each group, for `Projection::before`.
 template <int D, int K>
-[[nodiscard]] Outcome<std::vector<Sum>> integrals_before(const TransferScene<D>& scene,
+[[nodiscard]] Outcome<std::vector<Sum>> integrals_before(const ProjectionInput<D>& scene,
                                                          const typename PatchSearch<D>::Patches& patches,
                                                          const Projection<D, K>& projection,
                                                          const Execution& execution);
 
 /// Old minus new integrals: by group, then component.
 template <int D, int K>
-[[nodiscard]] Outcome<std::vector<double>> missing_integrals(const TransferScene<D>& scene,
+[[nodiscard]] Outcome<std::vector<double>> missing_integrals(const ProjectionInput<D>& scene,
                                                              const typename PatchSearch<D>::Patches& patches,
                                                              const Projection<D, K>& projection,
                                                              const Execution& execution);
 
 /// Replaces interpolated values by those of `conserve`. Errors: memory, stopped.
 template <int D>
-[[nodiscard]] Outcome<Interpolated> conserve(const TransferScene<D>& scene, std::span<const TransferField> fields,
+[[nodiscard]] Outcome<Interpolated> conserve(const ProjectionInput<D>& scene, std::span<const TransferField> fields,
                                              Interpolated interpolated, const Execution& execution);
 
 /// Locates points of one new element. Old elements of earlier points, and the last one's neighbours, are tried first: p
@@ -331,11 +333,11 @@ class Nearby {
     void begin(std::size_t material, std::uint32_t hint) {
         material_ = material;
         hint_ = hint;
-        seen_.clear();
+        visited_.clear();
         tried_.clear();
     }
-    [[nodiscard]] OldPlace<D> find(const Vec<D>& p);
-    [[nodiscard]] std::span<const std::uint32_t> seen() const { return seen_; }
+    [[nodiscard]] OldPosition<D> find(const Vec<D>& p);
+    [[nodiscard]] std::span<const std::uint32_t> visited() const { return visited_; }
 
   private:
     struct Tried {
@@ -343,10 +345,10 @@ class Nearby {
         ElementMap<D> map;
         Vec<D> centre;             ///< of the element, relative to its origin
         Mat<D> jacobian, inverse;  ///< at the centre
-        bool is_seen = false;      ///< contains a point
+        bool is_visited = false;   ///< contains a point
     };
     [[nodiscard]] static bool is_inside(const Tried& here, const Vec<D>& p, Barycentric<D>& xi);
-    [[nodiscard]] OldPlace<D> found(std::size_t i, OldPlace<D> place);
+    [[nodiscard]] OldPosition<D> found(std::size_t i, OldPosition<D> place);
     [[nodiscard]] std::size_t remember(std::uint32_t element);
     [[nodiscard]] std::uint32_t next_towards(const Tried& here, const Vec<D>& p) const;
 
@@ -354,7 +356,7 @@ class Nearby {
     const Sources<D>& sources_;
     std::size_t material_ = 0;
     std::uint32_t hint_ = none;
-    std::vector<std::uint32_t> seen_;
+    std::vector<std::uint32_t> visited_;
     std::vector<Tried> tried_;  ///< most recently found first
 };
 

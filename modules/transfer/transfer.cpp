@@ -27,10 +27,10 @@ Outcome<Transferred> transfer(const QuadraticMesh<D>& old_mesh, std::span<const 
             return fail(sound.error());
         if (fields.empty()) return Transferred{};
         const Materials<D> materials(old_mesh.linear, new_mesh.linear);
-        const auto same = find_same(old_mesh, new_mesh, materials, part_of(execution, 0, 0.1));
+        const auto same = find_common(old_mesh, new_mesh, materials, part_of(execution, 0, 0.1));
         if (!same) return fail(same.error());
-        const auto sources =
-            Sources<D>::make(old_mesh, materials, asked_materials(new_mesh, materials), part_of(execution, 0.1, 0.2));
+        const auto sources = Sources<D>::make(old_mesh, materials, requested_materials(new_mesh, materials),
+                                              part_of(execution, 0.1, 0.2));
         if (!sources) return fail(sources.error());
         const TransferMeshes<D> meshes{old_mesh, new_mesh, materials, *same, *sources};
         auto values = interpolate(meshes, fields, part_of(execution, 0.2, 0.5));
@@ -38,7 +38,7 @@ Outcome<Transferred> transfer(const QuadraticMesh<D>& old_mesh, std::span<const 
         const Buffer<std::uint32_t> near = std::move(values->near);
         const Changed changed = find_changed(old_mesh, new_mesh, *same);
         if (options.method == TransferMethod::conserve) {
-            const TransferScene<D> scene{meshes, changed, near, options};
+            const ProjectionInput<D> scene{meshes, changed, near, options};
             values = conserve(scene, fields, std::move(*values), part_of(execution, 0.5, 0.95));
             if (!values) return fail(values.error());
         }
@@ -192,14 +192,14 @@ class Matching {
 
     /// Old element nodes at the positions of a new element with the same vertices; none if any is missing.
     [[nodiscard]] auto counterparts(std::size_t e, std::size_t found) const {
-        const auto mine = nodes_of<D, 2>(new_, e), theirs = nodes_of<D, 2>(old_, found);
+        const auto own_nodes = nodes_of<D, 2>(new_, e), counterpart = nodes_of<D, 2>(old_, found);
         std::array<std::uint32_t, quadratic_nodes<D>> out{};
-        for (std::size_t i = 0; i < mine.size(); ++i) {
+        for (std::size_t i = 0; i < own_nodes.size(); ++i) {
             out[i] = none;
-            const std::size_t begin = i <= D ? 0 : D + 1, end = i <= D ? D + 1 : mine.size();
+            const std::size_t begin = i <= D ? 0 : D + 1, end = i <= D ? D + 1 : own_nodes.size();
             for (std::size_t j = begin; j < end; ++j)
-                if (place_of(new_, mine[i]) == place_of(old_, theirs[j]))
-                    out[i] = static_cast<std::uint32_t>(theirs[j]);
+                if (place_of(new_, own_nodes[i]) == place_of(old_, counterpart[j]))
+                    out[i] = static_cast<std::uint32_t>(counterpart[j]);
         }
         return out;
     }
@@ -237,9 +237,9 @@ class Matching {
 }  // namespace
 
 template <int D>
-Outcome<Same> find_same(const QuadraticMesh<D>& old_mesh, const QuadraticMesh<D>& new_mesh,
-                        const Materials<D>& materials, const Execution& execution) {
-    return guarded([&]() -> Outcome<Same> {
+Outcome<CommonParts> find_common(const QuadraticMesh<D>& old_mesh, const QuadraticMesh<D>& new_mesh,
+                                 const Materials<D>& materials, const Execution& execution) {
+    return guarded([&]() -> Outcome<CommonParts> {
         const Matching<D> matching(old_mesh, new_mesh, materials);
         auto nodes = map_each(part_of(execution, 0.2, 0.6), node_count_of(new_mesh, 2),
                               [&](std::size_t n) { return matching.node(n); });
@@ -247,15 +247,15 @@ Outcome<Same> find_same(const QuadraticMesh<D>& old_mesh, const QuadraticMesh<D>
         auto elements = map_each(part_of(execution, 0.6, 1), new_mesh.linear.elements.size(),
                                  [&](std::size_t e) { return matching.element(e, *nodes); });
         if (!elements) return fail(elements.error());
-        Same same{std::move(*nodes), std::move(*elements), {}};
-        same.is_kept.assign(old_mesh.linear.elements.size(), 0);
+        CommonParts same{std::move(*nodes), std::move(*elements), {}};
+        same.is_preserved.assign(old_mesh.linear.elements.size(), 0);
         for (std::size_t e = 0; e < same.old_element.size(); ++e) {
             const std::uint32_t found = same.old_element[e];
             if (found == none) continue;
-            same.is_kept[found] = 1;
-            const auto mine = nodes_of<D, 2>(new_mesh, e);
-            const auto theirs = matching.counterparts(e, found);
-            for (std::size_t i = 0; i < mine.size(); ++i) same.old_node[mine[i]] = theirs[i];
+            same.is_preserved[found] = 1;
+            const auto own_nodes = nodes_of<D, 2>(new_mesh, e);
+            const auto counterpart = matching.counterparts(e, found);
+            for (std::size_t i = 0; i < own_nodes.size(); ++i) same.old_node[own_nodes[i]] = counterpart[i];
         }
         return same;
     });
@@ -266,8 +266,8 @@ Outcome<Same> find_same(const QuadraticMesh<D>& old_mesh, const QuadraticMesh<D>
                                               const QuadraticMesh<D>&, const TransferOptions&, const Execution&); \
     template Outcome<Done> check_input<D>(const QuadraticMesh<D>&, std::span<const TransferField>,                \
                                           const QuadraticMesh<D>&, const TransferOptions&, const Execution&);     \
-    template Outcome<Same> find_same<D>(const QuadraticMesh<D>&, const QuadraticMesh<D>&, const Materials<D>&,    \
-                                        const Execution&);
+    template Outcome<CommonParts> find_common<D>(const QuadraticMesh<D>&, const QuadraticMesh<D>&,                \
+                                                 const Materials<D>&, const Execution&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

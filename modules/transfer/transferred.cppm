@@ -73,7 +73,7 @@ struct MaterialIntegrals {
 };
 
 struct TransferStatistics {
-    std::size_t kept = 0;              ///< nodes bitwise at an old position, with its exact value
+    std::size_t preserved = 0;         ///< nodes bitwise at an old position, with its exact value
     std::size_t interpolated = 0;      ///< nodes inside an old element (of their material)
     std::size_t outside = 0;           ///< nodes outside: nearest boundary point used
     std::size_t lost = 0;              ///< of these: not proven outside
@@ -86,7 +86,7 @@ struct TransferStatistics {
     /// material's other patches.
     std::size_t spread = 0;
     /// Materials without any such node; their error is `after − before`.
-    std::size_t unkept = 0;
+    std::size_t unconserved_materials = 0;
     std::vector<std::vector<MaterialIntegrals>> integrals;  ///< by field
 };
 
@@ -102,7 +102,7 @@ struct Transferred {
 /// `conserve` then finds the new elements that are not bitwise old elements. Nodes of only such elements get the values
 /// that minimise ∫ (u − u_old)² over these, by quadrature. The smallest L2 change then restores ∫ u over each connected
 /// patch and material. For patches without such nodes the material's integral is preserved over all patches (`spread`);
-/// materials without any are reported (`unkept`). Docs: docs/algorithms/transfer.md.
+/// materials without any are reported (`unconserved_materials`). Docs: docs/algorithms/transfer.md.
 ///
 /// Errors: usage (a column without `components` values per node; a degree other than 1 and 2; limits of options); input
 /// (a value or coordinate that is not finite, with its node; an old mesh without elements); those of `neighbours`;

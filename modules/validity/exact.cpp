@@ -92,7 +92,7 @@ template <int D, class Look, class Bad>
 Verdict search(ExactJacobian<D> whole, const SearchLimits& limits, Look&& look, Bad&& bad) {
     std::vector<ExactJacobian<D>> stack;
     stack.push_back(std::move(whole));
-    bool doubtful = false;
+    bool ambiguous = false;
     for (int parts = 0; !stack.empty(); ++parts) {
         if (parts >= limits.parts) return Verdict::undecided;
         const ExactJacobian<D> part = std::move(stack.back());
@@ -104,7 +104,7 @@ Verdict search(ExactJacobian<D> whole, const SearchLimits& limits, Look&& look, 
             return Verdict::invalid;
         }
         if (part.depth >= limits.depth) {
-            doubtful = true;
+            ambiguous = true;
             continue;
         }
         const int edge = most_bent_edge(part);
@@ -116,7 +116,7 @@ Verdict search(ExactJacobian<D> whole, const SearchLimits& limits, Look&& look, 
         stack.push_back(std::move(first));
         stack.push_back(std::move(second));
     }
-    return doubtful ? Verdict::undecided : Verdict::valid;
+    return ambiguous ? Verdict::undecided : Verdict::valid;
 }
 
 /// Vertex weights at the corners of a part. Integers are exact up to a power of two, doubles up to 52 bisections.
@@ -226,16 +226,16 @@ ExactJacobian<D> exact_jacobian(const Points<D>& points, Form form, double bound
     const IntegerPoints<D> n = integers<D>(points);
     // Common unit: D!, times the power of two that makes the bound an integer.
     constexpr int unit = D == 2 ? 2 : 6;
-    const Dyadic asked = bound > 0 ? dyadic(bound) : Dyadic{};
+    const Dyadic requested = bound > 0 ? dyadic(bound) : Dyadic{};
     ExactJacobian<D> t;
     t.values = ordered_sums<D>(doubled_columns<D>(n, form));
     for (int p = 0; p < jacobian_coefficients<D>; ++p) {
         t.values[p] *= unit / static_cast<int>(multinomial<D>(jacobian_indices<D>[p]));
-        t.values[p] <<= std::max(0, -asked.exponent);
+        t.values[p] <<= std::max(0, -requested.exponent);
     }
     t.straight = determinant<D, Integer>(straight_edges<D>(n));
-    t.straight *= Integer(asked.mantissa) * unit;
-    t.straight <<= std::max(0, asked.exponent);
+    t.straight *= Integer(requested.mantissa) * unit;
+    t.straight <<= std::max(0, requested.exponent);
     return t;
 }
 
@@ -449,15 +449,15 @@ ExactJacobian<2> exact_jacobian(const SurfaceTriangle& triangle, double bound) {
         return Integer(v[0] * normal[0] + v[1] * normal[1] + v[2] * normal[2]);
     };
     constexpr int unit = 2;
-    const Dyadic asked = bound > 0 ? dyadic(bound) : Dyadic{};
+    const Dyadic requested = bound > 0 ? dyadic(bound) : Dyadic{};
     const auto sums = normal_sums<Integer>(d);
     ExactJacobian<2> t;
     for (int p = 0; p < jacobian_coefficients<2>; ++p) {
         t.values[p] = along(sums[p]) * (unit / static_cast<int>(multinomial<2>(jacobian_indices<2>[p])));
-        t.values[p] <<= std::max(0, -asked.exponent);
+        t.values[p] <<= std::max(0, -requested.exponent);
     }
-    t.straight = along(normal) * (Integer(asked.mantissa) * unit);
-    t.straight <<= std::max(0, asked.exponent);
+    t.straight = along(normal) * (Integer(requested.mantissa) * unit);
+    t.straight <<= std::max(0, requested.exponent);
     return t;
 }
 
@@ -517,18 +517,18 @@ template <int D>
 class FailureSearch {
   public:
     /// `full`: for the bound 1; det J is in units of 2^exponent.
-    FailureSearch(ExactJacobian<D> asked, ExactJacobian<D> full, int exponent)
-        : asked_(std::move(asked)), full_(std::move(full)), exponent_(exponent) {}
+    FailureSearch(ExactJacobian<D> requested, ExactJacobian<D> full, int exponent)
+        : requested_(std::move(requested)), full_(std::move(full)), exponent_(exponent) {}
 
     /// Returns a point near `place` with few digits and nearly the same value.
     [[nodiscard]] std::optional<Failure<D>> near(const Barycentric<D>& place) const {
         const Weights<D> exactly = whole_weights<D>(place);
-        if (!fails_at<D>(asked_, exactly)) return {};
+        if (!fails_at<D>(requested_, exactly)) return {};
         const double low = scaled(exactly);
         const double enough = low + scaled_jacobian_tolerance * std::max(1.0, std::abs(low));
         for (const int digits : {6, 8, 10, 12, 14, 16, 20, 24, 32, 40, 52}) {
             const Weights<D> w = in_digits<D>(place, digits);
-            if (!fails_at<D>(asked_, w) || scaled(w) > enough) continue;
+            if (!fails_at<D>(requested_, w) || scaled(w) > enough) continue;
             Barycentric<D> at{};
             for (int i = 0; i <= D; ++i) at[i] = std::ldexp(w[i].template convert_to<double>(), -digits);
             return Failure<D>{at, value(w), scaled(w)};
@@ -548,7 +548,7 @@ class FailureSearch {
         return v > 0 ? infinity : v < 0 ? -infinity : 0;
     }
 
-    ExactJacobian<D> asked_, full_;
+    ExactJacobian<D> requested_, full_;
     int exponent_;
 };
 

@@ -15,8 +15,8 @@ import camber.bezier;
 namespace camber {
 
 template <int D>
-std::array<LowJacobian, pack_size> low_jacobians(const NodalPack<D>& elements, Instructions set) {
-    std::array<LowJacobian, pack_size> out;
+std::array<JacobianSummary, pack_size> jacobian_summaries(const NodalPack<D>& elements, Instructions set) {
+    std::array<JacobianSummary, pack_size> out;
     with_instructions(set, [&]() __attribute__((always_inline)) {
         const auto jacobian = jacobian_of_nodes<D, Pack>([&](int node, int c) __attribute__((always_inline)) {
             return std::bit_cast<Pack>(elements.nodes[node][c]);
@@ -57,7 +57,7 @@ template <int D>
 double signed_volume(const std::array<Vec<D>, D + 1>& p) {
     const auto plain = volume_in<D, double>(p);
     if (std::abs(plain.value) > plain.error) return plain.value;
-    const auto sharp = volume_in<D, Twice>(p);
+    const auto sharp = volume_in<D, DoubleDouble>(p);
     return magnitude(sharp.value) > sharp.error ? sharp.value.high : 0;
 }
 
@@ -80,7 +80,7 @@ template double signed_volume<3>(const NodalSimplex<3>&);
 namespace {
 
 double leading(double x) { return x; }
-double leading(const Twice& x) { return x.high; }
+double leading(const DoubleDouble& x) { return x.high; }
 
 template <class Real>
 struct Columns {
@@ -112,7 +112,7 @@ Columns<Real> columns_of(const SurfaceTriangle& t) {
 /// s_c has 2⁻ᵏ ε_c, and |N_c|, |2ᵏ s_c| ≤ M_c = 4 perm(w). Products err by M 2⁻ᵏε + ε (|s| + 2⁻ᵏε). The three products
 /// and two sums add far less than γ M (|s| + 2⁻ᵏε).
 template <class Real>
-BoundedJacobian<2, Real> shadow_jacobian(const SurfaceTriangle& t) {
+BoundedJacobian<2, Real> projected_jacobian(const SurfaceTriangle& t) {
     const Columns<Real> j = columns_of<Real>(t);
     std::array<Real, 3> s = product(j.straight[0], j.straight[1]);
     double largest = 0;
@@ -165,16 +165,16 @@ std::optional<NodalSimplex<2>> in_axis_plane(const SurfaceTriangle& t) {
 
 BoundedJacobian<2> bounded_jacobian(const SurfaceTriangle& triangle) {
     if (const auto flat = in_axis_plane(triangle)) return bounded_jacobian(*flat);
-    return shadow_jacobian<double>(triangle);
+    return projected_jacobian<double>(triangle);
 }
 
-BoundedJacobian<2> sharp_jacobian(const SurfaceTriangle& triangle) {
-    if (const auto flat = in_axis_plane(triangle)) return sharp_jacobian(*flat);
-    return rounded<2>(shadow_jacobian<Twice>(triangle));
+BoundedJacobian<2> double_double_jacobian(const SurfaceTriangle& triangle) {
+    if (const auto flat = in_axis_plane(triangle)) return double_double_jacobian(*flat);
+    return rounded<2>(projected_jacobian<DoubleDouble>(triangle));
 }
 
 #define CAMBER_INSTANTIATE(D) \
-    template std::array<LowJacobian, pack_size> low_jacobians(const NodalPack<D>&, Instructions);
+    template std::array<JacobianSummary, pack_size> jacobian_summaries(const NodalPack<D>&, Instructions);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

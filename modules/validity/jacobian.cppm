@@ -14,53 +14,53 @@ import camber.bezier;
 export namespace camber {
 
 /// An unevaluated sum of two doubles (Dekker 1971): about 104 bits. Requires arithmetic without contraction.
-struct Twice {
+struct DoubleDouble {
     double high = 0, low = 0;
 
-    constexpr Twice() = default;
-    constexpr Twice(double x) : high(x) {}  // NOLINT(*-explicit-*): doubles are such numbers
-    constexpr Twice(double h, double l) : high(h), low(l) {}
+    constexpr DoubleDouble() = default;
+    constexpr DoubleDouble(double x) : high(x) {}  // NOLINT(*-explicit-*): doubles are such numbers
+    constexpr DoubleDouble(double h, double l) : high(h), low(l) {}
 
     /// a + b, exactly (Knuth).
-    [[nodiscard]] static constexpr Twice sum(double a, double b) {
+    [[nodiscard]] static constexpr DoubleDouble sum(double a, double b) {
         const double s = a + b;
         const double t = s - a;
         return {s, (a - (s - t)) + (b - t)};
     }
     /// The same, for |a| ≥ |b|.
-    [[nodiscard]] static constexpr Twice quick_sum(double a, double b) {
+    [[nodiscard]] static constexpr DoubleDouble quick_sum(double a, double b) {
         const double s = a + b;
         return {s, b - (s - a)};
     }
     /// a · b, exactly except for underflow (Veltkamp, Dekker).
-    [[nodiscard]] static constexpr Twice product(double a, double b) {
-        const Twice x = halves(a);
-        const Twice y = halves(b);
+    [[nodiscard]] static constexpr DoubleDouble product(double a, double b) {
+        const DoubleDouble x = halves(a);
+        const DoubleDouble y = halves(b);
         const double p = a * b;
         return {p, ((x.high * y.high - p) + x.high * y.low + x.low * y.high) + x.low * y.low};
     }
 
-    friend constexpr Twice operator+(const Twice& a, const Twice& b) {
-        const Twice s = sum(a.high, b.high);
-        const Twice t = sum(a.low, b.low);
-        const Twice u = quick_sum(s.high, s.low + t.high);
+    friend constexpr DoubleDouble operator+(const DoubleDouble& a, const DoubleDouble& b) {
+        const DoubleDouble s = sum(a.high, b.high);
+        const DoubleDouble t = sum(a.low, b.low);
+        const DoubleDouble u = quick_sum(s.high, s.low + t.high);
         return quick_sum(u.high, u.low + t.low);
     }
-    friend constexpr Twice operator-(const Twice& a) { return {-a.high, -a.low}; }
-    friend constexpr Twice operator-(const Twice& a, const Twice& b) { return a + -b; }
-    friend constexpr Twice operator*(const Twice& a, const Twice& b) {
-        const Twice p = product(a.high, b.high);
+    friend constexpr DoubleDouble operator-(const DoubleDouble& a) { return {-a.high, -a.low}; }
+    friend constexpr DoubleDouble operator-(const DoubleDouble& a, const DoubleDouble& b) { return a + -b; }
+    friend constexpr DoubleDouble operator*(const DoubleDouble& a, const DoubleDouble& b) {
+        const DoubleDouble p = product(a.high, b.high);
         return quick_sum(p.high, p.low + (a.high * b.low + a.low * b.high));
     }
-    constexpr Twice& operator+=(const Twice& o) { return *this = *this + o; }
-    friend constexpr bool operator<(const Twice& a, const Twice& b) {
+    constexpr DoubleDouble& operator+=(const DoubleDouble& o) { return *this = *this + o; }
+    friend constexpr bool operator<(const DoubleDouble& a, const DoubleDouble& b) {
         return a.high < b.high || (a.high == b.high && a.low < b.low);
     }
-    friend constexpr bool operator>(const Twice& a, const Twice& b) { return b < a; }
+    friend constexpr bool operator>(const DoubleDouble& a, const DoubleDouble& b) { return b < a; }
 
   private:
     /// Two 26-bit parts of x.
-    [[nodiscard]] static constexpr Twice halves(double x) {
+    [[nodiscard]] static constexpr DoubleDouble halves(double x) {
         const double c = 134217729.0 * x;  // 2²⁷ + 1
         const double h = c - (c - x);
         return {h, x - h};
@@ -192,19 +192,19 @@ template <class Real>
     return a > b ? a : b;
 }
 
-/// γ of `error_bound`: 32 u for doubles (u = 2⁻⁵³); 32 · 2⁻⁹⁵ for `Twice`, whose operations err by less than 2⁻¹⁰⁰
-/// (without `rounded`).
+/// γ of `error_bound`: 32 u for doubles (u = 2⁻⁵³); 32 · 2⁻⁹⁵ for `DoubleDouble`, whose operations err by less than
+/// 2⁻¹⁰⁰ (without `rounded`).
 template <class Real>
 inline constexpr double rounding_factor = 0x1p-48;
 template <>
-inline constexpr double rounding_factor<Twice> = 0x1p-90;
+inline constexpr double rounding_factor<DoubleDouble> = 0x1p-90;
 
-/// Added to every w: γ w must exceed the underflow of an entry of d (half an edge between denormal numbers; for `Twice`
-/// the low part of any product), which other columns multiply.
+/// Added to every w: γ w must exceed the underflow of an entry of d (half an edge between denormal numbers; for
+/// `DoubleDouble` the low part of any product), which other columns multiply.
 template <class Real>
 inline constexpr double smallest_bound = 0x1p-1020;
 template <>
-inline constexpr double smallest_bound<Twice> = 0x1p-970;
+inline constexpr double smallest_bound<DoubleDouble> = 0x1p-970;
 
 /// Error bound of coefficients: γ · 2^D perm(w), with w ≥ |d| and |error of d| ≤ (2u + u²) w. A coefficient is a mean
 /// of products 2^D d_1 d_2 d_3, each at most 2^D perm(w).
@@ -347,7 +347,7 @@ template <int D, class Real, class Coordinate>
 
 /// The factor and the last rounding err by 2⁻⁵² of the coefficient.
 template <int D>
-[[nodiscard]] inline BoundedJacobian<D> rounded(const BoundedJacobian<D, Twice>& j) {
+[[nodiscard]] inline BoundedJacobian<D> rounded(const BoundedJacobian<D, DoubleDouble>& j) {
     BoundedJacobian<D> out;
     out.straight = j.straight.high;
     double largest = magnitude(out.straight);
@@ -378,12 +378,14 @@ template <int D>
 /// Double-double arithmetic, rounded at the end: the error is relative to the coefficients, not to their summands.
 /// About twenty times slower; for elements that doubles leave undecided.
 template <int D>
-[[nodiscard]] inline BoundedJacobian<D> sharp_jacobian(const NodalSimplex<D>& s) {
-    return rounded<D>(jacobian_of_nodes<D, Twice>([&](int node, int c) { return Twice(s.nodes[node].c[c]); }));
+[[nodiscard]] inline BoundedJacobian<D> double_double_jacobian(const NodalSimplex<D>& s) {
+    return rounded<D>(
+        jacobian_of_nodes<D, DoubleDouble>([&](int node, int c) { return DoubleDouble(s.nodes[node].c[c]); }));
 }
 template <int D>
-[[nodiscard]] inline BoundedJacobian<D> sharp_jacobian(const QuadraticSimplex<D, D>& s) {
-    return rounded<D>(jacobian_of_points<D, Twice>([&](int node, int c) { return Twice(s.control[node].c[c]); }));
+[[nodiscard]] inline BoundedJacobian<D> double_double_jacobian(const QuadraticSimplex<D, D>& s) {
+    return rounded<D>(
+        jacobian_of_points<D, DoubleDouble>([&](int node, int c) { return DoubleDouble(s.control[node].c[c]); }));
 }
 
 /// In the order of multi_indices<D, D> (6 or 20). For a straight element all equal det of the edge vectors.
@@ -535,7 +537,7 @@ struct NodalPack {
 };
 
 /// Data for tests of the lowest coefficient.
-struct LowJacobian {
+struct JacobianSummary {
     double lowest = 0;
     double straight = 0;         ///< see BoundedJacobian
     double error = 0;            ///< see BoundedJacobian
@@ -544,8 +546,8 @@ struct LowJacobian {
     [[nodiscard]] bool is_finite() const { return std::isfinite(error + straight + sum_of_absolute); }
 };
 
-[[nodiscard]] inline LowJacobian low_jacobian(const BoundedJacobian<2>& jacobian) {
-    LowJacobian low{jacobian.coefficients[0], jacobian.straight, jacobian.error, 0};
+[[nodiscard]] inline JacobianSummary jacobian_summary(const BoundedJacobian<2>& jacobian) {
+    JacobianSummary low{jacobian.coefficients[0], jacobian.straight, jacobian.error, 0};
     for (const double c : jacobian.coefficients) {
         low.lowest = c < low.lowest ? c : low.lowest;
         low.sum_of_absolute += std::abs(c);
@@ -555,22 +557,22 @@ struct LowJacobian {
 
 /// Bitwise equal to `bounded_jacobian` for any instruction set.
 template <int D>
-[[nodiscard]] std::array<LowJacobian, pack_size> low_jacobians(const NodalPack<D>& elements,
-                                                               Instructions set = widest_instructions());
+[[nodiscard]] std::array<JacobianSummary, pack_size> jacobian_summaries(const NodalPack<D>& elements,
+                                                                        Instructions set = widest_instructions());
 
 /// True if certainly valid (`decide_by_coefficients`) and not `blurred`.
-[[nodiscard]] bool is_clear(const LowJacobian& jacobian, double bound);
+[[nodiscard]] bool is_clear(const JacobianSummary& jacobian, double bound);
 
-[[nodiscard]] double smallest_scaled_coefficient(const LowJacobian& jacobian);
+[[nodiscard]] double smallest_scaled_coefficient(const JacobianSummary& jacobian);
 
 /// Calls visit(i, jacobian of element(i)).
 template <int D, class Element, class Visit>
-void each_low_jacobian(std::size_t begin, std::size_t end, const Element& element, const Visit& visit) {
+void each_jacobian_summary(std::size_t begin, std::size_t end, const Element& element, const Visit& visit) {
     NodalPack<D> pack;
     for (std::size_t first = begin; first < end; first += pack_size) {
         const std::size_t lanes = end - first < pack_size ? end - first : pack_size;
         for (std::size_t lane = 0; lane < lanes; ++lane) pack.set(lane, element(first + lane));
-        const auto jacobians = low_jacobians(pack);
+        const auto jacobians = jacobian_summaries(pack);
         for (std::size_t lane = 0; lane < lanes; ++lane) visit(first + lane, jacobians[lane]);
     }
 }

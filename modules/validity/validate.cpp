@@ -57,7 +57,7 @@ struct Elements {
 };
 template <int D>
 void each_low(const Elements<D>& elements, std::size_t begin, std::size_t end, const auto& id, const auto& visit) {
-    each_low_jacobian<D>(begin, end, [&](std::size_t i) { return elements(id(i)); }, visit);
+    each_jacobian_summary<D>(begin, end, [&](std::size_t i) { return elements(id(i)); }, visit);
 }
 
 /// Used for standalone surface meshes.
@@ -70,32 +70,32 @@ struct Triangles {
     }
 };
 void each_low(const Triangles& triangles, std::size_t begin, std::size_t end, const auto& id, const auto& visit) {
-    for (std::size_t i = begin; i < end; ++i) visit(i, low_jacobian(bounded_jacobian(triangles(id(i)))));
+    for (std::size_t i = begin; i < end; ++i) visit(i, jacobian_summary(bounded_jacobian(triangles(id(i)))));
 }
 
 template <int D>
-auto of_judged(const QuadraticMesh<D>& mesh, const auto& visit) {
+auto visit_judged(const QuadraticMesh<D>& mesh, const auto& visit) {
     if constexpr (D == 3)
-        if (is_surface_alone(mesh.linear)) return visit(Triangles{mesh});
+        if (is_standalone_surface(mesh.linear)) return visit(Triangles{mesh});
     return visit(Elements<D>{mesh});
 }
 
 struct Marks {
     Buffer<Verdict> verdicts;
-    Buffer<float> lows;
+    Buffer<float> lower_bounds;
 };
 
 /// True if the straight element is flat or inverted.
 template <class Items>
-bool mark(const Items& items, const LowJacobian& jacobian, double bound, ElementId e, Marks& marks) {
+bool mark(const Items& items, const JacobianSummary& jacobian, double bound, ElementId e, Marks& marks) {
     if (is_clear(jacobian, bound)) {
         marks.verdicts[e.index()] = Verdict::valid;
-        marks.lows[e.index()] = rounded_down(smallest_scaled_coefficient(jacobian));
+        marks.lower_bounds[e.index()] = rounded_down(smallest_scaled_coefficient(jacobian));
         return jacobian.straight < 0;
     }
     const ElementValidity validity = check_element(items(e), bound);
     marks.verdicts[e.index()] = validity.verdict;
-    marks.lows[e.index()] = rounded_down(validity.min_scaled_jacobian);
+    marks.lower_bounds[e.index()] = rounded_down(validity.min_scaled_jacobian);
     return validity.straight_inverted;
 }
 
@@ -109,7 +109,7 @@ Outcome<std::size_t> mark_all(const Items& items, std::size_t n, const Ids& id, 
         auto done = each_chunk(
             execution, n,
             [&](std::size_t begin, std::size_t end) {
-                each_low(items, begin, end, id, [&](std::size_t i, const LowJacobian& jacobian) {
+                each_low(items, begin, end, id, [&](std::size_t i, const JacobianSummary& jacobian) {
                     inverted[begin / grain] += mark(items, jacobian, bound, id(i), marks) ? 1 : 0;
                 });
             },
@@ -123,7 +123,7 @@ Outcome<std::size_t> mark_all(const Items& items, std::size_t n, const Ids& id, 
 template <class Items>
 Verdict positivity(const Items& items, double bound, const Marks& marks, std::size_t e) {
     if (bound == 0 || (marks.verdicts[e] == Verdict::valid && bound > 0)) return marks.verdicts[e];
-    if (std::isfinite(marks.lows[e]) && marks.lows[e] > 0) return Verdict::valid;
+    if (std::isfinite(marks.lower_bounds[e]) && marks.lower_bounds[e] > 0) return Verdict::valid;
     return decide(items(ElementId(e)), 0);
 }
 
@@ -151,8 +151,8 @@ Outcome<Validation<Items::dimension>> finish_validation(const Items& items, doub
     if (!counts) return fail(counts.error());
     const auto scan = [&] {
         return reduce_each(
-            quiet, marks.lows.size(), Smallest{},
-            [&](Smallest& smallest, std::size_t e) { smallest.add(marks.lows[e], e); },
+            quiet, marks.lower_bounds.size(), Smallest{},
+            [&](Smallest& smallest, std::size_t e) { smallest.add(marks.lower_bounds[e], e); },
             [](const Smallest& a, const Smallest& b) { return a + b; });
     };
     const auto refined = [&](std::size_t e) { return check_element(items(ElementId(e)), bound).min_scaled_jacobian; };
@@ -160,10 +160,11 @@ Outcome<Validation<Items::dimension>> finish_validation(const Items& items, doub
     if (!lowest) return fail(lowest.error());
     if (lowest->element.valid()) {
         const double first = refined(lowest->element.index());
-        marks.lows[lowest->element.index()] = rounded_down(first);
+        marks.lower_bounds[lowest->element.index()] = rounded_down(first);
         const double ceiling = first - 0.1 * scaled_jacobian_tolerance * std::max(1.0, std::abs(first));
-        auto closed = each(quiet, marks.lows.size(), [&](std::size_t e) {
-            if (std::isfinite(marks.lows[e]) && marks.lows[e] < ceiling) marks.lows[e] = rounded_down(refined(e));
+        auto closed = each(quiet, marks.lower_bounds.size(), [&](std::size_t e) {
+            if (std::isfinite(marks.lower_bounds[e]) && marks.lower_bounds[e] < ceiling)
+                marks.lower_bounds[e] = rounded_down(refined(e));
         });
         if (!closed) return fail(closed.error());
         lowest = scan();
@@ -172,7 +173,7 @@ Outcome<Validation<Items::dimension>> finish_validation(const Items& items, doub
     Validation<D> validation;
     validation.bound = bound;
     validation.verdicts = std::move(marks.verdicts);
-    validation.min_scaled_jacobian = std::move(marks.lows);
+    validation.min_scaled_jacobian = std::move(marks.lower_bounds);
     validation.invalid = counts->invalid;
     validation.undecided = counts->undecided;
     validation.not_positive = counts->not_positive;
@@ -187,7 +188,7 @@ Outcome<Validation<Items::dimension>> finish_validation(const Items& items, doub
 template <int D>
 Outcome<Validation<D>> validate(const QuadraticMesh<D>& mesh, double bound, const Execution& execution) {
     return guarded([&]() -> Outcome<Validation<D>> {
-        return of_judged(mesh, [&](const auto& items) -> Outcome<Validation<D>> {
+        return visit_judged(mesh, [&](const auto& items) -> Outcome<Validation<D>> {
             const std::size_t n = judged_count(mesh.linear);
             Marks marks{Buffer<Verdict>(n), Buffer<float>(n)};
             const auto straight_inverted = mark_all(
@@ -221,7 +222,7 @@ Outcome<JudgedProposal<D>> JudgedProposal<D>::judge_again(Proposal<D> proposal, 
         const QuadraticMesh<D> mesh = apply_proposal(mesh_, proposal);
         const double bound = validation_.bound;
         Marks marks{take(validation_.verdicts), take(validation_.min_scaled_jacobian)};
-        auto validation = of_judged(mesh, [&](const auto& items) -> Outcome<Validation<D>> {
+        auto validation = visit_judged(mesh, [&](const auto& items) -> Outcome<Validation<D>> {
             auto judged =
                 mark_all(items, touched.size(), [&](std::size_t i) { return touched[i]; }, bound, marks, execution);
             if (!judged) return fail(judged.error());
@@ -253,7 +254,7 @@ Outcome<Committed<D>> commit(const JudgedProposal<D>& judged) {
                     "is not certified valid, one of " + std::to_string(validation.not_positive.size()) +
                         " of which det J > 0 is not certain",
                     {},
-                    Entity{is_surface_alone(judged.mesh().linear) ? simplex_name<2> : simplex_name<D>,
+                    Entity{is_standalone_surface(judged.mesh().linear) ? simplex_name<2> : simplex_name<D>,
                            validation.not_positive.front().first.index() + 1},
                     "add a relax stage before commit");
     return commit_uncertified(judged);

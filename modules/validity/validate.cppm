@@ -20,7 +20,7 @@ inline constexpr double target_without_metric = 0.6;
 
 struct JacobianBound {
     double value = default_bound;
-    bool is_asked = false;
+    bool is_explicit = false;
 
     constexpr JacobianBound() = default;
     [[nodiscard]] static constexpr JacobianBound recommended(double value) {
@@ -28,8 +28,8 @@ struct JacobianBound {
         bound.value = value;
         return bound;
     }
-    constexpr JacobianBound(double asked) : value(asked), is_asked(true) {}  // NOLINT(*-explicit-*)
-    [[nodiscard]] constexpr operator double() const { return value; }        // NOLINT(*-explicit-*)
+    constexpr JacobianBound(double requested) : value(requested), is_explicit(true) {}  // NOLINT(*-explicit-*)
+    [[nodiscard]] constexpr operator double() const { return value; }                   // NOLINT(*-explicit-*)
     friend constexpr bool operator==(const JacobianBound&, const JacobianBound&) = default;
 };
 

@@ -42,13 +42,13 @@ double lowest_corner_value(const std::array<double, jacobian_coefficients<D>>& c
 /// Rounding error of a coefficient; `error` applies before bisection. A bisection averages up to D times in a row.
 /// Averages do not add errors, but each sum is rounded by u, and halving may underflow. Averages never exceed the
 /// largest coefficient: D u · largest per bisection; 4 u also covers growth by rounding.
-struct Blur {
+struct RoundingError {
     double error, step;
     [[nodiscard]] double after(int depth) const { return error + step * depth; }
 };
 
 template <int D>
-Blur blur_of(const BoundedJacobian<D>& jacobian) {
+RoundingError rounding_error_of(const BoundedJacobian<D>& jacobian) {
     double largest = 0;
     for (const double x : jacobian.coefficients) largest = std::max(largest, std::abs(x));
     return {jacobian.error, 0x1p-51 * largest + 0x1p-1070};
@@ -57,7 +57,7 @@ Blur blur_of(const BoundedJacobian<D>& jacobian) {
 /// det J is certainly sufficient above `above` and certainly not below `below`.
 struct Threshold {
     double value;
-    Blur blur;
+    RoundingError blur;
     [[nodiscard]] double above(int depth) const { return value + blur.after(depth); }
     [[nodiscard]] double below(int depth) const { return value - blur.after(depth); }
 };
@@ -66,15 +66,15 @@ struct Threshold {
 /// `above`, and of the comparison.
 template <class Jacobian>
 Threshold threshold_of(const Jacobian& jacobian, double bound) {
-    const double asked = std::max(bound, 0.0);
-    const double value = asked * std::abs(jacobian.straight);
-    return {value, {jacobian.error * (1 + asked) * 1.0001 + value * 0x1p-50, 0}};
+    const double requested = std::max(bound, 0.0);
+    const double value = requested * std::abs(jacobian.straight);
+    return {value, {jacobian.error * (1 + requested) * 1.0001 + value * 0x1p-50, 0}};
 }
 
 template <int D>
 Threshold threshold_of_parts(const BoundedJacobian<D>& jacobian, double bound) {
     Threshold threshold = threshold_of(jacobian, bound);
-    threshold.blur.step = blur_of(jacobian).step;
+    threshold.blur.step = rounding_error_of(jacobian).step;
     return threshold;
 }
 
@@ -111,7 +111,7 @@ bool search(const BoundedJacobian<D>& jacobian, Visit&& visit) {
 template <int D, class Found>
 Verdict decide_by_bisection(const BoundedJacobian<D>& jacobian, const Threshold& threshold, Found&& found) {
     bool invalid = false;
-    bool doubtful = false;
+    bool ambiguous = false;
     const bool complete = search(jacobian, [&](const JacobianPart<D>& part) {
         if (invalid) return false;
         const double low = smallest_coefficient<D>(part.coefficients);
@@ -125,13 +125,13 @@ Verdict decide_by_bisection(const BoundedJacobian<D>& jacobian, const Threshold&
         // A corner between the limits stays one in all its parts; a part that is affine within rounding gives no
         // further information.
         if (corner <= threshold.above(part.depth) || largest_bend(part).size < 0.125 * threshold.blur.error) {
-            doubtful = true;
+            ambiguous = true;
             return false;
         }
         return true;
     });
     if (invalid) return Verdict::invalid;
-    return complete && !doubtful ? Verdict::valid : Verdict::undecided;
+    return complete && !ambiguous ? Verdict::valid : Verdict::undecided;
 }
 
 /// Lower bound of the minimum of det J without rounding error, to within `slack` · max(scale, |minimum|). `depth`:
@@ -179,7 +179,7 @@ double scaled_down(const Jacobian& jacobian, double low, double blur) {
 template <int D>
 double positive_bound(const BoundedJacobian<D>& jacobian) {
     const auto low = smallest_value(jacobian, 0.5, 0);
-    return std::max(scaled_down(jacobian, low.value, blur_of(jacobian).after(low.depth)), 0.0);
+    return std::max(scaled_down(jacobian, low.value, rounding_error_of(jacobian).after(low.depth)), 0.0);
 }
 
 }  // namespace
@@ -229,11 +229,11 @@ double smallest_scaled_coefficient(const BoundedJacobian<D>& jacobian) {
     return scaled_coefficient(jacobian, smallest_coefficient<D>(jacobian.coefficients));
 }
 
-double smallest_scaled_coefficient(const LowJacobian& jacobian) {
+double smallest_scaled_coefficient(const JacobianSummary& jacobian) {
     return jacobian.is_finite() ? scaled_coefficient(jacobian, jacobian.lowest) : -infinity;
 }
 
-bool is_clear(const LowJacobian& jacobian, double bound) {
+bool is_clear(const JacobianSummary& jacobian, double bound) {
     return jacobian.is_finite() && jacobian.lowest > threshold_of(jacobian, bound).above(0) && !blurred(jacobian);
 }
 
@@ -258,7 +258,7 @@ ElementValidity check_element(const BoundedJacobian<D>& jacobian, double bound) 
         validity.min_scaled_jacobian = decide(jacobian, 0) == Verdict::valid ? infinity : -infinity;
     } else {
         const auto low = smallest_value(jacobian, 0.5 * scaled_jacobian_tolerance, std::abs(jacobian.straight));
-        validity.min_scaled_jacobian = scaled_down(jacobian, low.value, blur_of(jacobian).after(low.depth));
+        validity.min_scaled_jacobian = scaled_down(jacobian, low.value, rounding_error_of(jacobian).after(low.depth));
         // Near the bound the verdict is a sharper certificate.
         if (validity.verdict == Verdict::valid)
             validity.min_scaled_jacobian = std::max(validity.min_scaled_jacobian, bound);
@@ -285,7 +285,7 @@ ElementValidity check_by_levels(const Element& element, bool element_is_finite, 
         const ElementValidity validity = check_element(plain, bound);
         if (validity.verdict != Verdict::undecided) return validity;
     }
-    const BoundedJacobian<D> sharp = sharp_jacobian(element);
+    const BoundedJacobian<D> sharp = double_double_jacobian(element);
     ElementValidity validity = check_element(finite(sharp) ? sharp : plain, bound);
     if (!element_is_finite) {
         validity.verdict = Verdict::invalid;
@@ -305,7 +305,7 @@ ElementValidity check(const Element& element, bool element_is_finite, double bou
     if (least > 0 || !std::isfinite(least)) return validity;
     if (validity.verdict != Verdict::valid && (!(bound > 0) || certify(element, 0).verdict != Verdict::valid))
         return validity;
-    const BoundedJacobian<D> sharp = sharp_jacobian(element);
+    const BoundedJacobian<D> sharp = double_double_jacobian(element);
     least = finite(sharp) && !straight_is_flat(sharp) ? positive_bound(sharp) : 0;
     return validity;
 }
@@ -346,7 +346,7 @@ Certificate<D> by_levels(const Element& element, const Points& points, double bo
     if (certificate.verdict != Verdict::undecided) return certificate;
     if (!std::all_of(points.begin(), points.end(), [](const auto& p) { return is_finite(p); }))
         return {Verdict::invalid, Level::filter, {}};
-    certificate = certify_in_doubles<D>(sharp_jacobian(element), bound);
+    certificate = certify_in_doubles<D>(double_double_jacobian(element), bound);
     certificate.level = Level::twice;
     if (certificate.verdict != Verdict::undecided) return certificate;
     return certify_exactly(element, bound);

@@ -240,7 +240,7 @@ export namespace camber {
 /// One per element, or per triangle of a standalone surface mesh.
 template <int D>
 [[nodiscard]] inline std::size_t judged_count(const LinearMesh<D>& mesh) {
-    return is_surface_alone(mesh) ? mesh.facets.size() : mesh.elements.size();
+    return is_standalone_surface(mesh) ? mesh.facets.size() : mesh.elements.size();
 }
 
 /// A P2 triangle in space: vertices, then the nodes of e01 e12 e20.
@@ -263,7 +263,7 @@ struct SurfaceTriangle {
 
 /// N · n up to a factor that `straight` shares.
 [[nodiscard]] BoundedJacobian<2> bounded_jacobian(const SurfaceTriangle& triangle);
-[[nodiscard]] BoundedJacobian<2> sharp_jacobian(const SurfaceTriangle& triangle);
+[[nodiscard]] BoundedJacobian<2> double_double_jacobian(const SurfaceTriangle& triangle);
 
 /// Uses all levels; always decides.
 [[nodiscard]] Certificate<2> certify(const SurfaceTriangle& triangle, double bound);

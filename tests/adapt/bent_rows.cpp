@@ -84,8 +84,8 @@ Geometry<D> geometry_of(const QuadraticMesh<D>& mesh) {
     const auto features = features_of(mesh);
     auto straight = must(build_surrogate(mesh.linear, mesh.edges, features, SurrogateOptions{}, one_thread));
     return Geometry<D>(
-        must(with_curves<D>(std::move(straight), {mesh.linear, mesh.edges, features, mesh.mid_nodes.view()},
-                            StraightGeometry<D>{}, SurrogateOptions{}, one_thread))
+        must(build_curved_surrogate<D>(std::move(straight), {mesh.linear, mesh.edges, features, mesh.mid_nodes.view()},
+                                       StraightGeometry<D>{}, SurrogateOptions{}, one_thread))
             .surrogate);
 }
 
@@ -100,7 +100,7 @@ AdaptationGoal<D> goal_along(const QuadraticMesh<D>& mesh, const Geometry<D>& ge
     auto nodal = must(framed_logs(mesh.edges, Column<LogMetric<D>>(std::move(logs)), one_thread));
     AdaptationGoal<D> goal{
         must(make_nodal_back_mesh(mesh, must(balls(mesh.linear, one_thread)), std::move(nodal), one_thread)), geometry};
-    goal.accuracy.change = ChangeAlong::of_ends;
+    goal.accuracy.change = ChangeSource::of_ends;
     return goal;
 }
 
@@ -124,7 +124,7 @@ void expect_passes_along_rows(double bow, double least_unit) {
         CAPTURE(bow);
         CAPTURE(size);
         const AdaptationGoal<D> goal = goal_along(mesh, geometry, bending, size);
-        auto result = must(bring_to_metric(initial_state(mesh, goal), goal, ToMetricOptions{}, one_thread));
+        auto result = must(remesh_to_metric(initial_state(mesh, goal), goal, ToMetricOptions{}, one_thread));
         must(check_consistency(result.state.mesh, one_thread));
         auto compact = must(finished(result.state, one_thread)).compact;
         mesh = {std::move(compact.mesh), std::move(compact.edges), std::move(compact.nodes)};

@@ -79,7 +79,7 @@ TEST_CASE("without a geometry boundary vertices move only in planes and along st
     for (Vec<3>& p : points) p[0] += 0.4 * std::sin(p[0] * 0.78539816339744831) * (p[1] - 2) / 2;  // 0 and 4 are fixed
     mesh.points = std::move(points);
     const AdaptationGoal<3> goal = goal_of_size(mesh, {{1, 1, 1}});
-    const auto result = must(smooth<3>(start_adaptation(mesh, goal), goal, {.wanted = 1}, one_thread));
+    const auto result = must(smooth<3>(start_adaptation(mesh, goal), goal, {.target_quality = 1}, one_thread));
     const auto& after = result.state.mesh;
     CHECK(moved(after, mesh, VertexPlace::surface) > 5);
     CHECK(moved(after, mesh, VertexPlace::line) > 3);
@@ -92,7 +92,7 @@ TEST_CASE("remeshing keeps boundary vertices exactly in coordinate planes") {
     const LinearMesh<3> mesh = box(0);
     const AdaptationGoal<3> goal = goal_of_size(mesh, {{0.4, 0.7, 0.5}});
     const auto after =
-        must(bring_to_metric(start_adaptation(mesh, goal), goal, ToMetricOptions{}, one_thread)).state.mesh;
+        must(remesh_to_metric(start_adaptation(mesh, goal), goal, ToMetricOptions{}, one_thread)).state.mesh;
     std::size_t in_planes = 0;
     for (std::size_t v = 0; v < after.points.size(); ++v) {
         if (after.is_free(VertexId(v)) || after.states[v].place == VertexPlace::inside) continue;
@@ -108,7 +108,8 @@ TEST_CASE("remeshing keeps boundary vertices exactly in coordinate planes") {
 TEST_CASE("smoothing keeps the vertices of a rough surface without a geometry") {
     const LinearMesh<3> mesh = box(0.1);
     const AdaptationGoal<3> goal = goal_of_size(mesh, {{0.6, 1, 1.2}});
-    const auto after = must(smooth<3>(start_adaptation(mesh, goal), goal, {.wanted = 1}, one_thread)).state.mesh;
+    const auto after =
+        must(smooth<3>(start_adaptation(mesh, goal), goal, {.target_quality = 1}, one_thread)).state.mesh;
     CHECK(moved(after, mesh, VertexPlace::inside) > 5);
     CHECK(moved(after, mesh, VertexPlace::surface) == 0);
     CHECK(moved(after, mesh, VertexPlace::line) == 0);
@@ -119,7 +120,8 @@ TEST_CASE("smoothing moves vertices along the intersection curve of two known su
     AdaptationGoal<3> goal = goal_of_size(mesh, {{1, 0.7, 0.8}});
     goal.geometry = Geometry<3>(AnalyticGeometry<3>{
         {{1, Cylinder{{}, {{0, 0, 1}}, 2}}, {5, Plane<3>{{}, {{0, 0, 1}}}}, {6, Plane<3>{{{0, 0, 2}}, {{0, 0, 1}}}}}});
-    const auto after = must(smooth<3>(start_adaptation(mesh, goal), goal, {.wanted = 1}, one_thread)).state.mesh;
+    const auto after =
+        must(smooth<3>(start_adaptation(mesh, goal), goal, {.target_quality = 1}, one_thread)).state.mesh;
     CHECK(check_consistency(after, one_thread).has_value());
     CHECK(moved(after, mesh, VertexPlace::line) > 5);
     for (std::size_t v = 0; v < mesh.points.size(); ++v) {

@@ -315,8 +315,8 @@ TEST_CASE("edges bent by a candidate are the same as those bent by the operator"
         const auto& [a, b] = r.mesh.edges[r.mesh.edges_of[ElementId(e)][e % 6]];
         request.place = midpoint(r.mesh.points[a], r.mesh.points[b]);
         request.halves = {a, b};
-        request.holders = request.cavity.elements.size();
-        ask_field(r, goal, {}, request);
+        request.fixed_element_count = request.cavity.elements.size();
+        sample_field(r, goal, {}, request);
         BentSpokes<3> spokes(r, goal);
         spokes.begin({request.place, &request.metric, &request.gradient});
         for (const VertexId v : r.mesh.elements.vertices[ElementId(e)])
@@ -325,7 +325,7 @@ TEST_CASE("edges bent by a candidate are the same as those bent by the operator"
         grow_delaunay(r, spokes, 64, 0.1, request.cavity);
         const PatchLimits limits{.min_shape = 0.1, .shortest = 0.2, .corrections = 16};
         const OperationResult first = operate(r, goal, request, limits, workspace, first_patch);
-        spokes.give(request);
+        spokes.set_edges(request);
         REQUIRE(!request.bent.empty());
         const OperationResult second = operate(r, goal, request, limits, workspace, second_patch);
         REQUIRE(first.rejected == second.rejected);
@@ -347,7 +347,7 @@ TEST_CASE("plane walls of a box and of a baffle do not cross after remeshing of 
     const AdaptationGoal<3> goal = curved_goal<3>(domain, 0.7, 2);
     const auto expect_disjoint = [&](const QuadraticMesh<3>& from) {
         auto r = curved_state(from, goal, domain.ridge_angle_degrees);
-        const auto result = must(bring_to_metric(std::move(r), goal, ToMetricOptions{}, one_thread));
+        const auto result = must(remesh_to_metric(std::move(r), goal, ToMetricOptions{}, one_thread));
         const QuadraticMesh<3> mesh = mesh_of_state(result.state);
         CHECK(is_valid(mesh));
         CHECK(must(find_crossings(mesh, one_thread)).all_disjoint());
@@ -389,7 +389,7 @@ TEST_CASE("remeshing of a curved mesh does not depend on the number of threads" 
         const auto by = [&](int threads) {
             auto r = curved_state(mesh, goal, domain.ridge_angle_degrees);
             return mesh_of_state(
-                must(bring_to_metric<D>(std::move(r), goal, {.rounds = 2}, Execution{.threads = threads})).state);
+                must(remesh_to_metric<D>(std::move(r), goal, {.rounds = 2}, Execution{.threads = threads})).state);
         };
         CHECK(by(1) == by(3));
     };

@@ -163,7 +163,7 @@ CompactMesh<D> remeshed(const LinearMesh<D>& mesh, const std::optional<AnalyticG
         goal.curves = must(find_embedded_curves(mesh, edges, features, geometry, curved.mid_nodes.view(), one_thread));
         r = must(begin_adaptation(curved, breaks, goal, one_thread));
     }
-    const auto result = must(bring_to_metric<D>(std::move(r), goal, {.rounds = 2}, one_thread));
+    const auto result = must(remesh_to_metric<D>(std::move(r), goal, {.rounds = 2}, one_thread));
     CHECK(result.statistics.after.worst_quality > min_quality);
     return must(finished(result.state, one_thread)).compact;
 }

@@ -36,7 +36,7 @@ Adaptation<D> remeshed(const NamedDomain<D>& domain, const AdaptationGoal<D>& go
     for (std::size_t v = 0; v < domain.mesh.points.size(); ++v)
         if (features.vertex_kinds[v] == VertexKind::corner) corners.emplace_back(v);
     auto initial = must(begin_adaptation(domain.mesh, edges, {features.edge_kinds.view(), corners}, goal, one_thread));
-    return must(bring_to_metric<D>(std::move(initial), goal, {.rounds = 2}, one_thread)).state;
+    return must(remesh_to_metric<D>(std::move(initial), goal, {.rounds = 2}, one_thread)).state;
 }
 
 template <int D>
@@ -57,7 +57,7 @@ Counts expect_places(const Adaptation<D>& r, const Geometry<D>& geometry) {
     CHECK(r.vertices.places.size() == r.mesh.points.size());
     for (std::size_t v = 0; v < r.vertices.places.size(); ++v)
         if (r.mesh.states[v].place == VertexPlace::inside && !r.mesh.is_free(VertexId(v)))
-            CHECK(r.vertices.places[v] == GeometryPlace{});
+            CHECK(r.vertices.places[v] == GeometryPosition{});
     for (std::size_t f = 0; f < r.mesh.facets.size(); ++f) {
         if (r.mesh.is_free(FacetId(f))) continue;
         const GeometryEntity surface = geometry->surface_at(site(r.mesh, FacetId(f)));

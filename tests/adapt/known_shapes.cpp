@@ -49,16 +49,16 @@ void expect_stored_lengths(const Adaptation<D>& r) {
 template <int D>
 void expect_shapes(Adaptation<D> r, const AdaptationGoal<D>& goal) {
     for (int round = 0; round < 2; ++round) {
-        r = must(swap<D>(std::move(r), goal, {.wanted = 1}, one_thread)).state;
+        r = must(swap<D>(std::move(r), goal, {.target_quality = 1}, one_thread)).state;
         RC_ASSERT(expect_stored_shapes(r) == r.mesh.element_count());
-        r = must(smooth<D>(std::move(r), goal, {.wanted = 1}, one_thread)).state;
+        r = must(smooth<D>(std::move(r), goal, {.target_quality = 1}, one_thread)).state;
         RC_ASSERT(expect_stored_shapes(r) == r.mesh.element_count());
         r = must(collapse<D>(std::move(r), goal, {}, one_thread)).state;
         expect_stored_shapes(r);
         r = must(split<D>(std::move(r), goal, {}, one_thread)).state;
         expect_stored_shapes(r);
         expect_stored_lengths(r);
-        r = must(mend<D>(std::move(r), goal, {.wanted = 0.9}, one_thread)).state;
+        r = must(mend<D>(std::move(r), goal, {.target_quality = 0.9}, one_thread)).state;
         expect_stored_shapes(r);
         expect_stored_lengths(r);
     }

@@ -32,7 +32,7 @@ using namespace camber::testing;
 
 namespace {
 
-constexpr SmoothOptions by_distortion{.wanted = 1, .nodes = SmoothedNodes::distortion};
+constexpr SmoothOptions by_distortion{.target_quality = 1, .nodes = SmoothedNodes::distortion};
 
 template <int D>
 double quality_of(const Adaptation<D>& r, ElementId e) {
@@ -132,7 +132,7 @@ void expect_gain(double least) {
         Adaptation<D> r = bowed_state<D>(seed, stretch);
         const auto inner = [&] { return qualities_of(r).mean; };
         const double bowed = inner();
-        must(smooth_nodes(r, {.wanted = 1, .sweeps = 10}, one_thread));
+        must(smooth_nodes(r, {.target_quality = 1, .sweeps = 10}, one_thread));
         before += bowed / 6;
         after += inner() / 6;
     }
@@ -204,5 +204,5 @@ TEST_CASE("node smoothing moves nothing in a straight mesh") {
 
 TEST_CASE("node smoothing rejects options out of range") {
     Adaptation<2> r = straight_state();
-    CHECK(!smooth_nodes(r, {.wanted = 2}, one_thread));
+    CHECK(!smooth_nodes(r, {.target_quality = 2}, one_thread));
 }

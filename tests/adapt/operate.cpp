@@ -204,7 +204,7 @@ TEST_CASE("keeps_distance_bounds accepts patches that are no farther from the ge
                     for (const FacetId created : facets_of_one(after, r))
                         now = std::max(now, bound_shares(after, bounded, created).largest());
                     if (now > 1 && std::abs(now - before) < 1e-9) continue;  // rounding decides
-                    CHECK(keeps_distance_bounds(r, bounded, patch.patch()) == (now <= before));
+                    CHECK(meets_distance_bounds(r, bounded, patch.patch()) == (now <= before));
                     (now > before ? farther : now > 1 ? no_farther : within_bound) += 1;
                 }
             }
@@ -274,7 +274,7 @@ TEST_CASE("moving an inner vertex preserves all numbers of elements and edges") 
     OperationWorkspace<3> workspace;
     JudgedPatch<3> patch;
     REQUIRE(operate(r, goal, request, {}, workspace, patch).rejected == RejectionReason::none);
-    CHECK(keeps_topology<3>(r.mesh.elements.vertices.view(), patch.patch()));
+    CHECK(preserves_topology<3>(r.mesh.elements.vertices.view(), patch.patch()));
     const auto changed = must(replace_cavities<3>(r.mesh, {&patch.patch(), 1}));
     CHECK(check_consistency(changed.mesh, one_thread).has_value());
     CHECK(changed.mesh.elements.vertices == r.mesh.elements.vertices);
@@ -288,7 +288,7 @@ TEST_CASE("moving an inner vertex preserves all numbers of elements and edges") 
                            ? r.mesh.elements.vertices[request.cavity.elements[0]][1]
                            : r.mesh.elements.vertices[request.cavity.elements[0]][0]);
     if (operate(r, goal, request, {}, workspace, patch).rejected == RejectionReason::none)
-        CHECK(!keeps_topology<3>(r.mesh.elements.vertices.view(), patch.patch()));
+        CHECK(!preserves_topology<3>(r.mesh.elements.vertices.view(), patch.patch()));
 }
 
 TEST_CASE_FIXTURE(Fixture, "moving a vertex requires the cavity of all its elements") {

@@ -116,7 +116,7 @@ TEST_CASE("remeshing a box to a constant size makes over 90 % of its edges unit"
     Buffer<LogMetric<3>> logs(mesh.points.size(), log_metric_of_sizes<3>({{0.4, 0.4, 0.4}}));
     goal.field =
         must(make_back_mesh(mesh, must(balls(mesh, one_thread)), Column<LogMetric<3>>(std::move(logs)), one_thread));
-    const auto [r, statistics] = must(bring_to_metric<3>(start_adaptation(mesh, goal), goal, {}, one_thread));
+    const auto [r, statistics] = must(remesh_to_metric<3>(start_adaptation(mesh, goal), goal, {}, one_thread));
     CHECK(statistics.before.unit_share() == 0);
     CHECK(statistics.rounds > 1);
     CHECK(statistics.split.accepted > statistics.collapse.accepted);
@@ -143,7 +143,7 @@ void check_spheres(double size, double min_share, double min_quality) {
         must(make_back_mesh(mesh, must(balls(mesh, one_thread)), Column<LogMetric<D>>(std::move(logs)), one_thread)),
         Geometry<D>(spheres)};
     const auto [r, statistics] =
-        must(bring_to_metric<D>(start_adaptation(mesh, goal), goal, {.rounds = 3}, one_thread));
+        must(remesh_to_metric<D>(start_adaptation(mesh, goal), goal, {.rounds = 3}, one_thread));
     CHECK(check_consistency(r.mesh, one_thread).has_value());
     std::size_t off = 0;  // points that were moved only part of the way
     for (std::size_t v = 0; v < r.mesh.points.size(); ++v) {

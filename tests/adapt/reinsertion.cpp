@@ -53,8 +53,8 @@ NodeTargets<D> targets_of(Block<D> b) {
 }
 
 template <int D>
-Outcome<Reinserted<D>> reinsert_vertices(const NodeTargets<D>& w, const Execution& execution,
-                                         const ReinsertionOptions& by = {}) {
+Outcome<ReinsertionResult<D>> reinsert_vertices(const NodeTargets<D>& w, const Execution& execution,
+                                                const ReinsertionOptions& by = {}) {
     return reinsert(w.block.mesh, w.proposal, {w.block.kinds.view(), w.corners}, w.block.back, by, execution);
 }
 
@@ -68,7 +68,7 @@ void check_reinsertion(const std::array<int, D>& cells) {
     property("reinsertion yields valid elements, is idempotent and independent of threads",
              [&](std::uint64_t seed) {
                  const auto w = targets_of(shell_block<D>(cells, seed + 1));
-                 const Reinserted<D> r = must(reinsert_vertices(w, one_thread));
+                 const ReinsertionResult<D> r = must(reinsert_vertices(w, one_thread));
                  RC_ASSERT(r.statistics.accepted > 0U);
                  RC_ASSERT(r.left == 0U);
                  RC_ASSERT(r.proposal.points == w.block.mesh.linear.points);

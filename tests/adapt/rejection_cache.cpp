@@ -40,7 +40,7 @@ Adaptation<D> run_until_rejected(Adaptation<D> r, const AdaptationGoal<D>& goal,
     RC_ASSERT(accepted == 0U);
     RC_ASSERT(must(verb(r, goal, {}, one_thread)).statistics.planned == 0U);
     Adaptation<D> cleared = r;
-    cleared.refusals.forget();
+    cleared.rejection_cache.forget();
     cleared.shapes = {};
     RC_ASSERT(must(verb(std::move(cleared), goal, {}, one_thread)).statistics.accepted == 0U);
     return r;
@@ -80,15 +80,15 @@ TEST_CASE("a cached rejection agrees with a new evaluation of the operation") {
 }
 
 TEST_CASE("changed limits clear the cached rejections of a pass") {
-    Refusals refusals;
+    RejectionCache rejection_cache;
     const std::vector<VertexId> ids{VertexId(std::size_t{1})};
-    refusals.begin(AskingPass::smooth, {0.8});
-    refusals.refuse<VertexTag>(AskingPass::smooth, ids, 3);
-    CHECK(refusals.stands(AskingPass::smooth, ids[0], ids));
-    CHECK_FALSE(refusals.stands(AskingPass::swap, ids[0], ids));
-    CHECK_FALSE(refusals.stands(AskingPass::smooth, VertexId(std::size_t{2}), ids));
-    refusals.begin(AskingPass::smooth, {0.8});
-    CHECK(refusals.stands(AskingPass::smooth, ids[0], ids));
-    refusals.begin(AskingPass::smooth, {0.7});
-    CHECK_FALSE(refusals.stands(AskingPass::smooth, ids[0], ids));
+    rejection_cache.begin(CachedPass::smooth, {0.8});
+    rejection_cache.refuse<VertexTag>(CachedPass::smooth, ids, 3);
+    CHECK(rejection_cache.is_rejected(CachedPass::smooth, ids[0], ids));
+    CHECK_FALSE(rejection_cache.is_rejected(CachedPass::swap, ids[0], ids));
+    CHECK_FALSE(rejection_cache.is_rejected(CachedPass::smooth, VertexId(std::size_t{2}), ids));
+    rejection_cache.begin(CachedPass::smooth, {0.8});
+    CHECK(rejection_cache.is_rejected(CachedPass::smooth, ids[0], ids));
+    rejection_cache.begin(CachedPass::smooth, {0.7});
+    CHECK_FALSE(rejection_cache.is_rejected(CachedPass::smooth, ids[0], ids));
 }

@@ -117,7 +117,7 @@ OnSphere on_sphere(const LinearMesh<3>& mesh, double size, const Execution& exec
     const AdaptationGoal<3> goal{
         must(make_back_mesh(mesh, must(balls(mesh, one_thread)), Column<LogMetric<3>>(std::move(logs)), one_thread)),
         Geometry<3>(AnalyticGeometry<3>{{{1, Sphere<3>{{}, 1}}}})};
-    auto [r, statistics] = must(bring_to_metric<3>(start_adaptation(mesh, goal), goal, {}, execution));
+    auto [r, statistics] = must(remesh_to_metric<3>(start_adaptation(mesh, goal), goal, {}, execution));
     CHECK(check_consistency(r.mesh, one_thread).has_value());
     return {compact(r), statistics};
 }

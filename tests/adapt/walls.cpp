@@ -79,7 +79,7 @@ void expect_no_folds(int cells, double coarse, double fine) {
         const CompactMesh<D> mesh = must(finished(r, one_thread)).compact;  // lists its breaks
         r = must(begin_adaptation(mesh.mesh, mesh.edges, {}, goal, one_thread));
         const std::size_t before = folded_at_the_ball(r.mesh);
-        r = must(bring_to_metric<D>(std::move(r), goal, {.rounds = 2}, one_thread)).state;
+        r = must(remesh_to_metric<D>(std::move(r), goal, {.rounds = 2}, one_thread)).state;
         CHECK(folded_at_the_ball(r.mesh) <= before);
         CHECK(must(unit_mesh_statistics(r, one_thread)).worst_quality > 0.02);
     }
@@ -95,11 +95,11 @@ void expect_bounded(int cells, const DistanceBound& bound) {
     Adaptation<D> r = initial_state(domain.mesh, goal);
     REQUIRE(must(count_far_facets(r, goal, one_thread)) == 0);
     const std::size_t before = domain.mesh.elements.size();
-    r = must(bring_to_metric<D>(std::move(r), goal, {.rounds = 2}, one_thread)).state;
+    r = must(remesh_to_metric<D>(std::move(r), goal, {.rounds = 2}, one_thread)).state;
     CHECK(must(count_far_facets(r, goal, one_thread)) == 0);
     CHECK(must(finished(r, one_thread)).compact.mesh.elements.size() < before / 2);
     goal.distance_bounds = {};
-    r = must(bring_to_metric<D>(std::move(r), goal, {.rounds = 2}, one_thread)).state;
+    r = must(remesh_to_metric<D>(std::move(r), goal, {.rounds = 2}, one_thread)).state;
     goal.distance_bounds = DistanceBounds(std::span(&bound, 1));
     CHECK(must(count_far_facets(r, goal, one_thread)) > 0);
 }

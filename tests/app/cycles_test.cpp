@@ -53,10 +53,10 @@ bool has_stage(const config::Pipeline& pipeline) {
 }
 
 CycleRow row(int cycle, double before, double after) {
-    CycleRow made{.cycle = cycle, .unknowns = 10U, .elements = 5U, .solved = {}};
-    made.unit_before = before;
-    made.unit_edges = after;
-    return made;
+    CycleRow outcome{.cycle = cycle, .unknowns = 10U, .elements = 5U, .solved = {}};
+    outcome.unit_before = before;
+    outcome.unit_edges = after;
+    return outcome;
 }
 
 }  // namespace
@@ -78,15 +78,15 @@ TEST_CASE("a cycle uses the previous mesh and solution, the first boundary and i
     const auto pipeline_of_cycles = adapting(solving);
     const auto files = [&](const char* folder) { return run::files_of_cycle(pipeline_of_cycles, folder); };
     for (const int cycle : {1, 2, 3}) {
-        const auto made =
+        const auto outcome =
             run::cycle_pipeline(pipeline_of_cycles, cycle, files("first"), files("before"), files("into"));
-        CHECK(std::get<config::FilePath>(made.input.source).path == "before/mesh.meshb");
-        CHECK(made.solution.file == "before/solution.sol");
-        CHECK(std::get<config::FilePath>(made.geometry).path == "first/mesh.meshb");
-        CHECK(std::get<config::SolutionMetric>(made.metric).complexity == (cycle == 1 ? 10 : 20));
-        CHECK_FALSE(has_stage<config::Elevate>(made));
-        CHECK(made.output.solution == "into/guess.sol");
-        CHECK_FALSE(made.adapt.is_asked());
+        CHECK(std::get<config::FilePath>(outcome.input.source).path == "before/mesh.meshb");
+        CHECK(outcome.solution.file == "before/solution.sol");
+        CHECK(std::get<config::FilePath>(outcome.geometry).path == "first/mesh.meshb");
+        CHECK(std::get<config::SolutionMetric>(outcome.metric).complexity == (cycle == 1 ? 10 : 20));
+        CHECK_FALSE(has_stage<config::Elevate>(outcome));
+        CHECK(outcome.output.solution == "into/guess.sol");
+        CHECK_FALSE(outcome.adapt.is_requested());
     }
     const auto without_solver = adapting(R"({"cycles": 3})", R"(, "solution": {"expression": "x*y"})");
     const auto first = run::cycle_pipeline(without_solver, 1, files("first"), files("before"), files("into"));
@@ -101,9 +101,9 @@ TEST_CASE("the complexity by cycle also scales a metric that does not come from 
     auto pipeline_of_cycles = adapting(R"({"cycles": 2, "complexity": [7]})");
     pipeline_of_cycles.metric = config::ConstantMetric{.sizes = {0.1}, .tensor = {}};
     const auto files = run::files_of_cycle(pipeline_of_cycles, "c");
-    const auto made = run::cycle_pipeline(pipeline_of_cycles, 2, files, files, files);
-    REQUIRE(made.metric_operations.size() == 1);
-    CHECK(std::get<config::Complexity>(made.metric_operations.front()).target == 7);
+    const auto outcome = run::cycle_pipeline(pipeline_of_cycles, 2, files, files, files);
+    REQUIRE(outcome.metric_operations.size() == 1);
+    CHECK(std::get<config::Complexity>(outcome.metric_operations.front()).target == 7);
 }
 
 TEST_CASE("placeholders of the solver command are replaced by the files of the cycle") {
@@ -152,14 +152,14 @@ TEST_CASE("cycles end when the minimum error stops falling, and its mesh is the 
         std::vector<CycleRow> rows;
         std::vector<double> least;  // running minimum over the cycles of the last complexity
         for (int cycle = 0; cycle <= 12; ++cycle) {
-            CycleRow made = row(cycle, 0.5, 0.9);
-            made.wanted = cycle == 0 ? 0 : cycle == 1 ? 10 : 20;
+            CycleRow outcome = row(cycle, 0.5, 0.9);
+            outcome.complexity_target = cycle == 0 ? 0 : cycle == 1 ? 10 : 20;
             // Cycles 0 and 1 have smaller complexities: they may have the minimum error by chance and are never the
             // result.
-            made.expected = std::exp(dice.uniform(-1, 1)) / (cycle + 1);
-            rows.push_back(made);
+            outcome.expected = std::exp(dice.uniform(-1, 1)) / (cycle + 1);
+            rows.push_back(outcome);
             if (cycle < 2) continue;
-            least.push_back(least.empty() ? *made.expected : std::min(least.back(), *made.expected));
+            least.push_back(least.empty() ? *outcome.expected : std::min(least.back(), *outcome.expected));
             const CycleRow& result = rows[run::row_of_result(rows, adapt)];
             RC_ASSERT(result.cycle >= 2);
             RC_ASSERT(*result.expected == least.back());
@@ -194,7 +194,7 @@ TEST_CASE("the result is the valid mesh of minimum error, or the last for a solv
     CHECK(result({.cycles = 3, .solve = of_cycle, .result = config::ResultOfCycles::best}) == 1);
     rows[1].misses = {"off by 1"};
     CHECK_MESSAGE(result({.cycles = 3}) == 2, "a mesh with a miss is the result only if all meshes have one");
-    for (CycleRow& each : rows) each.error_of = ErrorOf::gradients;
+    for (CycleRow& each : rows) each.error_of = ErrorQuantity::gradients;
     rows[3].interpolated = run::CycleError{9, 0.5};
     CHECK_MESSAGE(result({.cycles = 3}) == 3, "the error in H1");
     rows[1].misses.clear();
@@ -258,7 +258,7 @@ TEST_CASE("a cycle with invalid elements is repeated with a smaller step at most
     for (const std::size_t elements : {std::size_t{20}, std::size_t{5}, std::size_t{2}})
         for (int fails = 0; fails <= 5; ++fails) {
             std::vector<double> tried;
-            const auto made = run::run_cycle(pipeline, rows, [&](const config::Pipeline& p) -> Outcome<run::Run> {
+            const auto outcome = run::run_cycle(pipeline, rows, [&](const config::Pipeline& p) -> Outcome<run::Run> {
                 const double complexity = std::get<config::SolutionMetric>(p.metric).complexity;
                 tried.push_back(complexity);
                 run::Run run;
@@ -268,11 +268,11 @@ TEST_CASE("a cycle with invalid elements is repeated with a smaller step at most
                 if (std::ssize(tried) <= fails) run.report.invalid_elements = {1};
                 return run;
             });
-            REQUIRE(made);
+            REQUIRE(outcome);
             CHECK(std::ssize(tried) == std::min(fails, 3) + 1);
-            CHECK(std::ssize(made->run.report.notices) == std::min(fails, 3));
+            CHECK(std::ssize(outcome->run.report.notices) == std::min(fails, 3));
             CHECK(tried.front() == 20);
-            CHECK(made->miss.empty() == (fails == 0 || fails > 3));
+            CHECK(outcome->miss.empty() == (fails == 0 || fails > 3));
             for (std::size_t i = 1; i < tried.size(); ++i)
                 CHECK((tried[i] < tried[i - 1]) == (elements >= 5));  // closer to the previous mesh, which has 5
                                                                       // elements
@@ -307,13 +307,13 @@ TEST_CASE("adapt_mesh calls its solver on each mesh with the transferred previou
         };
         const AdaptMeshOptions options{.degree = degree,
                                        .cycles = {.cycles = 2, .complexity = {60}, .exact = front_expression}};
-        const auto made = must(adapt_mesh<2>(square(), solver, options, plainly(one_thread)));
-        REQUIRE(made.cycles.rows.size() == 3);
+        const auto outcome = must(adapt_mesh<2>(square(), solver, options, without_wrapper(one_thread)));
+        REQUIRE(outcome.cycles.rows.size() == 3);
         CHECK(guessed.size() == 3);
-        CHECK(made.mesh.degree == degree);
-        CHECK(made.report.holds_what_was_asked());
-        CHECK(made.solution.front().field == front_on(made.mesh).front().field);
-        const std::vector<CycleRow>& rows = made.cycles.rows;
+        CHECK(outcome.mesh.degree == degree);
+        CHECK(outcome.report.meets_requirements());
+        CHECK(outcome.solution.front().field == front_on(outcome.mesh).front().field);
+        const std::vector<CycleRow>& rows = outcome.cycles.rows;
         CHECK(rows.back().solved->l2 < rows.front().solved->l2 / 2);
         CHECK(rows.back().seconds > 0);
     }
@@ -321,17 +321,19 @@ TEST_CASE("adapt_mesh calls its solver on each mesh with the transferred previou
 
 TEST_CASE("adapt_mesh adapts to an expression and rejects fields and meshes of a wrong degree") {
     AdaptMeshOptions options{.cycles = {.cycles = 2, .complexity = {60}, .exact = front_expression}};
-    const auto made = must(adapt_mesh<2>(square(), front_expression, options, plainly(one_thread)));
-    const std::vector<CycleRow>& rows = made.cycles.rows;
+    const auto outcome = must(adapt_mesh<2>(square(), front_expression, options, without_wrapper(one_thread)));
+    const std::vector<CycleRow>& rows = outcome.cycles.rows;
     CHECK(rows.back().interpolated->l2 < rows.front().interpolated->l2 / 10);
-    CHECK(made.cycles.result > 0);
+    CHECK(outcome.cycles.result > 0);
     const MeshSolver<2> wrong = [](const Mesh<2>& mesh, const auto&, int) {
         auto fields = front_on(mesh);
         fields.front().field.degree = 2;
         return Outcome<std::vector<run::NamedField>>(std::move(fields));
     };
-    CHECK(adapt_mesh<2>(square(), wrong, {.degree = 1}, plainly(one_thread)).error().where == "field u");
-    CHECK(adapt_mesh<2>(made.mesh, front_expression, {.degree = 1}, plainly(one_thread)).error().kind == ErrorKind::input);
+    CHECK(adapt_mesh<2>(square(), wrong, {.degree = 1}, without_wrapper(one_thread)).error().where == "field u");
+    CHECK(adapt_mesh<2>(outcome.mesh, front_expression, {.degree = 1}, without_wrapper(one_thread)).error().kind ==
+          ErrorKind::input);
     options.cycles.convergence_tolerance = 2;
-    CHECK(adapt_mesh<2>(square(), front_expression, options, plainly(one_thread)).error().kind == ErrorKind::usage);
+    CHECK(adapt_mesh<2>(square(), front_expression, options, without_wrapper(one_thread)).error().kind ==
+          ErrorKind::usage);
 }

@@ -27,8 +27,8 @@ import camber.recipes;
 import camber.reports;
 
 using namespace camber;
-using camber::testing::one_thread;
 using camber::testing::must;
+using camber::testing::one_thread;
 
 namespace {
 
@@ -47,8 +47,8 @@ Permutation<EntityId> any_order(std::size_t count) {
 template <int D>
 LinearMesh<D> shuffled(const std::string& shape) {
     const auto pipeline = must(config::read_pipeline(R"({"input": {"generate": )" + shape + "}}", "test"));
-    const auto made = must(run::generate_shape(std::get<config::Shape>(pipeline.input.source), one_thread));
-    auto mesh = testing::mesh_in<LinearMesh<D>>(made.mesh);
+    const auto result = must(run::generate_shape(std::get<config::Shape>(pipeline.input.source), one_thread));
+    auto mesh = testing::mesh_in<LinearMesh<D>>(result.mesh);
     const Renumbering order{any_order<VertexId>(mesh.points.size()), any_order<ElementId>(mesh.elements.size())};
     return must(renumbered(std::move(mesh), order, one_thread));
 }
@@ -152,13 +152,13 @@ const std::string with_outputs = R"(, "output": {"vtu": "none.vtu", "metric": "n
 template <int D>
 void check_runs(const LinearMesh<D>& mesh) {
     run::Inputs inputs{DecodedMesh{AnyMesh(as_mesh(mesh)), {}}, {}};
-    const auto made = check_same_run<D>(
+    const auto result = check_same_run<D>(
         R"(, "stages": ["elevate", "curve", {)" + validate_stage + R"(}, "commit"])" + with_outputs, inputs);
-    CHECK_FALSE(made.report.elements_below_bound.empty());
-    CHECK_FALSE(made.fields.empty());
-    const auto curved =
-        check_same_run<D>(R"(, "stages": [{)" + validate_stage + "}]" + with_outputs, {DecodedMesh{made.mesh, {}}, {}});
-    CHECK(curved.report.elements_below_bound == made.report.elements_below_bound);
+    CHECK_FALSE(result.report.elements_below_bound.empty());
+    CHECK_FALSE(result.fields.empty());
+    const auto curved = check_same_run<D>(R"(, "stages": [{)" + validate_stage + "}]" + with_outputs,
+                                          {DecodedMesh{result.mesh, {}}, {}});
+    CHECK(curved.report.elements_below_bound == result.report.elements_below_bound);
     inputs.metric = sizes_of(mesh);
     check_same_run<D>(R"(, "metric": {"file": "sizes.sol"}, "stages": ["elevate", "curve", "commit"])" + with_outputs,
                       inputs);
@@ -175,9 +175,9 @@ TEST_CASE("errors of reordered runs use the numbers of the input files") {
     const LinearMesh<3> mesh = shell();
     const auto error_of = [&](Solution sizes, const OrderingOptions& ordering) {
         run::Inputs inputs{DecodedMesh{AnyMesh(as_mesh(mesh)), {}}, std::move(sizes), {}, {}, ordering};
-        const auto made = run_of(R"(, "metric": {"file": "sizes.sol"})", std::move(inputs));
-        REQUIRE_FALSE(made);
-        return describe(made.error());
+        const auto result = run_of(R"(, "metric": {"file": "sizes.sol"})", std::move(inputs));
+        REQUIRE_FALSE(result);
+        return describe(result.error());
     };
     Solution wrong = sizes_of(mesh);
     auto values = take(std::move(wrong.values));
@@ -202,34 +202,34 @@ TEST_CASE("notices and corrections of prepare use the input order") {
     mesh.elements.references = std::move(references);
     mesh.facets = {};
     const run::Inputs inputs{DecodedMesh{AnyMesh(as_mesh(mesh)), {}}, {}};
-    const auto made = check_same_run<3>(R"(, "stages": ["elevate", "curve", "commit"])", inputs);
+    const auto result = check_same_run<3>(R"(, "stages": ["elevate", "curve", "commit"])", inputs);
     run::Inputs here = inputs;
     here.ordering = never;
-    CHECK(made.report.notices == must(run_of(R"(, "stages": ["elevate", "curve", "commit"])", here)).report.notices);
-    CHECK(made.report.notices.size() >= 3);
+    CHECK(result.report.notices == must(run_of(R"(, "stages": ["elevate", "curve", "commit"])", here)).report.notices);
+    CHECK(result.report.notices.size() >= 3);
 }
 
 TEST_CASE("remaining elements of reordered runs are reported by input numbers") {
     const auto curved =
         must(run_of(R"(, "stages": ["elevate", "curve", "commit"])", {DecodedMesh{AnyMesh(as_mesh(shell())), {}}, {}}));
     run::Inputs inputs{DecodedMesh{curved.mesh, {}}, {}, {}, {}, always};
-    const auto made =
+    const auto result =
         must(run_of(R"(, "stages": [{"relax": {"min_scaled_jacobian": 0.95, "effort": 0.1}}, "commit"])" + with_vtu,
                     std::move(inputs)));
-    REQUIRE_FALSE(made.report.remaining.empty());
-    const MeshField* const verdicts = made.fields.find("verdict", Centring::cell);
+    REQUIRE_FALSE(result.report.remaining.empty());
+    const MeshField* const verdicts = result.fields.find("verdict", Centring::cell);
     REQUIRE(verdicts != nullptr);
     const auto& values = std::get<Column<std::int32_t>>(verdicts->values);
     std::vector<std::size_t> bad, remaining;
-    for (std::size_t e = 0; e < count_elements(std::get<Mesh<3>>(made.mesh)); ++e)
+    for (std::size_t e = 0; e < count_elements(std::get<Mesh<3>>(result.mesh)); ++e)
         if (values[e] != 0) bad.push_back(e + 1);
-    CHECK(made.report.elements_below_bound == bad);
-    for (const auto& r : made.report.remaining) remaining.push_back(r.element);
+    CHECK(result.report.elements_below_bound == bad);
+    for (const auto& r : result.report.remaining) remaining.push_back(r.element);
     CHECK(remaining == bad);
 }
 
 TEST_CASE("a run with a stage that changes the straight mesh is not reordered") {
     run::Inputs inputs{DecodedMesh{AnyMesh(as_mesh(annulus())), {}}, {}, {}, {}, always};
-    const auto made = must(run_of(R"(, "stages": ["smooth", "elevate"])", std::move(inputs)));
-    CHECK_FALSE(made.report.reordered.has_value());
+    const auto result = must(run_of(R"(, "stages": ["smooth", "elevate"])", std::move(inputs)));
+    CHECK_FALSE(result.report.reordered.has_value());
 }

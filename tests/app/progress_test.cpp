@@ -24,7 +24,7 @@ struct StageShares {
     std::vector<double> shares = {};
 };
 
-Around listening(std::vector<StageShares>& reported, int threads) {
+StepWrapper listening(std::vector<StageShares>& reported, int threads) {
     return [&reported, threads](std::string_view stage, const auto& body) {
         reported.push_back({std::string(stage)});
         return body(Execution{.threads = threads, .progress = [&reported](std::size_t done, std::size_t total) {

@@ -107,7 +107,7 @@ TEST_CASE("a failed write preserves the old file and leaves no other file") {
     REQUIRE(write(folder / "a", {"old"}).has_value());
     const pid_t child = ::fork();
     if (child == 0) {
-        hold_standard_streams();
+        protect_standard_streams();
         const struct rlimit small{100000, 100000};
         ::setrlimit(RLIMIT_FSIZE, &small);
         const auto failed = write(folder / "a", {std::string(90000, 'x'), std::string(90000, 'y')});
@@ -177,7 +177,7 @@ TEST_CASE("a stream is read up to its bound and a plain file completely") {
     const Folder folder;
     const std::string pipe = folder / "pipe";
     REQUIRE(::mkfifo(pipe.c_str(), 0600) == 0);
-    hold_standard_streams();
+    protect_standard_streams();
     constexpr std::size_t bound = 100000;
     std::size_t size_of_beginning = 0;
     const StreamBound of_letters = [&](std::span<const std::byte> beginning) -> Outcome<std::size_t> {

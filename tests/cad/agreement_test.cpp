@@ -149,8 +149,8 @@ TEST_CASE("a mesh of another radius is rejected with face, vertex and distance")
         CHECK(fits.error().what.find(" away from CAD face 1, ") != std::string::npos);
         CHECK(fits.error().what.find(" % of the shortest boundary edge there; ") != std::string::npos);
         CHECK(fits.error().remedy.find("--cad-vertices move") != std::string::npos);
-        CHECK(std::abs(found->misfit->fit.largest - 0.3 * std::abs(share)) <= 1e-9);
-        CHECK(found->misfit->fit.off == found->misfit->fit.vertices);
+        CHECK(std::abs(found->fit_error->fit.largest - 0.3 * std::abs(share)) <= 1e-9);
+        CHECK(found->fit_error->fit.off == found->fit_error->fit.vertices);
     }
 }
 

@@ -49,7 +49,7 @@ TEST_CASE("each side of a box is associated with one face without ambiguity") {
     CHECK(a.faces_met == 6);
     CHECK(a.edges_met == 12);
     CHECK(a.vertices_met == 8);
-    CHECK(a.doubtful_facets + a.doubtful_edges + a.doubtful_vertices == 0);
+    CHECK(a.ambiguous_facets + a.ambiguous_edges + a.ambiguous_vertices == 0);
     CHECK(a.largest_vertex_distance <= 1e-14);
     CHECK(a.of_references.size() == 6);
     for (const auto& [reference, faces] : a.of_references) CHECK(faces.size() == 1);
@@ -73,7 +73,7 @@ TEST_CASE("concentric CAD spheres are associated with the right faces") {
     const LinearMesh<3> mesh = value(generate(ShellOptions<3>{}));
     const CadAssociation a = associated(mesh, model);
     CHECK(a.faces_met == 2);
-    CHECK(a.doubtful_facets == 0);
+    CHECK(a.ambiguous_facets == 0);
     CHECK(a.largest_vertex_distance <= 1e-13);
     for (const auto& [reference, faces] : a.of_references) CHECK(faces.size() == 1);
 }
@@ -160,7 +160,7 @@ TEST_CASE("coincident faces of touching solids are associated with the first fac
     const LinearMesh<3> mesh = two_cubes();
     const CadAssociation a = associated(mesh, model);
     CHECK(a.coincident_facets == 8);
-    CHECK(a.doubtful_facets + a.doubtful_edges + a.doubtful_vertices == 0);
+    CHECK(a.ambiguous_facets + a.ambiguous_edges + a.ambiguous_vertices == 0);
     CHECK(a.largest_vertex_distance <= 1e-14);
     const auto& last = a.of_references.back();
     CHECK(last.first == 9);
@@ -184,7 +184,7 @@ TEST_CASE("excluded references are on no face and make no ridges") {
     CHECK(a.facets == on_model);
     CHECK(a.faces_met == 4);
     CHECK(a.ridges.size() < whole.ridges.size());
-    CHECK(a.doubtful_facets + a.doubtful_edges + a.doubtful_vertices == 0);
+    CHECK(a.ambiguous_facets + a.ambiguous_edges + a.ambiguous_vertices == 0);
 }
 
 TEST_CASE("a partial association rejects a model of another size or place") {
@@ -219,7 +219,7 @@ TEST_CASE("vertices move onto the model unless they are required") {
     };
     const VerticesOnModel moved = moved_by(1);
     CHECK(moved.moved > 20);
-    CHECK(moved.held == 0);
+    CHECK(moved.constrained == 0);
     CHECK(moved.largest <= 6e-3);
     CHECK(moved.points[VertexId(0)] == mesh.points[VertexId(0)]);
     CHECK(moved_by(2).points == moved.points);
@@ -250,7 +250,7 @@ TEST_CASE("a vertex moves only as far as no element becomes flat") {
     const CadAssociation a = associated(mesh, model);
     const auto moved = value(vertices_onto(model, a, mesh, Geometry<3>(CadGeometry{model, a, mesh}), {}));
     CHECK(moved.moved == 1);
-    CHECK(moved.held == 1);
+    CHECK(moved.constrained == 1);
     CHECK(moved.largest < 0.04);
 }
 
@@ -270,7 +270,7 @@ TEST_CASE("a facet that spans a ridge of the model is reported with its position
     (*moved)[1] += 0.15;
     mesh.points = std::move(points);
     const CadAssociation a = associated(mesh, model);
-    CHECK(!a.misfit);
+    CHECK(!a.fit_error);
     REQUIRE(a.across.count >= 1);
     CHECK(distance(a.across.place, Vec<3>{{0, 0, height}}) <= 1e-12);
     CHECK(a.joined.empty());

@@ -91,7 +91,7 @@ TEST_CASE("nodes of a cylinder lie on its circles and on its mantle") {
         const CadAssociation a = value(associate(mesh.linear, mesh.edges, model, {}));
         CHECK(a.faces_met == 3);
         CHECK(a.edges_met == 2);
-        CHECK(a.doubtful_facets + a.doubtful_edges + a.doubtful_vertices == 0);
+        CHECK(a.ambiguous_facets + a.ambiguous_edges + a.ambiguous_vertices == 0);
         const Geometry<3> geometry = geometry_of(mesh, model);
         const auto features = value(find_features(mesh.linear, mesh.edges, FeatureOptions<3>{}, {}));
         const auto nodes = value(boundary_nodes(mesh, features, geometry, {}));
@@ -213,9 +213,9 @@ TEST_CASE("nodes of facets across sliver and split faces lie on the virtual face
             CAPTURE(n);
             const auto mesh = value(elevate(cylinder_mesh(n, 0.5, 2), {}));
             const CadAssociation a = value(associate(mesh.linear, mesh.edges, model, {}));
-            CHECK(a.doubtful_facets + a.doubtful_edges + a.doubtful_vertices == 0);
+            CHECK(a.ambiguous_facets + a.ambiguous_edges + a.ambiguous_vertices == 0);
             CHECK(a.largest_vertex_distance <= 1e-12);
-            CHECK(!a.misfit);
+            CHECK(!a.fit_error);
             CHECK(a.across.count == 0);
             REQUIRE(a.joined.size() == 3);  // the mantle and both ends
             for (const auto& faces : a.joined) CHECK(faces.size() == 3);
@@ -259,6 +259,6 @@ TEST_CASE("a mesh that respects the model's edges joins no faces") {
         const auto mesh = value(elevate(straight, {}));
         const CadAssociation a = value(associate(mesh.linear, mesh.edges, model_of(kind, sizes), {}));
         CHECK(a.joined.empty());
-        CHECK(a.doubtful_facets + a.doubtful_edges + a.doubtful_vertices == 0);
+        CHECK(a.ambiguous_facets + a.ambiguous_edges + a.ambiguous_vertices == 0);
     }
 }

@@ -116,7 +116,7 @@ TEST_CASE("curves are associated from faces and from curves alone") {
             CHECK(a.faces_met == model.faces());
             CHECK(a.edges_met == 2);
             CHECK(a.vertices_met == 0);
-            CHECK(a.doubtful_facets + a.doubtful_edges + a.doubtful_vertices == 0);
+            CHECK(a.ambiguous_facets + a.ambiguous_edges + a.ambiguous_vertices == 0);
             CHECK(a.largest_vertex_distance <= 1e-13);
             CHECK(a.corners.empty());
             CHECK(associated(mesh, model, 2).faces == a.faces);
@@ -133,7 +133,7 @@ TEST_CASE("vertices of the model where two curves meet are corners") {
     CHECK(a.edges_met == 2);
     CHECK(a.vertices_met == 2);
     CHECK(a.corners.size() == 2);
-    CHECK(a.doubtful_facets + a.doubtful_vertices == 0);
+    CHECK(a.ambiguous_facets + a.ambiguous_vertices == 0);
     CHECK(largest_distance(mesh, model) <= std::pow(pi / 12, 3) / 8);
 }
 
@@ -189,7 +189,7 @@ TEST_CASE("a 2D mesh of another radius is rejected and can be moved onto the mod
             const auto moved = value(vertices_onto(model, a, mesh, geometry, {}));
             LinearMesh<2> on = mesh;
             on.points = moved.points;
-            CHECK(moved.held == 0);
+            CHECK(moved.constrained == 0);
             CHECK(associated(on, model).largest_vertex_distance <= 1e-12);
         }
 }
@@ -208,9 +208,9 @@ TEST_CASE("nodes of 2D facets across smooth model vertices lie on the joined cur
             }
             const auto mesh = value(elevate(fan(rim), {}));
             const CadAssociation a = value(associate(mesh.linear, mesh.edges, model, {}));
-            CHECK(a.doubtful_facets + a.doubtful_vertices == 0);
+            CHECK(a.ambiguous_facets + a.ambiguous_vertices == 0);
             CHECK(a.largest_vertex_distance <= 1e-12);
-            CHECK(!a.misfit);
+            CHECK(!a.fit_error);
             CHECK(a.joined == std::vector<std::vector<std::size_t>>{{0, 1, 2}});
             const Geometry<2> geometry(CadGeometry<2>{model, a, mesh.linear});
             const auto features = value(find_features(mesh.linear, mesh.edges, FeatureOptions<2>{}, {}));

@@ -94,7 +94,7 @@ TEST_CASE("fillets that the mesh lacks appear in the distance from the model") {
     REQUIRE(association);
     const Geometry<3> geometry(CadGeometry{model, *association, mesh.linear});
     const auto samples = value(samples_of<3>(model, 4096, {}));
-    const auto found = value(distances_both_ways<3>(mesh, mesh.mid_nodes.view(), features, geometry, samples, {}));
+    const auto found = value(two_sided_distances<3>(mesh, mesh.mid_nodes.view(), features, geometry, samples, {}));
     // The centre of a rounded corner is r (1 − 1/√3) from the planes of the box.
     CHECK(found.to_boundary.largest == doctest::Approx(r * (1 - 1 / std::sqrt(3.0))).epsilon(0.1));
     std::size_t measured = 0;

@@ -120,7 +120,7 @@ TEST_CASE("replace_cavities rejects nodes that do not fit the mesh") {
 
     for (int tries = 0; tries < 5000; ++tries) {
         auto swapped = Trying<3>(mesh, dice, workspace).planned({Operation::swap_edge, VertexPlace::inside}).patch;
-        if (!swapped || swapped->star.kept.empty()) continue;
+        if (!swapped || swapped->star.preserved.empty()) continue;
         swapped->nodes.assign(swapped->star.boundary.size(), {Vec<3>{{9, 9, 9}}});
         const auto moved = replace_cavities<3>(mesh, {&*swapped, 1});
         REQUIRE(!moved.has_value());

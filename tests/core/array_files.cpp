@@ -20,52 +20,52 @@ using namespace camber;
 
 TEST_CASE("arrays in files keep their values, and later arrays can be in memory again") {
     const std::string folder = std::filesystem::temp_directory_path().string();
-    CHECK(keep_arrays_in_files(folder + "/nowhere/at-all") != 0);
-    if (const int error = keep_arrays_in_files(folder); error != 0) {
+    CHECK(store_arrays_in_files(folder + "/nowhere/at-all") != 0);
+    if (const int error = store_arrays_in_files(folder); error != 0) {
         MESSAGE("no files without a name can be made in ", folder, ": error ", error);
         return;
     }
     constexpr std::size_t n = std::size_t{1} << 17U;
-    std::vector<double> given(n);
-    std::iota(given.begin(), given.end(), 0.5);
+    std::vector<double> input(n);
+    std::iota(input.begin(), input.end(), 0.5);
     {
         Buffer<double> array(n);
         CHECK(bytes_in_files() == n * sizeof(double));
-        fill_array<double>(array, given);
+        fill_array<double>(array, input);
         array[7] = -1;
-        fill_array<double>(std::span(array).subspan(n / 2), std::span(given).first(n / 2));
-        give_back_arrays();
+        fill_array<double>(std::span(array).subspan(n / 2), std::span(input).first(n / 2));
+        release_array_memory();
         CHECK(array[7] == -1);
-        CHECK(array[8] == given[8]);
-        CHECK(array[n / 2] == given[0]);
-        CHECK(array[n - 1] == given[n / 2 - 1]);
-        CHECK(keep_arrays_in_files("") == 0);
+        CHECK(array[8] == input[8]);
+        CHECK(array[n / 2] == input[0]);
+        CHECK(array[n - 1] == input[n / 2 - 1]);
+        CHECK(store_arrays_in_files("") == 0);
         Buffer<double> in_memory(n);
         CHECK(bytes_in_files() == n * sizeof(double));
-        fill_array<double>(in_memory, given);
-        CHECK(std::ranges::equal(in_memory, given));
+        fill_array<double>(in_memory, input);
+        CHECK(std::ranges::equal(in_memory, input));
     }
     CHECK(bytes_in_files() == 0);
 }
 
 TEST_CASE("an array that exceeds the file size limit is an error, not a signal") {
     const std::string folder = std::filesystem::temp_directory_path().string();
-    if (keep_arrays_in_files(folder) != 0) return;
-    CHECK(keep_arrays_in_files("") == 0);
+    if (store_arrays_in_files(folder) != 0) return;
+    CHECK(store_arrays_in_files("") == 0);
     const pid_t child = ::fork();
     if (child == 0) {
         const rlimit small{1 << 20, 1 << 20};
         ::setrlimit(RLIMIT_FSIZE, &small);
         std::signal(SIGXFSZ, SIG_IGN);
-        bool is_right = keep_arrays_in_files(folder) == 0;
-        const auto made = guarded([]() -> Outcome<double> {
+        bool is_right = store_arrays_in_files(folder) == 0;
+        const auto result = guarded([]() -> Outcome<double> {
             Buffer<double> array(std::size_t{1} << 18U);
             array.back() = 1;
             return array.back();
         });
-        is_right = is_right && !made && made.error().kind == ErrorKind::write && made.error().where == folder &&
-                   made.error().what.find("File too large") != std::string::npos &&
-                   made.error().remedy.find("ulimit -f") != std::string::npos && bytes_in_files() == 0;
+        is_right = is_right && !result && result.error().kind == ErrorKind::write && result.error().where == folder &&
+                   result.error().what.find("File too large") != std::string::npos &&
+                   result.error().remedy.find("ulimit -f") != std::string::npos && bytes_in_files() == 0;
         ::_exit(is_right ? 0 : 1);
     }
     int status = 0;

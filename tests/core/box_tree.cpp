@@ -78,7 +78,7 @@ void check_box_tree() {
             std::size_t best = 0;
             for (std::size_t i = 1; i < centres.size(); ++i)
                 if (meets(i) < meets(best)) best = i;
-            const auto met = tree.first_along(p, d, meets);
+            const auto met = tree.first_hit(p, d, meets);
             if (meets(best) == never) {
                 RC_ASSERT(met.item == std::numeric_limits<std::size_t>::max());
                 continue;
@@ -86,7 +86,7 @@ void check_box_tree() {
             RC_ASSERT(met.item == best);
             RC_ASSERT(met.distance == meets(best));
             if (met.distance > 0)
-                RC_ASSERT(tree.first_along(p, d, meets, 0.99 * met.distance).item ==
+                RC_ASSERT(tree.first_hit(p, d, meets, 0.99 * met.distance).item ==
                           std::numeric_limits<std::size_t>::max());
         }
     });

@@ -58,7 +58,7 @@ TEST_CASE("rounds give the result of sequential processing for any number of thr
             Schedule schedule(elements);
             std::vector<std::uint64_t> values(elements, 7);
             std::set<std::size_t> done;
-            const auto ended = in_rounds(
+            const auto ended = run_in_rounds(
                 schedule, all, Execution{.threads = threads}, [](const Piece& p) { return p.number % 7 == 3; },
                 claim_of,
                 [&](std::span<const Piece> round) -> Outcome<bool> {
@@ -83,7 +83,7 @@ TEST_CASE("a round can end the processing") {
     Schedule schedule(4);
     const std::vector<ElementId> same{ElementId(std::size_t{2})};
     int rounds = 0;
-    const auto ended = in_rounds(
+    const auto ended = run_in_rounds(
         schedule, std::vector<int>{1, 2, 3}, Execution{.threads = 1}, [](int) { return false; },
         [&](int) { return Claim(std::span(same)); },
         [&](std::span<const int>) -> Outcome<bool> { return ++rounds < 2; });

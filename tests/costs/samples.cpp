@@ -42,7 +42,9 @@ class CountingBack final : public BackModel<3> {
         *points_ += points.size();
         back_->sample_with_recovered_gradients(points, hint, out);
     }
-    void see(std::span<const BackEdge> edges, std::span<EdgeEnds<3>> out) const override { back_->see(edges, out); }
+    void sample_edges(std::span<const BackEdge> edges, std::span<EdgeEnds<3>> out) const override {
+        back_->sample_edges(edges, out);
+    }
     [[nodiscard]] std::size_t vertex_count() const override { return back_->vertex_count(); }
     [[nodiscard]] BackVertex<3> vertex(VertexId v) const override { return back_->vertex(v); }
     [[nodiscard]] BackSector<3> sector(ElementId e, VertexId a, VertexId b) const override {
@@ -78,7 +80,8 @@ TEST_CASE("curving samples the background mesh at few points per edge") {
     SUBCASE("objective accuracy samples no point") {
         std::size_t points = 0;
         const BackMesh<3> back(CountingBack(c.back, points));
-        (void)must(accurate_offsets({c.mesh, c.kinds, c.shell}, EdgeKind::volume, back, EdgeAccuracyOptions{}, one_thread));
+        (void)must(
+            accurate_offsets({c.mesh, c.kinds, c.shell}, EdgeKind::volume, back, EdgeAccuracyOptions{}, one_thread));
         CHECK(points == 0);
     }
     SUBCASE("searches for energy and length sample at most 160 and 134 points per edge") {

@@ -103,7 +103,7 @@ void check_accuracy(const std::array<int, D>& cells) {
                      relaxed += b.kinds[e] == EdgeKind::volume &&
                                 bounded.proposal.mid_nodes[e].point != b.boundary_nodes[e].point + targets[e];
                  RC_ASSERT(relaxed > 0U);
-                 RC_ASSERT(bounded.statistics.drawn_back == relaxed);
+                 RC_ASSERT(bounded.statistics.relaxed == relaxed);
              },
              {.count = 5});
     property("curving for accuracy does not depend on the number of threads",

@@ -109,7 +109,8 @@ Junction junction(const Layers& layers, std::uint64_t seed = 1) {
     LinearMesh<3> linear = lattice_mesh(options);
     Buffer<SimplexVertices<2>> facets;
     Buffer<Reference> references;
-    for (const ElementFace& face : boundary_faces<3>(must(neighbours(linear, must(balls(linear, one_thread)), one_thread)))) {
+    for (const ElementFace& face :
+         boundary_faces<3>(must(neighbours(linear, must(balls(linear, one_thread)), one_thread)))) {
         const auto v = face_of(linear, face);
         facets.push_back(v);
         references.push_back(reference_of(layers, {linear.points[v[0]], linear.points[v[1]], linear.points[v[2]]}));
@@ -124,9 +125,9 @@ Junction junction(const Layers& layers, std::uint64_t seed = 1) {
     }
     auto mesh = must(elevate(std::move(linear), one_thread));
     auto features = must(find_features(mesh.linear, mesh.edges, {}, one_thread));
-    const Geometry<3> geometry = layers.is_from_mesh
-                                     ? Geometry<3>(must(build_surrogate(mesh.linear, mesh.edges, features, {}, one_thread)))
-                                     : layers.geometry();
+    const Geometry<3> geometry =
+        layers.is_from_mesh ? Geometry<3>(must(build_surrogate(mesh.linear, mesh.edges, features, {}, one_thread)))
+                            : layers.geometry();
     auto projected = must(boundary_nodes(mesh, features, geometry, one_thread));
     auto around = must(shells(mesh.edges, one_thread));
     return {std::move(mesh), std::move(features), geometry, std::move(projected), std::move(around)};
@@ -175,13 +176,13 @@ TEST_CASE("nodes of a wall without a geometry follow the volume") {
     const Junction j = junction(layers);
     const auto base = j.over_faces(one_thread);
     CHECK(j.smallest(base) < 0);
-    const auto kinds = must(kinds_that_follow(j.mesh, j.features.edge_kinds, j.features, j.geometry, one_thread));
+    const auto kinds = must(kinds_with_following(j.mesh, j.features.edge_kinds, j.features, j.geometry, one_thread));
     Proposal<3> proposal = must(curve_boundary(j.mesh, j.features.edge_kinds, base, one_thread)).proposal;
     proposal.mid_nodes = must(extend_boundary(j.mesh, kinds, base, j.shells, {}, one_thread)).nodes;
     CHECK(must(validate(j.mesh, proposal, 0, one_thread)).validation().smallest > 0.6);
     const Junction with_all = junction({});
-    CHECK(must(kinds_that_follow(with_all.mesh, with_all.features.edge_kinds, with_all.features, with_all.geometry,
-                                 one_thread)) == with_all.features.edge_kinds);
+    CHECK(must(kinds_with_following(with_all.mesh, with_all.features.edge_kinds, with_all.features, with_all.geometry,
+                                    one_thread)) == with_all.features.edge_kinds);
 }
 
 TEST_CASE("two references on one surface are treated as one face") {

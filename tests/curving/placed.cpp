@@ -154,7 +154,7 @@ TEST_CASE("in a plane and a constant metric the node is placed at the middle of 
         RC_ASSERT(back.node.point[2] == 0.25);
         RC_ASSERT(back.after <= back.before);
         RC_ASSERT(back.after < placement.length(middle) * (1 + 1e-4));
-        RC_ASSERT(placement.placed(by_accuracy, start).fate == NodeFate::held);
+        RC_ASSERT(placement.placed(by_accuracy, start).status == PlacementStatus::fixed);
         static_cast<void>(h);
     });
 }
@@ -178,7 +178,7 @@ TEST_CASE("on a cylinder with sizes varying along its axis no sampled node gives
         RC_ASSERT(found.after <= least + 0.05 * (straight - least) + 1e-6 * straight);
         RC_ASSERT(placement.off(found.node.point) < 1e-12);
         // Sizes decrease towards +z for rise > 0, so the edge bends the other way.
-        if (found.fate == NodeFate::placed) RC_ASSERT((found.node.point[2] - z) * rise < 0);
+        if (found.status == PlacementStatus::placed) RC_ASSERT((found.node.point[2] - z) * rise < 0);
     });
 }
 
@@ -192,8 +192,8 @@ TEST_CASE("on a torus nodes stay on the surface and edges become no longer than 
         RC_ASSERT(found.after <= found.before);
         RC_ASSERT(std::abs(found.after - placement.length(found.node.point)) < 1e-12 * found.before);
         RC_ASSERT(std::abs(found.before - placement.length(placement.projected().point)) < 1e-12 * found.before);
-        if (found.fate != NodeFate::placed) RC_ASSERT(found.node == placement.projected());
-        placed += found.fate == NodeFate::placed;
+        if (found.status != PlacementStatus::placed) RC_ASSERT(found.node == placement.projected());
+        placed += found.status == PlacementStatus::placed;
     });
     CHECK(placed > successes_here(100) / 2);
     property("placement by accuracy keeps nodes on the torus and lengthens no edge", [&](std::uint64_t seed) {
@@ -202,7 +202,7 @@ TEST_CASE("on a torus nodes stay on the surface and edges become no longer than 
         const auto found = placement.placed(by_accuracy);
         RC_ASSERT(placement.off(found.node.point) < 1e-12);
         RC_ASSERT(found.after <= found.before);
-        if (found.fate != NodeFate::placed) RC_ASSERT(found.node == placement.projected());
+        if (found.status != PlacementStatus::placed) RC_ASSERT(found.node == placement.projected());
     });
 }
 
@@ -211,7 +211,7 @@ TEST_CASE("a node off the geometry of its edge is not moved") {
     const EdgePlacement<3> placement = on_torus(dice, 0.1);
     const Vec<3> off = 1.01 * placement.projected().point;
     const auto found = placement.placed(by_length, off);
-    CHECK(found.fate == NodeFate::off);
+    CHECK(found.status == PlacementStatus::off);
     CHECK(found.node.point == off);
 }
 
@@ -251,11 +251,11 @@ TEST_CASE("on a surrogate nodes move across facets and stay on the surface") {
         RC_PRE(distance(p, q) > 0.2);
         const EdgePlacement<3> placement = on_fine_sphere(geometry, p, q, dice.uniform(2, 6));
         const auto found = placement.placed(by_length_at_any_distance);
-        RC_ASSERT(found.fate != NodeFate::off);
+        RC_ASSERT(found.status != PlacementStatus::off);
         RC_ASSERT(placement.off(found.node.point) < 1e-12);
         RC_ASSERT(found.after <= found.before);
-        walked += found.has_walked;
-        placed += found.fate == NodeFate::placed;
+        walked += found.has_left_facets;
+        placed += found.status == PlacementStatus::placed;
     });
     CHECK(placed > successes_here(100) / 2);
     CHECK(walked > 0);
@@ -292,7 +292,7 @@ TEST_CASE("a node on a ridge stays on both surfaces") {
             field_of<3>(6, [&](const Vec<3>& x) { return isotropic<3>(rise * x[0]); }), site};
         for (const PlacementOptions& options : {by_length, by_length_at_any_distance, by_accuracy}) {
             const auto found = placement.placed(options);
-            RC_ASSERT(found.fate != NodeFate::off);
+            RC_ASSERT(found.status != PlacementStatus::off);
             RC_ASSERT(std::abs(norm(found.node.point) - 1) < 1e-12);
             RC_ASSERT(std::abs(found.node.point[2] - z) < 1e-12);
             RC_ASSERT(found.after <= found.before);

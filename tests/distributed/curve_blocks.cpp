@@ -81,7 +81,7 @@ double farthest_of_chord(const QuadraticMesh<D>& mesh, const std::vector<Lagrang
 /// Runs all steps.
 template <int D>
 Outcome<CurvedBlocks<D>> curve_blocks(const MeshRows<D>& rows, const BlocksGoal<D>& goal,
-                                      const CurveBlocksOptions& options, Ranks& ranks, const Around& around) {
+                                      const CurveBlocksOptions& options, Ranks& ranks, const StepWrapper& around) {
     return together(ranks, [&] {
         return guarded([&]() -> Outcome<CurvedBlocks<D>> {
             BlockSteps<D> steps(rows, goal, options.blocks, ranks);
@@ -99,12 +99,12 @@ Outcome<CurvedBlocks<D>> curve_blocks(const MeshRows<D>& rows, const BlocksGoal<
 template <int D>
 void compare(const LinearMesh<D>& mesh, std::size_t elements_of_block, const CurveMeshOptions& options,
              double tolerance = 1e-12) {
-    const auto whole = must(curve_mesh<D>(as_mesh(mesh), {}, options, plainly(one_thread)));
+    const auto whole = must(curve_mesh<D>(as_mesh(mesh), {}, options, without_wrapper(one_thread)));
     CurveBlocksOptions by_blocks{{elements_of_block}, options};
     const auto on = [&](std::size_t ranks) {
         return on_ranks(ranks, [&](Ranks& among) {
             const auto rows = rows_of(mesh);
-            return curve_blocks<D>(*rows, BlocksGoal<D>{}, by_blocks, among, plainly(one_thread));
+            return curve_blocks<D>(*rows, BlocksGoal<D>{}, by_blocks, among, without_wrapper(one_thread));
         });
     };
     const auto one = on(1), three = on(3);
@@ -146,7 +146,7 @@ TEST_CASE("curving by blocks rejects unprepared meshes on all ranks") {
     const auto error_of = [](const LinearMesh<3>& of) {
         const auto results = on_ranks(2, [&](Ranks& among) {
             const auto rows = rows_of(of);
-            return curve_blocks<3>(*rows, BlocksGoal<3>{}, {{500}, {}}, among, plainly(one_thread));
+            return curve_blocks<3>(*rows, BlocksGoal<3>{}, {{500}, {}}, among, without_wrapper(one_thread));
         });
         for (const auto& of_rank : results) {
             REQUIRE(!of_rank);
@@ -182,10 +182,10 @@ TEST_CASE("curving by blocks rejects unprepared meshes on all ranks") {
 
 TEST_CASE("blocks may have few elements, and ranks may have no blocks") {
     const LinearMesh<2> mesh = shell<2>(0.4);
-    const auto whole = must(curve_mesh<2>(as_mesh(mesh), {}, {}, plainly(one_thread)));
+    const auto whole = must(curve_mesh<2>(as_mesh(mesh), {}, {}, without_wrapper(one_thread)));
     const auto results = on_ranks(5, [&](Ranks& among) {
         const auto rows = rows_of(mesh);
-        return curve_blocks<2>(*rows, BlocksGoal<2>{}, {{40}, {}}, among, plainly(one_thread));
+        return curve_blocks<2>(*rows, BlocksGoal<2>{}, {{40}, {}}, among, without_wrapper(one_thread));
     });
     CHECK(farthest_of_chord(must(as_quadratic(whole.mesh)), nodes_of(results)) < 1e-12);
 }
@@ -201,7 +201,7 @@ TEST_CASE("curving by blocks accepts a metric at vertices") {
     for (const Vec<3>& p : mesh.points) logs.push_back(log_metric(p));
     MeshGoal<3> goal;
     goal.metric = metric_at_vertices<3>(Column<LogMetric<3>>(std::move(logs)));
-    const auto whole = must(curve_mesh<3>(as_mesh(mesh), goal, {}, plainly(one_thread)));
+    const auto whole = must(curve_mesh<3>(as_mesh(mesh), goal, {}, without_wrapper(one_thread)));
     BlocksGoal<3> by_blocks;
     by_blocks.metric = [&](const LinearMesh<3>& block, std::span<const GlobalNumber>,
                            const Execution&) -> Outcome<Column<LogMetric<3>>> {
@@ -211,7 +211,7 @@ TEST_CASE("curving by blocks accepts a metric at vertices") {
     };
     const auto results = on_ranks(2, [&](Ranks& among) {
         const auto rows = rows_of(mesh);
-        return curve_blocks<3>(*rows, by_blocks, {{800}, {}}, among, plainly(one_thread));
+        return curve_blocks<3>(*rows, by_blocks, {{800}, {}}, among, without_wrapper(one_thread));
     });
     CHECK(farthest_of_chord(must(as_quadratic(whole.mesh)), nodes_of(results)) < 1e-12);
 }

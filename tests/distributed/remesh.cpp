@@ -50,12 +50,12 @@ std::size_t corners_of(const DynamicMesh<D>& mesh) {
 }
 
 template <int D>
-BroughtToMetric<D> by_blocks(Adaptation<D> r, const AdaptationGoal<D>& goal, std::size_t elements,
-                             const Execution& execution) {
+RemeshResult<D> by_blocks(Adaptation<D> r, const AdaptationGoal<D>& goal, std::size_t elements,
+                          const Execution& execution) {
     const ToMetricOptions options;
     const auto ranks = one_rank();
-    return must(bring_to_metric_by_blocks(std::move(r), goal, options, {elements, *ranks}, block_turns<D>(options),
-                                          plainly(execution)));
+    return must(remesh_by_blocks(std::move(r), goal, options, {elements, *ranks}, block_iterations<D>(options),
+                                 without_wrapper(execution)));
 }
 
 template <int D>
@@ -107,8 +107,8 @@ TEST_CASE("remeshing by blocks gives the same mesh on every rank and number of r
     const auto by_one = by_blocks(start_adaptation(mesh, goal), goal, 60, one_thread);
     for (const std::size_t ranks : {2U, 3U}) {
         const auto result = on_ranks(ranks, [&](Ranks& rank) {
-            return bring_to_metric_by_blocks(start_adaptation(mesh, goal), goal, {}, {60, rank}, block_turns<3>({}),
-                                             plainly(one_thread));
+            return remesh_by_blocks(start_adaptation(mesh, goal), goal, {}, {60, rank}, block_iterations<3>({}),
+                                    without_wrapper(one_thread));
         });
         for (const auto& one : result) {
             const auto& [state, statistics] = must(one);
@@ -127,8 +127,8 @@ TEST_CASE("an error on one rank is returned on all ranks") {
     const auto result = on_ranks(3, [&](Ranks& rank) {
         std::stop_source stop;
         if (rank.rank() == 1) stop.request_stop();
-        return bring_to_metric_by_blocks(start_adaptation(mesh, goal), goal, {}, {10, rank}, block_turns<2>({}),
-                                         plainly({.threads = 1, .stop = stop.get_token()}));
+        return remesh_by_blocks(start_adaptation(mesh, goal), goal, {}, {10, rank}, block_iterations<2>({}),
+                                without_wrapper({.threads = 1, .stop = stop.get_token()}));
     });
     for (const auto& one : result) {
         REQUIRE_FALSE(one);
@@ -142,7 +142,7 @@ TEST_CASE("remeshing with one block reaches the quality of remeshing the whole m
     const auto mesh = with_references<3>(lattice_mesh(options), options.cells, false);
     Dice dice(1);
     const AdaptationGoal<3> goal = goal_over(mesh, 0.5, dice);
-    const auto whole = must(bring_to_metric<3>(start_adaptation(mesh, goal), goal, {}, one_thread));
+    const auto whole = must(remesh_to_metric<3>(start_adaptation(mesh, goal), goal, {}, one_thread));
     const auto by_one_block = by_blocks(start_adaptation(mesh, goal), goal, 1U << 20U, one_thread);
     const auto& a = whole.statistics.after;
     const auto& b = by_one_block.statistics.after;
@@ -176,10 +176,10 @@ void check_block_boundaries(const std::array<int, D>& cells, double size, std::s
     Dice dice(2);
     const AdaptationGoal<D> goal = goal_over(mesh, size, dice);
     const auto ranks = one_rank();
-    BroughtRows<D> adapted_rows{must(share_of(must(rows_of(start_adaptation(mesh, goal))), *ranks))};
-    for (const BlockTurn& turn : block_turns<D>({}))
-        adapted_rows =
-            must(turn_by_blocks(std::move(adapted_rows), goal, {}, {elements, *ranks}, turn, plainly(one_thread)));
+    RemeshedRows<D> adapted_rows{must(share_of(must(rows_of(start_adaptation(mesh, goal))), *ranks))};
+    for (const BlockIteration& turn : block_iterations<D>({}))
+        adapted_rows = must(run_block_iteration(std::move(adapted_rows), goal, {}, {elements, *ranks}, turn,
+                                                without_wrapper(one_thread)));
     const Buffer<std::uint8_t> on_rim = adapted_rows.shared.on_rim;
     const auto whole = must(assembled(adapted_rows.shared.rows, one_thread));
     REQUIRE(std::ranges::count(on_rim, 1) > 100);
@@ -203,7 +203,7 @@ TEST_CASE("remeshing by blocks rejects curved meshes") {
     r.mesh.nodes = Buffer<LagrangeNode<2>>(r.mesh.edges.size());
     const auto ranks = one_rank();
     const auto result =
-        bring_to_metric_by_blocks(std::move(r), goal, {}, {10, *ranks}, block_turns<2>({}), plainly(one_thread));
+        remesh_by_blocks(std::move(r), goal, {}, {10, *ranks}, block_iterations<2>({}), without_wrapper(one_thread));
     REQUIRE_FALSE(result);
     CHECK(result.error().kind == ErrorKind::unsupported);
 }
@@ -250,10 +250,10 @@ struct EndOfRank {
 template <int D>
 Outcome<EndOfRank<D>> end_on(const LinearMesh<D>& mesh, const AdaptationGoal<D>& goal, std::size_t elements,
                              Ranks& ranks) {
-    auto adapted_rows =
-        must(bring_rows_to_metric(start_adaptation(mesh, goal), goal, {}, {elements, ranks}, block_turns<D>({}), plainly(one_thread)));
+    auto adapted_rows = must(remesh_shared_rows(start_adaptation(mesh, goal), goal, {}, {elements, ranks},
+                                                block_iterations<D>({}), without_wrapper(one_thread)));
     auto measured = must(measured_rows(adapted_rows.shared, ranks, one_thread));
-    return EndOfRank<D>{must(finished_rows(std::move(adapted_rows.shared), adapted_rows.given, ranks)),
+    return EndOfRank<D>{must(finished_rows(std::move(adapted_rows.shared), adapted_rows.original, ranks)),
                         std::move(measured)};
 }
 
@@ -342,8 +342,8 @@ TEST_CASE("remeshing by blocks with 0 rounds and 0 mend sweeps returns the same 
     options.rounds = 0;
     options.mend.sweeps = 0;
     const Adaptation<2> before = start_adaptation(mesh, goal);
-    const auto result =
-        must(bring_to_metric_by_blocks(before, goal, options, {5, *ranks}, block_turns<2>(options), plainly(one_thread)));
+    const auto result = must(remesh_by_blocks(before, goal, options, {5, *ranks}, block_iterations<2>(options),
+                                              without_wrapper(one_thread)));
     CHECK(by_places(result.state.mesh) == by_places(before.mesh));
 }
 

@@ -90,7 +90,7 @@ TEST_CASE("drawn faces enclose the selected elements") {
 TEST_CASE("a cut keeps whole elements on one side") {
     const auto mesh = block<3>(7, {4, 3, 3});
     const Cut<3> cut{normalised(Vec<3>{{1, 0.5, 0.2}}), 2};
-    const auto selected = kept_by(cut, as_mesh(mesh), Execution{});
+    const auto selected = elements_inside_cut(cut, as_mesh(mesh), Execution{});
     REQUIRE(selected);
     const auto faces = faces_to_draw(as_mesh(mesh), selected->view(), Execution{});
     REQUIRE(faces);

@@ -50,26 +50,25 @@ void check_offsets() {
         const auto middle = random_middle<D>(dice, 3, 1);
         RC_ASSERT(norm(offset_of(chord, middle) - offset_of(-chord, middle)) <= 1e-12 * norm(chord));
     });
-    property("offsets rotate and scale with the coordinates, for any coarse enough metric",
-             [](std::uint64_t seed) {
-                 Dice dice(seed);
-                 const Vec<D> chord = dice.vector<D>(-1, 1);
-                 auto middle = random_middle<D>(dice, 3, 1);
-                 middle.log_metric.l += -10.0 * Sym<D>::identity();  // edges shorter than unit
-                 const Vec<D> d = offset_of(chord, middle);
-                 const Mat<D> r = dice.rotation<D>();
-                 EdgeEnd<D> turned;
-                 turned.log_metric.l = congruence(r, middle.log_metric.l);
-                 for (int i = 0; i < D; ++i)
-                     for (int j = 0; j < D; ++j) turned.gradient[i] += r(i, j) * congruence(r, middle.gradient[j]);
-                 RC_ASSERT(norm(offset_of(r * chord, turned) - r * d) <= 1e-9 * norm(chord));
-                 const double scale = std::exp(dice.uniform(-20, 20));
-                 EdgeEnd<D> scaled = middle;
-                 scaled.log_metric.l += dice.uniform(-40, 0) * Sym<D>::identity();
-                 scaled.log_metric.l += -2 * std::log(scale) * Sym<D>::identity();
-                 for (auto& g : scaled.gradient) g = (1 / scale) * g;
-                 RC_ASSERT(norm(offset_of(scale * chord, scaled) - scale * d) <= 1e-9 * scale * norm(chord));
-             });
+    property("offsets rotate and scale with the coordinates, for any coarse enough metric", [](std::uint64_t seed) {
+        Dice dice(seed);
+        const Vec<D> chord = dice.vector<D>(-1, 1);
+        auto middle = random_middle<D>(dice, 3, 1);
+        middle.log_metric.l += -10.0 * Sym<D>::identity();  // edges shorter than unit
+        const Vec<D> d = offset_of(chord, middle);
+        const Mat<D> r = dice.rotation<D>();
+        EdgeEnd<D> turned;
+        turned.log_metric.l = congruence(r, middle.log_metric.l);
+        for (int i = 0; i < D; ++i)
+            for (int j = 0; j < D; ++j) turned.gradient[i] += r(i, j) * congruence(r, middle.gradient[j]);
+        RC_ASSERT(norm(offset_of(r * chord, turned) - r * d) <= 1e-9 * norm(chord));
+        const double scale = std::exp(dice.uniform(-20, 20));
+        EdgeEnd<D> scaled = middle;
+        scaled.log_metric.l += dice.uniform(-40, 0) * Sym<D>::identity();
+        scaled.log_metric.l += -2 * std::log(scale) * Sym<D>::identity();
+        for (auto& g : scaled.gradient) g = (1 / scale) * g;
+        RC_ASSERT(norm(offset_of(scale * chord, scaled) - scale * d) <= 1e-9 * scale * norm(chord));
+    });
     property("the isotropic offset is a share of the first step to the geodesic", [](std::uint64_t seed) {
         Dice dice(seed);
         const Vec<D> chord = dice.vector<D>(-1, 1);
@@ -87,56 +86,53 @@ void check_offsets() {
         RC_ASSERT(norm(offset_by(chord, middle, {.metric_kind = MetricKind::natural}) - layered) <=
                   1e-3 * norm(geodesic) + 1e-15);
     });
-    property("the offset in the Hessian metric of a cubic is its exact offset",
-             [](std::uint64_t seed) {
-                 // u = |x|²/2 + T[x, x, x]/6: H = I + T[x, ·, ·], log H ≈ T[x, ·, ·], and d = T[e, e, ·]/24.
-                 Dice dice(seed);
-                 std::array<Sym<D>, D> third;
-                 for (int i = 0; i < D; ++i)
-                     for (int j = 0; j <= i; ++j)
-                         for (int k = 0; k <= j; ++k) {
-                             const double t = dice.uniform(-0.02, 0.02);
-                             third[i](j, k) = third[j](i, k) = third[k](i, j) = t;
-                         }
-                 EdgeEnd<D> middle;
-                 middle.log_metric.l = -6.0 * Sym<D>::identity();
-                 for (int i = 0; i < D; ++i) middle.gradient[i] = third[i];
-                 const Vec<D> e = dice.vector<D>(-1, 1);
-                 Vec<D> expected;
-                 for (int i = 0; i < D; ++i) expected[i] = dot(e, third[i] * e) / 24;
-                 const Vec<D> d = offset_by(e, middle, {.metric_kind = MetricKind::hessian, .metric_norm = 0});
-                 RC_ASSERT(norm(d - expected) <= 1e-3 * norm(expected) + 1e-12);
-             });
-    property("ChangeAlong::of_ends uses the sizes at both ends",
-             [](std::uint64_t seed) {
-                 Dice dice(seed);
-                 const Vec<D> e = dice.vector<D>(-1, 1);
-                 const double change = dice.uniform(-0.2, 0.2), size = dice.uniform(-9, -2);
-                 EdgeEnds<D> ends;
-                 ends.a.log_metric.l = (size - change / 2) * Sym<D>::identity();
-                 ends.b.log_metric.l = (size + change / 2) * Sym<D>::identity();
-                 Vec<D> d;
-                 accurate_offsets<D>({&e, 1}, {&ends, 1}, {.size_share = 1, .change = ChangeAlong::of_ends}, {&d, 1});
-                 RC_ASSERT(norm(d - change / 16 * e) <= 1e-3 * std::abs(change) * norm(e));
-             });
-    property("the offset with thin radial axes is the sagitta of the circle",
-             [](std::uint64_t seed) {
-                 Dice dice(seed);
-                 const double radius = dice.uniform(1, 10);
-                 const double thin = std::exp(dice.uniform(-14, -5));
-                 Vec<D> sizes;
-                 sizes.c.fill(1);
-                 sizes[0] = thin;  // the radius is along x at the middle
-                 EdgeEnd<D> middle;
-                 middle.log_metric = log_metric_of_sizes<D>(sizes);
-                 middle.gradient[1](0, 1) = (middle.log_metric.l(0, 0) - middle.log_metric.l(1, 1)) / radius;
-                 Vec<D> chord = dice.vector<D>(-0.1, 0.1);
-                 chord[1] = 0.2 * dice.uniform(0.5, 1);
-                 const double sagitta = chord[1] * chord[1] / (8 * radius);
-                 const Vec<D> d = offset_of(chord, middle);
-                 RC_ASSERT(std::abs(d[0] - sagitta) <= 0.01 * sagitta);
-                 RC_ASSERT(std::abs(d[1]) <= 1e-3 * sagitta);
-             });
+    property("the offset in the Hessian metric of a cubic is its exact offset", [](std::uint64_t seed) {
+        // u = |x|²/2 + T[x, x, x]/6: H = I + T[x, ·, ·], log H ≈ T[x, ·, ·], and d = T[e, e, ·]/24.
+        Dice dice(seed);
+        std::array<Sym<D>, D> third;
+        for (int i = 0; i < D; ++i)
+            for (int j = 0; j <= i; ++j)
+                for (int k = 0; k <= j; ++k) {
+                    const double t = dice.uniform(-0.02, 0.02);
+                    third[i](j, k) = third[j](i, k) = third[k](i, j) = t;
+                }
+        EdgeEnd<D> middle;
+        middle.log_metric.l = -6.0 * Sym<D>::identity();
+        for (int i = 0; i < D; ++i) middle.gradient[i] = third[i];
+        const Vec<D> e = dice.vector<D>(-1, 1);
+        Vec<D> expected;
+        for (int i = 0; i < D; ++i) expected[i] = dot(e, third[i] * e) / 24;
+        const Vec<D> d = offset_by(e, middle, {.metric_kind = MetricKind::hessian, .metric_norm = 0});
+        RC_ASSERT(norm(d - expected) <= 1e-3 * norm(expected) + 1e-12);
+    });
+    property("ChangeAlong::of_ends uses the sizes at both ends", [](std::uint64_t seed) {
+        Dice dice(seed);
+        const Vec<D> e = dice.vector<D>(-1, 1);
+        const double change = dice.uniform(-0.2, 0.2), size = dice.uniform(-9, -2);
+        EdgeEnds<D> ends;
+        ends.a.log_metric.l = (size - change / 2) * Sym<D>::identity();
+        ends.b.log_metric.l = (size + change / 2) * Sym<D>::identity();
+        Vec<D> d;
+        accurate_offsets<D>({&e, 1}, {&ends, 1}, {.size_share = 1, .change = ChangeSource::of_ends}, {&d, 1});
+        RC_ASSERT(norm(d - change / 16 * e) <= 1e-3 * std::abs(change) * norm(e));
+    });
+    property("the offset with thin radial axes is the sagitta of the circle", [](std::uint64_t seed) {
+        Dice dice(seed);
+        const double radius = dice.uniform(1, 10);
+        const double thin = std::exp(dice.uniform(-14, -5));
+        Vec<D> sizes;
+        sizes.c.fill(1);
+        sizes[0] = thin;  // the radius is along x at the middle
+        EdgeEnd<D> middle;
+        middle.log_metric = log_metric_of_sizes<D>(sizes);
+        middle.gradient[1](0, 1) = (middle.log_metric.l(0, 0) - middle.log_metric.l(1, 1)) / radius;
+        Vec<D> chord = dice.vector<D>(-0.1, 0.1);
+        chord[1] = 0.2 * dice.uniform(0.5, 1);
+        const double sagitta = chord[1] * chord[1] / (8 * radius);
+        const Vec<D> d = offset_of(chord, middle);
+        RC_ASSERT(std::abs(d[0] - sagitta) <= 0.01 * sagitta);
+        RC_ASSERT(std::abs(d[1]) <= 1e-3 * sagitta);
+    });
     property("offsets are finite and bounded for any anisotropy and gradient", [](std::uint64_t seed) {
         Dice dice(seed);
         const Vec<D> chord = std::exp(dice.uniform(-30, 30)) * dice.vector<D>(-1, 1);
@@ -152,7 +148,7 @@ void check_offsets() {
         for (std::size_t i = 0; i < chords.size(); ++i) {
             chords[i] = dice.vector<D>(-1, 1);
             ends[i] = {random_middle<D>(dice, 15, 1), random_middle<D>(dice, 15, 1), dice.below(2) == 0};
-            if (!ends[i].is_bent) continue;
+            if (!ends[i].is_curved) continue;
             for (Vec<D>& column : ends[i].a.jacobian.column) column += dice.vector<D>(-0.3, 0.3);
             for (Vec<D>& column : ends[i].b.jacobian.column) column += dice.vector<D>(-0.3, 0.3);
         }
@@ -197,7 +193,7 @@ TEST_CASE("the offset in evenly rotating axes is the sagitta of the arc") {
         const Vec<2> chord{{0, 2 * std::sin(turn / 2)}};
         Vec<2> offset;
         accurate_offsets<2>({&chord, 1}, {&ends, 1},
-                            {.metric_kind = MetricKind::geometry, .change = ChangeAlong::of_ends}, {&offset, 1});
+                            {.metric_kind = MetricKind::geometry, .change = ChangeSource::of_ends}, {&offset, 1});
         const double sagitta = 1 - std::cos(turn / 2);
         CHECK(std::abs(offset[0] / sagitta - 1) < 0.012);
         CHECK(std::abs(offset[1]) < 1e-12);

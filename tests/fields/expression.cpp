@@ -35,10 +35,10 @@ std::vector<Vec<D>> places(std::size_t n) {
 
 template <int D>
 std::string error_of(const MetricExpression& expression, const std::vector<Vec<D>>& points) {
-    const auto made = log_metrics_of<D>(expression, points, one_thread);
-    REQUIRE_FALSE(made.has_value());
-    CHECK(made.error().kind == ErrorKind::usage);
-    return describe(made.error());
+    const auto result = log_metrics_of<D>(expression, points, one_thread);
+    REQUIRE_FALSE(result.has_value());
+    CHECK(result.error().kind == ErrorKind::usage);
+    return describe(result.error());
 }
 
 /// A random formula of the coordinates with operators, functions, comparisons and choices, of depth `depth`.

@@ -314,8 +314,8 @@ TEST_CASE("elements with non-positive Jacobians are counted and need no extra qu
     }
     mesh.mid_nodes = std::move(nodes);
     const auto error = error_of<2>(mesh, field_of<2>(wave<2>));
-    CHECK(error.straight_turned == 0);
-    CHECK(error.curved_turned > 0);
+    CHECK(error.straight_inverted == 0);
+    CHECK(error.curved_inverted > 0);
     CHECK(std::isfinite(error.curved.h1.value));
     CHECK(error.unresolved == 0);
 }

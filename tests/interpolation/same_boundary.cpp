@@ -88,7 +88,7 @@ void check_straight_inside() {
                      RC_ASSERT(error.compared_with == Comparison::same_boundary);
                      RC_ASSERT(same(error.same_boundary, error.curved));
                      RC_ASSERT(same(error.compared(), error.curved));
-                     RC_ASSERT(error.same_boundary_turned == error.curved_turned);
+                     RC_ASSERT(error.same_boundary_inverted == error.curved_inverted);
                  }
              },
              {.count = 10});
@@ -148,10 +148,10 @@ void check_inverted_layers() {
     });
     const auto error = error_of<D>(
         mesh, field_of<D>([](const Vec<D>& x) { return std::exp(-10 * (std::sqrt(x[0] * x[0] + x[1] * x[1]) - 1)); }));
-    CHECK(error.straight_turned == 0);
-    CHECK(error.curved_turned == 0);
-    CHECK(error.same_boundary_turned > 0);
-    CHECK(error.same_boundary_turned < mesh.linear.elements.size());
+    CHECK(error.straight_inverted == 0);
+    CHECK(error.curved_inverted == 0);
+    CHECK(error.same_boundary_inverted > 0);
+    CHECK(error.same_boundary_inverted < mesh.linear.elements.size());
     CHECK(std::isfinite(error.same_boundary.h1.value));
     CHECK(error.unresolved == 0);
     CHECK(error.volume.straight < error.volume.curved);

@@ -45,11 +45,11 @@ LinearMesh<D> linear_of(const DecodedMesh& mesh) {
 template <int D>
 void check_shared_columns() {
     const auto arrays = fan<D>(5);
-    const auto made = mesh_of_arrays<D>(arrays, {});
-    REQUIRE(made);
-    CHECK(linear_of<D>(*made).points.data() == arrays.points.data());
-    CHECK(linear_of<D>(*made).elements.vertices.data() == arrays.elements.straight.nodes.data());
-    CHECK(linear_of<D>(*made).point_references.size() == arrays.points.size());
+    const auto result = mesh_of_arrays<D>(arrays, {});
+    REQUIRE(result);
+    CHECK(linear_of<D>(*result).points.data() == arrays.points.data());
+    CHECK(linear_of<D>(*result).elements.vertices.data() == arrays.elements.straight.nodes.data());
+    CHECK(linear_of<D>(*result).point_references.size() == arrays.points.size());
 }
 
 /// Returns the arrays of an elevated mesh, with its mid nodes after the points.
@@ -66,9 +66,9 @@ MeshArrays<D> arrays_of(const QuadraticMesh<D>& mesh) {
 
 template <int D>
 void check_round_trip() {
-    const auto made = mesh_of_arrays<D>(fan<D>(6), {});
-    REQUIRE(made);
-    const auto curved = elevate(linear_of<D>(*made), {});
+    const auto result = mesh_of_arrays<D>(fan<D>(6), {});
+    REQUIRE(result);
+    const auto curved = elevate(linear_of<D>(*result), {});
     REQUIRE(curved);
     const auto again = mesh_of_arrays<D>(arrays_of<D>(*curved), {});
     REQUIRE(again);
@@ -77,8 +77,8 @@ void check_round_trip() {
 
 template <int D>
 std::string error_message(MeshArrays<D> arrays) {
-    const auto made = mesh_of_arrays<D>(std::move(arrays), {});
-    return made ? "not refused" : describe(made.error());
+    const auto result = mesh_of_arrays<D>(std::move(arrays), {});
+    return result ? "not refused" : describe(result.error());
 }
 
 }  // namespace

@@ -34,18 +34,18 @@ bool holds_simplices(const AnyMesh& mesh) {
 
 /// Formats without 2D store a 2D mesh in space.
 AnyMesh as_in_file(const MeshFormat& format, const AnyMesh& mesh) {
-    return format.always_in_space ? *raised(mesh, {}, {}) : mesh;
+    return format.is_always_3d ? *raised(mesh, {}, {}) : mesh;
 }
 
 Solution some_solution(std::uint64_t seed) {
     generated::Random random(seed);
-    Solution made{.dimension = 2 + static_cast<int>(random.below(2)),
-                  .fields = {FieldKind::symmetric_tensor, FieldKind::scalar},
-                  .rows = random.below(20)};
-    Buffer<double> values(made.rows * row_width(made));
+    Solution result{.dimension = 2 + static_cast<int>(random.below(2)),
+                    .fields = {FieldKind::symmetric_tensor, FieldKind::scalar},
+                    .rows = random.below(20)};
+    Buffer<double> values(result.rows * row_width(result));
     for (double& x : values) x = random.real();
-    made.values = std::move(values);
-    return made;
+    result.values = std::move(values);
+    return result;
 }
 
 template <class Format>
@@ -59,7 +59,7 @@ void check_unique_names_and_endings(std::span<const Format> formats) {
         CHECK(format_with_name(formats, format.name) == &format);
         for (const std::string_view ending : format.endings) {
             CHECK(ending.starts_with('.'));
-            CHECK(format_with_ending(formats, "a/file" + std::string(ending)) == &format);
+            CHECK(format_with_extension(formats, "a/file" + std::string(ending)) == &format);
             endings.push_back(ending);
         }
     }
@@ -83,7 +83,7 @@ TEST_CASE("format names and endings are unique") {
 
 TEST_CASE("each mesh format recognises only its own files and reads what it has written") {
     for (const MeshFormat& format : mesh_formats())
-        if (format.encode && (format.name != "cgns" || knows_cgns()))
+        if (format.encode && (format.name != "cgns" || has_cgns_support()))
             testing::property(std::string(format.name), [&](std::uint64_t seed) {
                 const AnyMesh mesh = some_mesh(seed);
                 RC_PRE(holds_simplices(mesh));
@@ -157,7 +157,7 @@ TEST_CASE("a file is read by its content, or by its ending if the content is unk
         const auto decoded = decode_mesh(generated::bytes_of(bytes), path, {});
         return decoded ? "no error" : describe(decoded.error());
     };
-    const std::string remedy = " (give a " + listed(endings_read(mesh_formats())) + " file)";
+    const std::string remedy = " (give a " + listed(readable_extensions(mesh_formats())) + " file)";
     CHECK(remedy.find(".meshb") < remedy.size());
     CHECK(message("of a cube", "in.mesh").starts_with("in.mesh: line 1: this is not a GMF file"));
     CHECK(message("of a cube", "in.xyz") ==
@@ -169,8 +169,8 @@ TEST_CASE("a file is read by its content, or by its ending if the content is unk
     CHECK(message(xdmf, "in.xyz") == "in.xyz: XDMF 3 as text can be written, but not read" + remedy);
     CHECK(message(xdmf, "a.xmf") ==
           "a.xmf: XDMF 3 as text can be written, but not read (convert it: meshio convert a.xmf a.vtu)");
-    CHECK(how_to_convert("it's.step") == "gmsh 'it'\\''s.step' -3 -format msh41 -o 'it'\\''s.msh'");
-    CHECK(how_to_convert("in.mesh").empty());
+    CHECK(conversion_command("it's.step") == "gmsh 'it'\\''s.step' -3 -format msh41 -o 'it'\\''s.msh'");
+    CHECK(conversion_command("in.mesh").empty());
     CHECK(message("", "/dev/stdin") == "/dev/stdin: the file is empty" + remedy);
     std::vector<MeshFormat> formats(mesh_formats().begin(), mesh_formats().end());
     for (MeshFormat& format : formats)
@@ -214,9 +214,9 @@ TEST_CASE("the ending or an explicit name selects the output format") {
     CHECK(written("a.mesh", "vtu") == "vtu");
     CHECK(written("a.vtk", "") == "vtk");
     CHECK(written("a.ply", "") ==
-          "a.ply: no format known for this ending (use " + listed(endings_written(mesh_formats())) + ")");
+          "a.ply: no format known for this ending (use " + listed(writable_extensions(mesh_formats())) + ")");
     CHECK(written("a.mesh", "ply") ==
-          "ply: is no format that is written (use " + listed(names_written(mesh_formats())) + ")");
+          "ply: is no format that is written (use " + listed(writable_formats(mesh_formats())) + ")");
     const auto of_solutions = format_to_write(solution_formats(), "a.mesh");
     REQUIRE(!of_solutions);
     CHECK(of_solutions.error().kind == ErrorKind::usage);
@@ -237,8 +237,8 @@ TEST_CASE("a format table accepts additional formats") {
     const auto found = format_to_read(all, generated::bytes_of("Toy"), "a.mesh");
     REQUIRE(found);
     CHECK((*found)->name == "toy");
-    CHECK(listed(endings_read(all)) == ".mesh, .meshb or .toy");
-    CHECK(listed(endings_written(all)) == ".mesh or .meshb");
+    CHECK(listed(readable_extensions(all)) == ".mesh, .meshb or .toy");
+    CHECK(listed(writable_extensions(all)) == ".mesh or .meshb");
     CHECK(!format_to_write(all, "a.toy"));
 }
 
@@ -304,7 +304,7 @@ Mesh<3> square_in_space() {
 TEST_CASE("formats reject unsupported shapes and degrees by name") {
     const Mesh<3> cubic = *elevate(as_mesh(generated::mesh<3>(3, 5)), 3, {});
     for (const MeshFormat& format : mesh_formats()) {
-        if (format.encode == nullptr || (format.name == "cgns" && !knows_cgns())) continue;
+        if (format.encode == nullptr || (format.name == "cgns" && !has_cgns_support())) continue;
         CAPTURE(format.name);
         const auto shapes = format.encode(hexahedron(), {}, {}, {});
         REQUIRE_FALSE(shapes);

@@ -75,11 +75,11 @@ template <int K>
 camber::Simplices<K> simplices(Random& random, camber::Buffer<camber::SimplexVertices<K>> vertices) {
     camber::Buffer<camber::Reference> references;
     for (std::size_t i = 0; i < vertices.size(); ++i) references.push_back(random.reference());
-    camber::Simplices<K> made;
-    made.required = some_of<std::uint32_t>(random, vertices.size());
-    made.vertices = std::move(vertices);
-    made.references = std::move(references);
-    return made;
+    camber::Simplices<K> result;
+    result.required = some_of<std::uint32_t>(random, vertices.size());
+    result.vertices = std::move(vertices);
+    result.references = std::move(references);
+    return result;
 }
 
 /// Appends K-faces of a simplex, each of K + 1 cyclically consecutive vertices.
@@ -93,7 +93,7 @@ void faces(const std::array<camber::VertexId, N>& simplex, camber::Buffer<camber
 }
 
 template <int D>
-camber::GivenGeometry<D> geometry(Random& random, std::size_t vertices) {
+camber::InputGeometry<D> geometry(Random& random, std::size_t vertices) {
     camber::Buffer<camber::Vec<D>> normals, tangents;
     camber::Buffer<camber::DirectionRow> at;
     camber::Buffer<camber::Association<0>> on_points;
@@ -124,7 +124,7 @@ template <int D>
 camber::LinearMesh<D> mesh(std::uint64_t seed, std::size_t cells) {
     Random random(seed);
     const std::size_t n = cells == 0 ? random.below(2) : cells + D + random.below(3);
-    camber::LinearMesh<D> made;
+    camber::LinearMesh<D> result;
     camber::Buffer<camber::Vec<D>> points;
     camber::Buffer<camber::Reference> references;
     for (std::size_t v = 0; v < n; ++v) {
@@ -143,26 +143,26 @@ camber::LinearMesh<D> mesh(std::uint64_t seed, std::size_t cells) {
         if (D == 3 && random.below(2) == 0) faces<1>(element, edges);
     }
     if (random.below(5) == 0) elements.clear();
-    made.points = std::move(points);
-    made.point_references = std::move(references);
-    made.corners = some_of<camber::VertexId>(random, n);
-    made.required_vertices = some_of<camber::VertexId>(random, n);
-    made.elements = simplices<D>(random, std::move(elements));
-    made.facets = simplices<D - 1>(random, std::move(facets));
-    made.ridges = some_of<std::uint32_t>(random, D == 2 ? made.facets.size() : edges.size());
-    if constexpr (D == 3) made.edges = simplices<1>(random, std::move(edges));
-    made.geometry = geometry<D>(random, n);
-    return made;
+    result.points = std::move(points);
+    result.point_references = std::move(references);
+    result.corners = some_of<camber::VertexId>(random, n);
+    result.required_vertices = some_of<camber::VertexId>(random, n);
+    result.elements = simplices<D>(random, std::move(elements));
+    result.facets = simplices<D - 1>(random, std::move(facets));
+    result.ridges = some_of<std::uint32_t>(random, D == 2 ? result.facets.size() : edges.size());
+    if constexpr (D == 3) result.edges = simplices<1>(random, std::move(edges));
+    result.geometry = geometry<D>(random, n);
+    return result;
 }
 
 template <int D>
 camber::QuadraticMesh<D> quadratic(std::uint64_t seed, std::size_t cells) {
-    auto made = *camber::elevate(mesh<D>(seed, cells), {});
+    auto result = *camber::elevate(mesh<D>(seed, cells), {});
     Random random(seed + 1);
     camber::Buffer<camber::LagrangeNode<D>> nodes;
-    for (std::size_t e = 0; e < made.edges.size(); ++e) nodes.push_back({random.vector<D>()});
-    made.mid_nodes = std::move(nodes);
-    return made;
+    for (std::size_t e = 0; e < result.edges.size(); ++e) nodes.push_back({random.vector<D>()});
+    result.mid_nodes = std::move(nodes);
+    return result;
 }
 
 /// True if both hold the same bits; −0 differs from 0.

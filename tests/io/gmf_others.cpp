@@ -20,10 +20,10 @@ Outcome<DecodedMesh> read(const std::string& text) {
     return decode_gmf_mesh(generated::bytes_of(text), "in.mesh", {.threads = 1});
 }
 DecodedMesh decoded(const std::string& text) {
-    auto made = read(text);
-    INFO((made ? std::string() : describe(made.error())));
-    REQUIRE(made.has_value());
-    return std::move(*made);
+    auto result = read(text);
+    INFO((result ? std::string() : describe(result.error())));
+    REQUIRE(result.has_value());
+    return std::move(*result);
 }
 
 const std::string body =
@@ -99,8 +99,9 @@ TEST_CASE("edges from a vertex to itself are left out with their ridge and requi
 
 TEST_CASE("unsupported GMF cells are counted on request") {
     const std::string text = head + body + "Hexahedra 12 1 2 3\nPrisms 1 1\nEnd\n";
-    const auto counted = decode_gmf_mesh(generated::bytes_of(text), "in.mesh", {.unheld = Unheld::count}, {});
+    const auto counted =
+        decode_gmf_mesh(generated::bytes_of(text), "in.mesh", {.unsupported_cells = UnsupportedCells::count}, {});
     REQUIRE(counted.has_value());
-    CHECK(counted->unheld == std::vector<CellCount>{{"Hexahedra", 12}, {"Prisms", 1}});
+    CHECK(counted->unsupported_cells == std::vector<CellCount>{{"Hexahedra", 12}, {"Prisms", 1}});
     CHECK(testing::mesh_in<LinearMesh<3>>(counted->mesh).elements.size() == 1);
 }

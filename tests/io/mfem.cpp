@@ -73,13 +73,13 @@ LinearMesh<D> with_any_boundary(LinearMesh<D> mesh) {
         kind.required = {};
         return kind;
     };
-    LinearMesh<D> made;
-    made.points = mesh.points;
-    made.point_references = Buffer<Reference>(mesh.points.size(), 0);
-    made.elements = simplices(mesh.elements);
-    made.facets = simplices(mesh.facets);
-    if (mesh.elements.size() == 0) made.edges = simplices(mesh.edges);
-    return made;
+    LinearMesh<D> result;
+    result.points = mesh.points;
+    result.point_references = Buffer<Reference>(mesh.points.size(), 0);
+    result.elements = simplices(mesh.elements);
+    result.facets = simplices(mesh.facets);
+    if (mesh.elements.size() == 0) result.edges = simplices(mesh.edges);
+    return result;
 }
 
 template <int D>
@@ -114,12 +114,12 @@ LinearMesh<D> with_noise_in_boundary(LinearMesh<D> mesh, std::uint64_t seed) {
 /// Returns the degree-2 mesh with random mid nodes.
 template <int D>
 QuadraticMesh<D> curved(const LinearMesh<D>& mesh, std::uint64_t seed) {
-    auto made = *elevate(mesh, {});
+    auto result = *elevate(mesh, {});
     generated::Random random(seed);
     Buffer<LagrangeNode<D>> nodes;
-    for (std::size_t e = 0; e < made.edges.size(); ++e) nodes.push_back({random.vector<D>()});
-    made.mid_nodes = std::move(nodes);
-    return made;
+    for (std::size_t e = 0; e < result.edges.size(); ++e) nodes.push_back({random.vector<D>()});
+    result.mid_nodes = std::move(nodes);
+    return result;
 }
 
 template <class Mesh>

@@ -43,7 +43,7 @@ Simplices<K> with_groups(generated::Random& random, Simplices<K> simplices) {
 
 /// Associates each vertex with one entity. Version 2 stores only points, all with a reference.
 template <int D>
-GivenGeometry<D> classified(generated::Random& random, std::size_t vertices, MshVersion version,
+InputGeometry<D> classified(generated::Random& random, std::size_t vertices, MshVersion version,
                             Buffer<Reference>& references) {
     Buffer<Association<0>> on_points;
     Buffer<Association<1>> on_curves;
@@ -122,10 +122,10 @@ std::string message(std::string_view text) {
     return decoded ? "no error" : describe(decoded.error());
 }
 DecodedMesh decoded(std::string_view text) {
-    auto made = decode_msh(generated::bytes_of(text), "file", {.threads = 1});
-    INFO((made ? std::string() : describe(made.error())));
-    REQUIRE(made.has_value());
-    return std::move(*made);
+    auto result = decode_msh(generated::bytes_of(text), "file", {.threads = 1});
+    INFO((result ? std::string() : describe(result.error())));
+    REQUIRE(result.has_value());
+    return std::move(*result);
 }
 bool has_notice(const DecodedMesh& mesh, std::string_view what) {
     return std::any_of(mesh.notices.begin(), mesh.notices.end(), [&](const Notice& n) { return n.what == what; });

@@ -24,14 +24,14 @@ Outcome<DecodedMesh> read(const std::string& text) {
     return decode_msh(generated::bytes_of(text), "in.msh", {.threads = 1});
 }
 DecodedMesh decoded(const std::string& text) {
-    auto made = read(text);
-    INFO((made ? std::string() : describe(made.error())));
-    REQUIRE(made.has_value());
-    return std::move(*made);
+    auto result = read(text);
+    INFO((result ? std::string() : describe(result.error())));
+    REQUIRE(result.has_value());
+    return std::move(*result);
 }
 std::string message(const std::string& text) {
-    const auto made = read(text);
-    return made ? "no error" : describe(made.error());
+    const auto result = read(text);
+    return result ? "no error" : describe(result.error());
 }
 
 const std::string head_22 = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n";
@@ -131,8 +131,8 @@ TEST_CASE("an MSH file of version 1 or 4.0 with noise gives an error or a mesh")
                           std::string text = seed % 3 == 0 ? tetrahedron_1 : tetrahedron_40(seed % 3 == 1);
                           for (std::size_t i = 0, n = 1 + random.below(4); i < n; ++i)
                               text[random.below(text.size())] = static_cast<char>(random.below(256));
-                          const auto made = read(text);
-                          RC_ASSERT(made.has_value() || !made.error().what.empty());
+                          const auto result = read(text);
+                          RC_ASSERT(result.has_value() || !result.error().what.empty());
                       },
                       {.count = 2000});
 }
@@ -181,8 +181,9 @@ TEST_CASE("content after the last MSH section is ignored with a notice") {
 TEST_CASE("unsupported MSH cells are counted on request") {
     const std::string text =
         head_22 + nodes_22 + "$Elements\n3\n1 3 2 6 3 1 2 3 4\n2 4 2 4 1 1 2 3 4\n3 3 2 6 3 1 2 3 4\n$EndElements\n";
-    const auto counted = decode_msh(generated::bytes_of(text), "in.msh", {.unheld = Unheld::count}, {});
+    const auto counted =
+        decode_msh(generated::bytes_of(text), "in.msh", {.unsupported_cells = UnsupportedCells::count}, {});
     REQUIRE(counted.has_value());
-    CHECK(counted->unheld == std::vector<CellCount>{{"quadrangles", 2}});
+    CHECK(counted->unsupported_cells == std::vector<CellCount>{{"quadrangles", 2}});
     CHECK(testing::mesh_in<LinearMesh<3>>(counted->mesh).elements.size() == 1);
 }

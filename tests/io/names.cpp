@@ -96,13 +96,13 @@ bool has_notice(const std::vector<Notice>& notices, const std::string& what) {
                        [&](const Notice& n) { return n.what.find(what) != std::string::npos; });
 }
 
-bool is_available(const MeshFormat& format) { return format.name != "cgns" || knows_cgns(); }
+bool is_available(const MeshFormat& format) { return format.name != "cgns" || has_cgns_support(); }
 
 }  // namespace
 
 TEST_CASE("each format restores fields of any name and reports renamed ones") {
     for (const MeshFormat& format : mesh_formats()) {
-        if (!format.encode || !format.decode || !format.holds_fields || !is_available(format)) continue;
+        if (!format.encode || !format.decode || !format.has_fields || !is_available(format)) continue;
         const bool has_renames = format.renames != nullptr;
         REQUIRE(has_renames);
         testing::property(std::string(format.name), [&](std::uint64_t seed) {
@@ -112,7 +112,7 @@ TEST_CASE("each format restores fields of any name and reports renamed ones") {
             MeshFields fields;
             for (std::size_t n = 1 + random.below(8); n > 0; --n) {
                 MeshField field = some_field(mesh, random, static_cast<double>(n) * 4096);
-                if (!format.holds || format.holds(field)) fields = std::move(fields).with(std::move(field));
+                if (!format.can_store || format.can_store(field)) fields = std::move(fields).with(std::move(field));
             }
             const auto chunks = format.encode(mesh, fields, {}, {});
             if (!chunks) RC_FAIL(describe(chunks.error()));

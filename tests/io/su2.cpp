@@ -139,9 +139,10 @@ TEST_CASE("unsupported SU2 elements are rejected or counted") {
           "triangles and tetrahedra of degree 1 or 2; \"camber info FILE\" counts its cells and names a program that "
           "splits them)");
     CHECK(read(text).error().kind == ErrorKind::unsupported);
-    const auto counted = decode_su2(generated::bytes_of(text), "in.su2", {.unheld = Unheld::count}, {});
+    const auto counted =
+        decode_su2(generated::bytes_of(text), "in.su2", {.unsupported_cells = UnsupportedCells::count}, {});
     REQUIRE(counted.has_value());
-    CHECK(counted->unheld == std::vector<CellCount>{{"quadrilaterals", 1}, {"triangles", 1}});
+    CHECK(counted->unsupported_cells == std::vector<CellCount>{{"quadrilaterals", 1}, {"triangles", 1}});
     CHECK(testing::mesh_in<LinearMesh<2>>(counted->mesh).elements.size() == 1);
     CHECK(message("NZONE= 2\n" + square) ==
           "in.su2: line 22: NZONE announces 2 zones, but 1 follow (the file is cut off or damaged)");

@@ -166,8 +166,8 @@ TEST_CASE("VTU references come from common array names or the given name") {
 
 TEST_CASE("unsupported VTU cells are counted on request") {
     const auto counted = decode_vtu(generated::bytes_of(plain("10 9", "0 1 2 3 1 2 3 4", "4 8")), "in.vtu",
-                                    {.unheld = Unheld::count}, {});
+                                    {.unsupported_cells = UnsupportedCells::count}, {});
     REQUIRE(counted.has_value());
-    CHECK(counted->unheld == std::vector<CellCount>{{"quadrilaterals", 1}});
+    CHECK(counted->unsupported_cells == std::vector<CellCount>{{"quadrilaterals", 1}});
     CHECK(testing::mesh_in<LinearMesh<3>>(counted->mesh).elements.size() == 1);
 }

@@ -34,10 +34,10 @@ Mesh storable(Mesh mesh, std::uint64_t seed) {
     const auto entities = [&](auto& simplices) {
         simplices.required = {};
         if (simplices.size() == 0 || random.below(2) == 0) return;
-        Buffer<Reference> made;
-        for (std::size_t i = 0; i < simplices.size(); ++i) made.push_back(random.reference());
-        made[0] = 1;
-        simplices.entities = std::move(made);
+        Buffer<Reference> result;
+        for (std::size_t i = 0; i < simplices.size(); ++i) result.push_back(random.reference());
+        result[0] = 1;
+        simplices.entities = std::move(result);
     };
     entities(linear.elements);
     entities(linear.facets);

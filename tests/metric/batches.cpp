@@ -87,41 +87,40 @@ void check_batches() {
                                                                                 // wide
         }
     });
-    property("M̂ measures v as M measures F v, and O maps one root to the other",
-             [](std::uint64_t seed) {
-                 Dice dice(seed);
-                 std::vector<LogMetric<D>> metrics(1 + dice.below(20));
-                 std::vector<Mat<D>> jacobians(metrics.size());
-                 for (std::size_t i = 0; i < metrics.size(); ++i) {
-                     metrics[i] = random_log<D>(dice, 14);
-                     jacobians[i] = Mat<D>::identity();
-                     for (Vec<D>& column : jacobians[i].column) column += dice.vector<D>(-0.3, 0.3);
-                 }
-                 const auto mapped = [&](std::size_t first, std::size_t count, Instructions set) {
-                     std::vector<SeenMetric<D>> out(count);
-                     see_through<D>(std::span(metrics).subspan(first, count),
-                                    std::span(jacobians).subspan(first, count), out, set);
-                     return out;
-                 };
-                 check_same_in_batches<SeenMetric<D>>(metrics.size(), mapped);
-                 const auto all = mapped(0, metrics.size(), Instructions::baseline);
-                 const Vec<D> v = dice.vector<D>(-1, 1);
-                 for (std::size_t i = 0; i < metrics.size(); ++i) {
-                     const SpectralMetric<D> metric(metrics[i]), through(all[i].log_metric);
-                     const double expected = metric.length_squared(jacobians[i] * v);
-                     RC_ASSERT(std::abs(through.length_squared(v) - expected) <= 1e-6 * expected);
-                     const Mat<D> turned = all[i].axes * transposed(all[i].axes);
-                     for (int a = 0; a < D; ++a)
-                         for (int b = 0; b < D; ++b) RC_ASSERT(std::abs(turned(a, b) - (a == b)) <= 1e-12);
-                 }
-             });
+    property("M̂ measures v as M measures F v, and O maps one root to the other", [](std::uint64_t seed) {
+        Dice dice(seed);
+        std::vector<LogMetric<D>> metrics(1 + dice.below(20));
+        std::vector<Mat<D>> jacobians(metrics.size());
+        for (std::size_t i = 0; i < metrics.size(); ++i) {
+            metrics[i] = random_log<D>(dice, 14);
+            jacobians[i] = Mat<D>::identity();
+            for (Vec<D>& column : jacobians[i].column) column += dice.vector<D>(-0.3, 0.3);
+        }
+        const auto mapped = [&](std::size_t first, std::size_t count, Instructions set) {
+            std::vector<PulledBackMetric<D>> out(count);
+            pull_back_metrics<D>(std::span(metrics).subspan(first, count), std::span(jacobians).subspan(first, count),
+                                 out, set);
+            return out;
+        };
+        check_same_in_batches<PulledBackMetric<D>>(metrics.size(), mapped);
+        const auto all = mapped(0, metrics.size(), Instructions::baseline);
+        const Vec<D> v = dice.vector<D>(-1, 1);
+        for (std::size_t i = 0; i < metrics.size(); ++i) {
+            const SpectralMetric<D> metric(metrics[i]), through(all[i].log_metric);
+            const double expected = metric.length_squared(jacobians[i] * v);
+            RC_ASSERT(std::abs(through.length_squared(v) - expected) <= 1e-6 * expected);
+            const Mat<D> turned = all[i].axes * transposed(all[i].axes);
+            for (int a = 0; a < D; ++a)
+                for (int b = 0; b < D; ++b) RC_ASSERT(std::abs(turned(a, b) - (a == b)) <= 1e-12);
+        }
+    });
     property("a metric mapped by a singular matrix is unchanged", [](std::uint64_t seed) {
         Dice dice(seed);
         const LogMetric<D> metric = random_log<D>(dice, 10);
         const Mat<D> flat{};
-        SeenMetric<D> mapped;
-        see_through<D>({&metric, 1}, {&flat, 1}, {&mapped, 1});
-        RC_ASSERT(mapped == (SeenMetric<D>{metric}));
+        PulledBackMetric<D> mapped;
+        pull_back_metrics<D>({&metric, 1}, {&flat, 1}, {&mapped, 1});
+        RC_ASSERT(mapped == (PulledBackMetric<D>{metric}));
     });
 }
 

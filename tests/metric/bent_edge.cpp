@@ -25,7 +25,7 @@ namespace {
 template <int D>
 double length_of(const LogMetric<D>& from, const LogMetric<D>& to, const QuadraticEdge<D>& edge) {
     const MeasuringMetric<D> a(from), b(to);
-    return bent_length<D>({from, a}, {to, b}, edge.chord(), edge.offset());
+    return quadratic_edge_length<D>({from, a}, {to, b}, edge.chord(), edge.offset());
 }
 
 void check_in_2d_and_3d(const auto& check) {
@@ -131,7 +131,7 @@ TEST_CASE("edges in packs equal single edges for any instruction set") {
         std::vector<Vec<D>> chords(n), offsets(n), expected(n);
         std::vector<EdgeEnds<D>> ends(n);
         std::vector<MeasuringMetric<D>> measures(2 * n);
-        std::vector<EndSights<D>> of_ends(n);
+        std::vector<EndSamples<D>> of_ends(n);
         std::vector<double> lengths(n);
         for (std::size_t i = 0; i < n; ++i) {
             chords[i] = dice.vector<D>(-1, 1);
@@ -144,11 +144,11 @@ TEST_CASE("edges in packs equal single edges for any instruction set") {
             if (is_of_one_metric) ends[i].b = ends[i].a;
             measures[2 * i] = MeasuringMetric<D>(ends[i].a.log_metric);
             measures[2 * i + 1] = MeasuringMetric<D>(ends[i].b.log_metric);
-            of_ends[i] = {EndSight<D>{&ends[i].a.log_metric, &ends[i].a.gradient, &measures[2 * i]},
-                          EndSight<D>{&ends[i].b.log_metric, &ends[i].b.gradient, &measures[2 * i + 1]}};
+            of_ends[i] = {EndSample<D>{&ends[i].a.log_metric, &ends[i].a.gradient, &measures[2 * i]},
+                          EndSample<D>{&ends[i].b.log_metric, &ends[i].b.gradient, &measures[2 * i + 1]}};
         }
-        const EdgeAccuracyOptions options{.size_share = 0.5,
-                                          .change = dice.below(2) == 0 ? ChangeAlong::recovered : ChangeAlong::of_ends};
+        const EdgeAccuracyOptions options{
+            .size_share = 0.5, .change = dice.below(2) == 0 ? ChangeSource::recovered : ChangeSource::of_ends};
         accurate_offsets<D>(chords, ends, options, expected);
         for (const Instructions set : {Instructions::baseline, Instructions::avx2, Instructions::avx512}) {
             if (!has(set)) continue;
@@ -156,8 +156,9 @@ TEST_CASE("edges in packs equal single edges for any instruction set") {
             for (std::size_t i = 0; i < n; ++i)
                 RC_ASSERT(offsets[i] == expected[i] || norm(offsets[i] - expected[i]) < 1e-12 * norm(chords[i]));
             for (std::size_t i = 0; i < n; ++i) {
-                const double one = bent_length<D>({ends[i].a.log_metric, measures[2 * i]},
-                                                  {ends[i].b.log_metric, measures[2 * i + 1]}, chords[i], offsets[i]);
+                const double one =
+                    quadratic_edge_length<D>({ends[i].a.log_metric, measures[2 * i]},
+                                             {ends[i].b.log_metric, measures[2 * i + 1]}, chords[i], offsets[i]);
                 RC_ASSERT(std::abs(lengths[i] - one) <= 1e-9 * one);
             }
         }

@@ -51,29 +51,28 @@ struct QuadraticMap {
 
 template <int D>
 void check_location() {
-    property("points are located in their curved element from any hint, with its field",
-             [](std::uint64_t seed) {
-                 Dice dice(seed);
-                 const auto mesh = bent_mesh<D>(seed + 1, dice, 0.03);
-                 const auto around = must(balls(mesh.linear, one_thread));
-                 const auto logs = rough_logs<D>(mesh.linear.points.size(), dice);
-                 const auto back = must(make_curved_back_mesh(mesh, around, logs, one_thread));
-                 for (int n = 0; n < 10; ++n) {
-                     const ElementId e(dice.below(mesh.linear.elements.size()));
-                     const auto xi = inner_place<D>(dice);
-                     const auto sample =
-                         sample_value(back, point_in(mesh, e, xi), ElementId(dice.below(mesh.linear.elements.size())));
-                     RC_ASSERT(sample.location.placement == Placement::inside);
-                     RC_ASSERT(sample.location.element == e);
-                     LogMetric<D> expected;
-                     for (int i = 0; i <= D; ++i) {
-                         RC_ASSERT(std::abs(sample.location.xi[i] - xi[i]) < 1e-8);
-                         expected.l += xi[i] * logs[mesh.linear.elements.vertices[e][i]].l;
-                     }
-                     for (std::size_t k = 0; k < expected.l.c.size(); ++k)
-                         RC_ASSERT(std::abs(sample.log_metric.l.c[k] - expected.l.c[k]) < 1e-7);
-                 }
-             });
+    property("points are located in their curved element from any hint, with its field", [](std::uint64_t seed) {
+        Dice dice(seed);
+        const auto mesh = bent_mesh<D>(seed + 1, dice, 0.03);
+        const auto around = must(balls(mesh.linear, one_thread));
+        const auto logs = rough_logs<D>(mesh.linear.points.size(), dice);
+        const auto back = must(make_curved_back_mesh(mesh, around, logs, one_thread));
+        for (int n = 0; n < 10; ++n) {
+            const ElementId e(dice.below(mesh.linear.elements.size()));
+            const auto xi = inner_place<D>(dice);
+            const auto sample =
+                sample_value(back, point_in(mesh, e, xi), ElementId(dice.below(mesh.linear.elements.size())));
+            RC_ASSERT(sample.location.placement == Placement::inside);
+            RC_ASSERT(sample.location.element == e);
+            LogMetric<D> expected;
+            for (int i = 0; i <= D; ++i) {
+                RC_ASSERT(std::abs(sample.location.xi[i] - xi[i]) < 1e-8);
+                expected.l += xi[i] * logs[mesh.linear.elements.vertices[e][i]].l;
+            }
+            for (std::size_t k = 0; k < expected.l.c.size(); ++k)
+                RC_ASSERT(std::abs(sample.log_metric.l.c[k] - expected.l.c[k]) < 1e-7);
+        }
+    });
     property("gradients in curved elements equal the differences of the values", [](std::uint64_t seed) {
         Dice dice(seed);
         const auto mesh = bent_mesh<D>(seed + 1, dice, 0.03);
@@ -108,65 +107,63 @@ void check_location() {
 
 template <int D>
 void check_gradients() {
-    property("edges away from bends have the gradients of the straight mesh, to the last bit",
-             [](std::uint64_t seed) {
-                 Dice dice(seed);
-                 auto mesh = must(elevate(unit_box<D>(3, seed + 1), one_thread));
-                 const std::size_t moved = dice.below(mesh.edges.size());
-                 auto nodes = take(std::move(mesh.mid_nodes));
-                 nodes[moved].point += dice.vector<D>(-1e-3, 1e-3);
-                 mesh.mid_nodes = std::move(nodes);
-                 const auto around = must(balls(mesh.linear, one_thread));
-                 const auto shell = must(shells(mesh.edges, one_thread));
-                 const auto logs = rough_logs<D>(mesh.linear.points.size(), dice);
-                 const auto curved = must(make_curved_back_mesh(mesh, around, logs, one_thread, KeptGradients::seen));
-                 const auto straight = must(make_back_mesh(mesh.linear, around, logs, one_thread));
-                 const auto is_near = [&](VertexId v) {
-                     return std::ranges::any_of(around[v], [&](ElementId e) {
-                         return std::ranges::find(mesh.edges.of_elements[e], EdgeId(moved)) !=
-                                mesh.edges.of_elements[e].end();
-                     });
-                 };
-                 for (std::size_t e = 0; e < mesh.edges.size(); ++e) {
-                     const auto& [a, b] = mesh.edges.vertices[e];
-                     if (is_near(a) || is_near(b)) continue;
-                     const BackEdge edge{a, b, shell[EdgeId(e)]};
-                     EdgeEnds<D> sampled, expected;
-                     curved->see({&edge, 1}, {&sampled, 1});
-                     straight->see({&edge, 1}, {&expected, 1});
-                     RC_ASSERT(sampled.a.gradient == expected.a.gradient);
-                     RC_ASSERT(sampled.b.gradient == expected.b.gradient);
-                 }
-             });
-    property(
-        "stored gradients do not depend on other stored data or the number of threads", [](std::uint64_t seed) {
-            Dice dice(seed);
-            const auto mesh = bent_mesh<D>(seed + 1, dice, 0.03);
-            const auto around = must(balls(mesh.linear, one_thread));
-            const auto logs = rough_logs<D>(mesh.linear.points.size(), dice);
-            const auto all = must(make_curved_back_mesh(mesh, around, logs, one_thread));
-            const Execution threads{.threads = 3};
-            const auto for_edges = must(make_curved_back_mesh(mesh, around, logs, threads, KeptGradients::seen));
-            const auto for_points = must(make_curved_back_mesh(mesh, around, logs, threads, KeptGradients::recovered));
-            const std::size_t e = dice.below(mesh.edges.size());
-            const auto shell = must(shells(mesh.edges, one_thread));
-            const BackEdge edge{mesh.edges.vertices[e][0], mesh.edges.vertices[e][1], shell[e]};
+    property("edges away from bends have the gradients of the straight mesh, to the last bit", [](std::uint64_t seed) {
+        Dice dice(seed);
+        auto mesh = must(elevate(unit_box<D>(3, seed + 1), one_thread));
+        const std::size_t moved = dice.below(mesh.edges.size());
+        auto nodes = take(std::move(mesh.mid_nodes));
+        nodes[moved].point += dice.vector<D>(-1e-3, 1e-3);
+        mesh.mid_nodes = std::move(nodes);
+        const auto around = must(balls(mesh.linear, one_thread));
+        const auto shell = must(shells(mesh.edges, one_thread));
+        const auto logs = rough_logs<D>(mesh.linear.points.size(), dice);
+        const auto curved = must(make_curved_back_mesh(mesh, around, logs, one_thread, StoredGradients::sampled));
+        const auto straight = must(make_back_mesh(mesh.linear, around, logs, one_thread));
+        const auto is_near = [&](VertexId v) {
+            return std::ranges::any_of(around[v], [&](ElementId e) {
+                return std::ranges::find(mesh.edges.of_elements[e], EdgeId(moved)) != mesh.edges.of_elements[e].end();
+            });
+        };
+        for (std::size_t e = 0; e < mesh.edges.size(); ++e) {
+            const auto& [a, b] = mesh.edges.vertices[e];
+            if (is_near(a) || is_near(b)) continue;
+            const BackEdge edge{a, b, shell[EdgeId(e)]};
             EdgeEnds<D> sampled, expected;
-            for_edges->see({&edge, 1}, {&sampled, 1});
-            all->see({&edge, 1}, {&expected, 1});
+            curved->sample_edges({&edge, 1}, {&sampled, 1});
+            straight->sample_edges({&edge, 1}, {&expected, 1});
             RC_ASSERT(sampled.a.gradient == expected.a.gradient);
             RC_ASSERT(sampled.b.gradient == expected.b.gradient);
-            const Vec<D> x = dice.vector<D>(0, 1);
-            RC_ASSERT(sample_with_recovered_gradient(for_points, x, {}).gradient ==
-                      sample_with_recovered_gradient(all, x, {}).gradient);
-        });
+        }
+    });
+    property("stored gradients do not depend on other stored data or the number of threads", [](std::uint64_t seed) {
+        Dice dice(seed);
+        const auto mesh = bent_mesh<D>(seed + 1, dice, 0.03);
+        const auto around = must(balls(mesh.linear, one_thread));
+        const auto logs = rough_logs<D>(mesh.linear.points.size(), dice);
+        const auto all = must(make_curved_back_mesh(mesh, around, logs, one_thread));
+        const Execution threads{.threads = 3};
+        const auto for_edges = must(make_curved_back_mesh(mesh, around, logs, threads, StoredGradients::sampled));
+        const auto for_points = must(make_curved_back_mesh(mesh, around, logs, threads, StoredGradients::recovered));
+        const std::size_t e = dice.below(mesh.edges.size());
+        const auto shell = must(shells(mesh.edges, one_thread));
+        const BackEdge edge{mesh.edges.vertices[e][0], mesh.edges.vertices[e][1], shell[e]};
+        EdgeEnds<D> sampled, expected;
+        for_edges->sample_edges({&edge, 1}, {&sampled, 1});
+        all->sample_edges({&edge, 1}, {&expected, 1});
+        RC_ASSERT(sampled.a.gradient == expected.a.gradient);
+        RC_ASSERT(sampled.b.gradient == expected.b.gradient);
+        const Vec<D> x = dice.vector<D>(0, 1);
+        RC_ASSERT(sample_with_recovered_gradient(for_points, x, {}).gradient ==
+                  sample_with_recovered_gradient(all, x, {}).gradient);
+    });
     property("straight_back_mesh of a curved back mesh has the values of the straight one", [](std::uint64_t seed) {
         Dice dice(seed);
         const auto mesh = bent_mesh<D>(seed + 1, dice, 0.03);
         const auto around = must(balls(mesh.linear, one_thread));
         const auto logs = rough_logs<D>(mesh.linear.points.size(), dice);
         const auto others = rough_logs<D>(mesh.linear.points.size(), dice);
-        const auto beside = must(straight_back_mesh(must(make_curved_back_mesh(mesh, around, logs, one_thread)), others));
+        const auto beside =
+            must(straight_back_mesh(must(make_curved_back_mesh(mesh, around, logs, one_thread)), others));
         const auto straight = must(make_back_mesh(mesh.linear, around, others, one_thread));
         const Vec<D> x = dice.vector<D>(-0.2, 1.2);
         const ElementId hint(dice.below(mesh.linear.elements.size()));
@@ -195,8 +192,8 @@ void check_gradients() {
             if (touches(a) || touches(b)) continue;
             const BackEdge edge{a, b, shell[e]};
             EdgeEnds<D> sampled, expected;
-            curved->see({&edge, 1}, {&sampled, 1});
-            straight->see({&edge, 1}, {&expected, 1});
+            curved->sample_edges({&edge, 1}, {&sampled, 1});
+            straight->sample_edges({&edge, 1}, {&expected, 1});
             for (int i = 0; i < D; ++i)
                 RC_ASSERT(norm(sampled.a.gradient[i] - expected.a.gradient[i]) <
                           1e-9 * (1 + norm(sampled.a.gradient[i])));
@@ -231,8 +228,8 @@ void check_reference() {
             for (int i = 0; i < D; ++i) s.values[i] = 2 * std::log(s.values[i]);
             logs[v] = {composed(s)};
         }
-        const auto back = must(
-            make_curved_back_mesh(bent, must(balls(bent.linear, one_thread)), Column<LogMetric<D>>(std::move(logs)), one_thread));
+        const auto back = must(make_curved_back_mesh(bent, must(balls(bent.linear, one_thread)),
+                                                     Column<LogMetric<D>>(std::move(logs)), one_thread));
         const auto around = must(shells(bent.edges, one_thread));
         // In an element with the affine map A of its corners the metric is Aᵀ M̂ A at all points. So the metric along
         // an edge is constant in each element.
@@ -242,7 +239,7 @@ void check_reference() {
             const Vec<D> chord = bent.linear.points[b] - bent.linear.points[a];
             const BackEdge edge{a, b, around[e]};
             EdgeEnds<D> sampled;
-            back->see({&edge, 1}, {&sampled, 1});
+            back->sample_edges({&edge, 1}, {&sampled, 1});
             Vec<D> offset;
             accurate_offsets<D>({&chord, 1}, {&sampled, 1}, {}, {&offset, 1});
             RC_ASSERT(norm(offset) < 1e-7 * norm(chord));

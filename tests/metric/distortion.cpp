@@ -110,7 +110,7 @@ void check_straight(std::uint64_t seed) {
     RC_ASSERT(std::abs(found.mean - expected) < rounding);
     RC_ASSERT(std::abs(found.least - expected) < rounding);
     RC_ASSERT(std::abs(quality_at<D>(nodes, metrics, dice.barycentric<D>()) - expected) < rounding);
-    const LeastQuality least = bound_quality<D>(nodes, metrics, {.bisections = 0});
+    const QualityBound least = bound_quality<D>(nodes, metrics, {.bisections = 0});
     RC_ASSERT(std::abs(least.bound - (expected > 0 ? expected : -1)) < 10 * rounding);
 }
 
@@ -221,7 +221,7 @@ void check_bound(std::uint64_t seed) {
     const double rounding = 1e-12 * std::pow(10.0, decades);
     double before = -1;
     for (const int bisections : {0, 4, 16, 64, 128}) {
-        const LeastQuality least =
+        const QualityBound least =
             bound_quality<D>(nodes, metrics, {.enough = 1, .share = 1, .bisections = bisections});
         RC_ASSERT(least.bound <= attained + rounding);
         RC_ASSERT(least.bound >= before - rounding);
@@ -332,7 +332,7 @@ TEST_CASE("inverted and degenerate elements have finite qualities") {
             RC_ASSERT(std::abs(quality.mean) < 1e-7);
             for (const Vec<D>& g : quality.by_node) RC_ASSERT(is_finite(g));
             RC_ASSERT(std::abs(curved_quality<D>(b, metric).least) <= 1);
-            const LeastQuality least = bound_quality<D>(b, metrics);
+            const QualityBound least = bound_quality<D>(b, metrics);
             RC_ASSERT(least.bound < 1e-7);
             RC_ASSERT(least.attained < 1e-7);
         }

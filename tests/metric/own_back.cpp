@@ -98,7 +98,7 @@ class CurvedCells final : public BackModel<2> {
                                          std::span<FieldSample<2>> out) const override {
         sample_with_gradients(points, hint, out);
     }
-    void see(std::span<const BackEdge>, std::span<EdgeEnds<2>>) const override {}
+    void sample_edges(std::span<const BackEdge>, std::span<EdgeEnds<2>>) const override {}
     [[nodiscard]] std::size_t vertex_count() const override { return 0; }
     [[nodiscard]] BackVertex<2> vertex(VertexId) const override { return {}; }
     [[nodiscard]] BackSector<2> sector(ElementId, VertexId, VertexId) const override { return {}; }

@@ -93,7 +93,7 @@ Outcome<Pieces> pieces_of(const Ranks& ranks, const std::string& path) {
 /// Kills the last rank after the draft file exists, while the others wait for it.
 Outcome<Done> wait_for_the_last(Ranks& ranks, const std::string& path) {
     auto file = ranks.rank() == 0 ? app::SharedFile::make(path, 8) : Outcome<app::SharedFile>(fail({}));
-    const auto draft = told_by_first(ranks, file ? Outcome<std::string>(file->draft()) : std::string());
+    const auto draft = broadcast_from_first(ranks, file ? Outcome<std::string>(file->draft()) : std::string());
     if (!draft) return fail(draft.error());
     if (ranks.rank() + 1 == ranks.size()) std::raise(SIGKILL);
     return agreed(ranks, Outcome<Done>(Done{}));

@@ -182,7 +182,7 @@ void check_edge_programs() {
              [] {
                  auto random = random_source();
                  const auto s = plain_shell<D>(random, uniform(random, 0, 0.5));
-                 const auto highest = highest_node(s, {.max_cuts = 0});
+                 const auto highest = max_min_node(s, {.max_cuts = 0});
                  RC_ASSERT(highest.has_value());
                  RC_ASSERT(highest->upper - highest->lower <= 1e-9 * (1 + std::abs(highest->upper)));
                  RC_ASSERT(std::abs(smallest_coefficient(s, highest->node) - highest->lower) <= 1e-10);
@@ -195,20 +195,20 @@ void check_edge_programs() {
              [] {
                  auto random = random_source();
                  const auto s = plain_shell<D>(random, uniform(random, 0, 0.5));
-                 const auto highest = highest_node(s, {.max_cuts = 0});
+                 const auto highest = max_min_node(s, {.max_cuts = 0});
                  const double off = 1e-6 * (1 + std::abs(highest->upper));
-                 const auto same = highest_node(s, {.max_cuts = 0, .least = highest->lower - off});
+                 const auto same = max_min_node(s, {.max_cuts = 0, .least = highest->lower - off});
                  RC_ASSERT(same.has_value());
                  RC_ASSERT(same->node == highest->node);
-                 RC_ASSERT(!highest_node(s, {.max_cuts = 0, .least = highest->upper + off}).has_value());
+                 RC_ASSERT(!max_min_node(s, {.max_cuts = 0, .least = highest->upper + off}).has_value());
              },
              {60});
     property("highest_node: cuts bracket the attainable minimum and never lower it",
              [] {
                  auto random = random_source();
                  const auto s = plain_shell<D>(random, uniform(random, 0.1, 0.5));
-                 const auto weak = highest_node(s, {.max_cuts = 0});
-                 const auto highest = highest_node(s);
+                 const auto weak = max_min_node(s, {.max_cuts = 0});
+                 const auto highest = max_min_node(s);
                  RC_ASSERT(highest.has_value());
                  RC_ASSERT(highest->lower >= weak->lower - 1e-9);
                  for (const auto& e : s.elements)
@@ -227,7 +227,7 @@ void check_edge_programs() {
                  const double bound = uniform(random, 0, 0.3);
                  const auto nearest = nearest_node(s, q, bound);
                  if (!nearest) {
-                     const auto highest = highest_node(s);
+                     const auto highest = max_min_node(s);
                      RC_ASSERT(highest->lower <= bound + 2e-2);
                      return;
                  }
@@ -257,9 +257,9 @@ void check_edge_programs() {
                      for (int c = 0; c < D; ++c) p[c] += 1e6;
                      return p;
                  });
-                 const auto a = highest_node(s);
-                 const auto b = highest_node(thin);
-                 const auto c = highest_node(remote);
+                 const auto a = max_min_node(s);
+                 const auto b = max_min_node(thin);
+                 const auto c = max_min_node(remote);
                  RC_ASSERT(a.has_value() && b.has_value() && c.has_value());
                  RC_ASSERT(b->lower <= a->upper + 1e-4 && a->lower <= b->upper + 1e-4);
                  RC_ASSERT(std::abs(a->lower - b->lower) <= 5e-3 * (1 + std::abs(a->lower)));
@@ -289,9 +289,9 @@ void check_edge_programs() {
             const double now = smallest_scaled_jacobian(s, s.node, 1e300);
             RC_PRE(now > 0.01);
             auto constrained = s;
-            constrained.elements.front().keep = 0.9 * now;
-            const auto all = highest_node(s);
-            const auto some = highest_node(constrained);
+            constrained.elements.front().required_jacobian = 0.9 * now;
+            const auto all = max_min_node(s);
+            const auto some = max_min_node(constrained);
             RC_ASSERT(some.has_value());
             RC_ASSERT(some->upper >= all->lower - 1e-9);
             RC_ASSERT(decide(with_node(constrained.elements.front(), some->node), 0.9 * now - 1e-6) == Verdict::valid);
@@ -314,8 +314,8 @@ TEST_CASE("cuts reach bounds that coefficients alone do not") {
     int reached = 0;
     for (int i = 0; i < 100; ++i) {
         const auto s = plain_shell<3>(random, 0.2);
-        const auto weak = highest_node(s, {.max_cuts = 0});
-        const auto sharp = highest_node(s);
+        const auto weak = max_min_node(s, {.max_cuts = 0});
+        const auto sharp = max_min_node(s);
         if (sharp->lower < weak->lower + 0.02) continue;
         ++more;
         CHECK(sharp->cuts > 0);

@@ -55,7 +55,7 @@ TEST_CASE("segment programs agree with samples") {
                  const double a = uniform(random, 0, 1);
                  const double b = uniform(random, 0, 1);
                  const SegmentInterval within{std::min(a, b), std::max(a, b)};
-                 const double theta = highest_minimum(constraints, within);
+                 const double theta = max_min_parameter(constraints, within);
                  RC_ASSERT(within.low <= theta && theta <= within.high);
                  const double top = lowest(constraints, theta);
                  for (int i = 0; i <= 200; ++i)
@@ -66,7 +66,7 @@ TEST_CASE("segment programs agree with samples") {
 
 TEST_CASE("segment programs handle empty constraints and end points") {
     CHECK(feasible({}).has_value());
-    CHECK(highest_minimum({}, {0.25, 0.5}) == 0.5);
+    CHECK(max_min_parameter({}, {0.25, 0.5}) == 0.5);
     const std::vector<AffineConstraint> never{{-1, -1, 0}};
     CHECK_FALSE(feasible(never).has_value());
     const std::vector<AffineConstraint> at_the_end{{-1, 0, 0}};

@@ -182,7 +182,7 @@ void check_linear_program() {
              [] {
                  auto random = random_source();
                  const auto functions = raised_functions<M>(random, random() % 7);
-                 const auto highest = highest_point<M>(functions, 1e6);
+                 const auto highest = max_min_point<M>(functions, 1e6);
                  RC_ASSERT(highest.has_value());
                  const double expected = highest_by_vertices<M>(functions);
                  RC_ASSERT(std::abs(highest->lower - expected) <= 1e-9 * (1 + std::abs(expected)));
@@ -194,7 +194,7 @@ void check_linear_program() {
              [] {
                  auto random = random_source();
                  const auto functions = raised_functions<M>(random, 90);
-                 const double value = highest_point<M>(functions, 1e6)->lower;
+                 const double value = max_min_point<M>(functions, 1e6)->lower;
                  auto others = functions;
                  std::shuffle(others.begin(), others.end(), random);
                  const auto map = anisotropic_map<M>(random);
@@ -203,7 +203,7 @@ void check_linear_program() {
                      f.function.offset += dot(f.function.gradient, shift);
                      f.function.gradient = transposed_times(map, f.function.gradient);
                  }
-                 const auto other = highest_point<M>(others, 1e6);
+                 const auto other = max_min_point<M>(others, 1e6);
                  RC_ASSERT(other.has_value());
                  RC_ASSERT(std::abs(other->lower - value) <= 1e-7);
                  RC_ASSERT(std::abs(other->upper - value) <= 1e-7);
@@ -213,12 +213,12 @@ void check_linear_program() {
              [] {
                  auto random = random_source();
                  const auto functions = raised_functions<M>(random, 40);
-                 const auto highest = highest_point<M>(functions, 1e6);
+                 const auto highest = max_min_point<M>(functions, 1e6);
                  const double off = std::pow(10.0, uniform(random, -9, 0)) * (1 + std::abs(highest->upper));
-                 const auto less = highest_point<M>(functions, 1e6, highest->upper - off);
+                 const auto less = max_min_point<M>(functions, 1e6, highest->upper - off);
                  RC_ASSERT(less.has_value());
                  RC_ASSERT(less->x == highest->x);
-                 RC_ASSERT(!highest_point<M>(functions, 1e6, highest->upper + off).has_value());
+                 RC_ASSERT(!max_min_point<M>(functions, 1e6, highest->upper + off).has_value());
              },
              {100});
     property("highest_point keeps functions of weight 0 nonnegative",
@@ -230,7 +230,7 @@ void check_linear_program() {
                      const Vec<M> g = vector<M>(random);
                      functions.push_back({{g, 0.05 - dot(g, inside)}, 0});
                  }
-                 const auto highest = highest_point<M>(functions, 1e6);
+                 const auto highest = max_min_point<M>(functions, 1e6);
                  RC_ASSERT(highest.has_value());
                  RC_ASSERT(highest->lower >= lowest<M>(functions, inside) - 1e-10);
                  for (const auto& f : functions)
@@ -238,7 +238,7 @@ void check_linear_program() {
                  const Vec<M> g = vector<M>(random);
                  functions.push_back({{g, -0.1}, 0});
                  functions.push_back({{-1.0 * g, 0.05}, 0});
-                 RC_ASSERT(!highest_point<M>(functions, 1e6).has_value());
+                 RC_ASSERT(!max_min_point<M>(functions, 1e6).has_value());
              },
              {200});
 }
@@ -261,7 +261,7 @@ void check_quadratic_program() {
                      std::vector<RaisedFunction<M>> raised;
                      raised.reserve(functions.size());
                      for (const auto& f : functions) raised.push_back({f, 1});
-                     RC_ASSERT(std::abs(highest_point<M>(raised, 1e3)->lower) < 1e-8);
+                     RC_ASSERT(std::abs(max_min_point<M>(raised, 1e3)->lower) < 1e-8);
                      return;
                  }
                  if (!nearest.feasible) return;
@@ -274,7 +274,7 @@ void check_quadratic_program() {
                  auto random = random_source();
                  const auto q = model<M>(random);
                  auto raised = raised_functions<M>(random, random() % 30);
-                 const double shift = uniform(random, -0.2, 0.2) - highest_point<M>(raised, 1e6)->lower;
+                 const double shift = uniform(random, -0.2, 0.2) - max_min_point<M>(raised, 1e6)->lower;
                  std::vector<AffineFunction<M>> functions;
                  functions.reserve(64);
                  for (auto& f : raised) {
@@ -282,7 +282,7 @@ void check_quadratic_program() {
                      functions.push_back(f.function);
                  }
                  const auto nearest = nearest_point<M>(q, functions);
-                 const double height = highest_point<M>(raised, 1e6)->lower;
+                 const double height = max_min_point<M>(raised, 1e6)->lower;
                  if (std::abs(height) > 1e-9) RC_ASSERT(nearest.feasible == (height > 0));
                  if (nearest.feasible)
                      for (const auto& f : functions) RC_ASSERT(f(nearest.x) >= -1e-9);
@@ -291,7 +291,7 @@ void check_quadratic_program() {
                      std::vector<RaisedFunction<M>> named;
                      named.reserve(M + 1);
                      for (int i = 0; i < nearest.active_count; ++i) named.push_back({functions[nearest.active[i]], 1});
-                     RC_ASSERT(highest_point<M>(named, 1e6)->lower < 1e-9);
+                     RC_ASSERT(max_min_point<M>(named, 1e6)->lower < 1e-9);
                  }
              },
              {300});
@@ -348,18 +348,18 @@ TEST_CASE_TEMPLATE("the quadratic program finds the same point at an anisotropy 
 TEST_CASE("linear and quadratic programs handle degenerate functions") {
     // Without functions: the centre of the model, and no highest point.
     CHECK(nearest_point<2>(QuadraticModel<2>{{{3, 4}}}, {}).x == Vec<2>{{3, 4}});
-    CHECK_FALSE(highest_point<2>({}, 1).has_value());
+    CHECK_FALSE(max_min_point<2>({}, 1).has_value());
     // Only the reach bounds the point: the coordinate may change the function by 5.
     const std::vector<RaisedFunction<2>> one{{{{{2, 0}}, 1}, 1}};
-    REQUIRE(highest_point<2>(one, 5).has_value());
-    CHECK(highest_point<2>(one, 5)->lower == doctest::Approx(6));
+    REQUIRE(max_min_point<2>(one, 5).has_value());
+    CHECK(max_min_point<2>(one, 5)->lower == doctest::Approx(6));
     // The same function many times, parallel and opposite ones, and constants.
     std::vector<RaisedFunction<3>> many;
     for (int i = 0; i < 50; ++i)
         for (const double sign : {1.0, -1.0}) many.push_back({{{{sign, 0, 0}}, 1}, 1});
     many.push_back({{{}, 0.5}, 1});
-    REQUIRE(highest_point<3>(many, 10).has_value());
-    CHECK(highest_point<3>(many, 10)->lower == 0.5);
+    REQUIRE(max_min_point<3>(many, 10).has_value());
+    CHECK(max_min_point<3>(many, 10)->lower == 0.5);
     std::vector<AffineFunction<3>> planes;
     planes.reserve(many.size());
     for (const auto& f : many) planes.push_back({f.function.gradient, f.function.offset - 1});

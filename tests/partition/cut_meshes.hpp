@@ -16,8 +16,8 @@ import camber.partition;
 namespace cut {
 
 using namespace camber;
-using testing::one_thread;
 using testing::must;
+using testing::one_thread;
 
 /// A randomly numbered lattice with its boundary. Its mid nodes are off the chords, and its references are consecutive
 /// numbers.
@@ -28,7 +28,8 @@ QuadraticMesh<D> mesh(std::uint64_t seed, int cells) {
     options.seed = seed + 1;
     LinearMesh<D> linear = testing::lattice_mesh(options);
     Buffer<SimplexVertices<D - 1>> facets;
-    for (const ElementFace face : boundary_faces<D>(must(neighbours(linear, must(balls(linear, one_thread)), one_thread))))
+    for (const ElementFace face :
+         boundary_faces<D>(must(neighbours(linear, must(balls(linear, one_thread)), one_thread))))
         facets.push_back(testing::face_of(linear, face));
     const auto counted = [](std::size_t n) {
         return must(map_each(one_thread, n, [](std::size_t i) { return static_cast<Reference>(i + 1); }));
@@ -37,12 +38,12 @@ QuadraticMesh<D> mesh(std::uint64_t seed, int cells) {
     linear.elements.references = counted(linear.elements.size());
     linear.facets.references = counted(facets.size());
     linear.facets.vertices = std::move(facets);
-    QuadraticMesh<D> made = must(elevate(std::move(linear), one_thread));
+    QuadraticMesh<D> result = must(elevate(std::move(linear), one_thread));
     testing::Dice dice(seed);
-    Buffer<LagrangeNode<D>> nodes = take(std::move(made.mid_nodes));
+    Buffer<LagrangeNode<D>> nodes = take(std::move(result.mid_nodes));
     for (LagrangeNode<D>& node : nodes) node.point[0] += 0.01 * static_cast<double>(dice.below(10));
-    made.mid_nodes = std::move(nodes);
-    return made;
+    result.mid_nodes = std::move(nodes);
+    return result;
 }
 
 /// Assigns each element to a random part.

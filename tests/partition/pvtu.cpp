@@ -90,18 +90,18 @@ void check_joined_pieces(std::uint64_t seed) {
     const auto mesh = cut::mesh<3>(seed, 2);
     const auto back = decoded(files_of(mesh, *rc::gen::inRange<std::size_t>(1, 5), seed, true));
     if (!back) RC_FAIL(describe(back.error()));
-    const auto& made = testing::mesh_in<QuadraticMesh<3>>(back->mesh);
-    RC_ASSERT(made.linear.points == mesh.linear.points);
-    RC_ASSERT(made.linear.point_references == mesh.linear.point_references);
-    RC_ASSERT(made.edges.vertices == mesh.edges.vertices);
-    RC_ASSERT(made.mid_nodes == mesh.mid_nodes);
-    const auto order = order_of(made.linear.elements.references);
+    const auto& result = testing::mesh_in<QuadraticMesh<3>>(back->mesh);
+    RC_ASSERT(result.linear.points == mesh.linear.points);
+    RC_ASSERT(result.linear.point_references == mesh.linear.point_references);
+    RC_ASSERT(result.edges.vertices == mesh.edges.vertices);
+    RC_ASSERT(result.mid_nodes == mesh.mid_nodes);
+    const auto order = order_of(result.linear.elements.references);
     for (std::size_t e = 0; e < order.size(); ++e)
-        RC_ASSERT(made.linear.elements.vertices[order[e]] == mesh.linear.elements.vertices[e]);
+        RC_ASSERT(result.linear.elements.vertices[order[e]] == mesh.linear.elements.vertices[e]);
     const MeshField* const cells = back->fields.find(global_cells, Centring::cell);
     RC_ASSERT(cells != nullptr);
     const auto& values = std::get<Column<std::int32_t>>(cells->values);
-    for (std::size_t e = 0; e < order.size(); ++e) RC_ASSERT(values[e] == made.linear.elements.references[e]);
+    for (std::size_t e = 0; e < order.size(); ++e) RC_ASSERT(values[e] == result.linear.elements.references[e]);
 }
 
 }  // namespace
@@ -112,10 +112,10 @@ TEST_CASE("pieces without numbers are joined by position with a notice") {
     const auto mesh = cut::mesh<3>(7, 2);
     const auto back = decoded(files_of(mesh, 3, 7, false));
     REQUIRE(back.has_value());
-    const auto& made = testing::mesh_in<QuadraticMesh<3>>(back->mesh);
-    CHECK(made.linear.points.size() == mesh.linear.points.size());
-    CHECK(made.edges.size() == mesh.edges.size());
-    CHECK(made.linear.facets.size() == mesh.linear.facets.size());
+    const auto& result = testing::mesh_in<QuadraticMesh<3>>(back->mesh);
+    CHECK(result.linear.points.size() == mesh.linear.points.size());
+    CHECK(result.edges.size() == mesh.edges.size());
+    CHECK(result.linear.facets.size() == mesh.linear.facets.size());
     CHECK(back->notices.back().what.find("3 pieces were joined into one mesh") == 0);
     CHECK(back->notices.back().what.find("at the same places") != std::string::npos);
 }

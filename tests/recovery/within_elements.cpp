@@ -145,7 +145,7 @@ void check_functions() {
              [](std::uint64_t seed) {
                  const auto mesh = bent_mesh<D>(cells_of<D>(3), seed, 0.3, 0.2);
                  const Function<D> u = [](const Vec<D>& x) { return 1e6 * std::exp(-norm(x)) / (2 + x[0]); };
-                 const FunctionOfPlace<D> function = [&] {
+                 const FunctionOfPosition<D> function = [&] {
                      return [&](std::span<const Vec<D>> points, std::span<double> values) {
                          for (std::size_t i = 0; i < points.size(); ++i) values[i] = u(points[i]);
                      };

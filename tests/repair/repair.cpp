@@ -179,7 +179,8 @@ void check_repair(const std::array<int, D>& cells) {
                  options.method = dice.below(4) == 0   ? RepairMethod::edge
                                   : dice.below(2) == 0 ? RepairMethod::cavity
                                                        : RepairMethod::extension;
-                 const auto first = must(validate(b.mesh, before, options.min_scaled_jacobian, one_thread)).validation();
+                 const auto first =
+                     must(validate(b.mesh, before, options.min_scaled_jacobian, one_thread)).validation();
                  const auto r = repaired(b, before, options);
                  const Proposal<D>& after = r.judged.proposal();
                  const auto again = must(validate(b.mesh, after, options.min_scaled_jacobian, one_thread)).validation();
@@ -258,7 +259,7 @@ void check_work(const std::array<int, D>& cells) {
         // Programs of single edges are not interrupted: at most 12 a plan, 32 plans at once.
         CHECK(r.statistics.work <= allowed_work(before.not_valid(), effort) + (effort > 0 ? 384 : 0));
         CHECK(after.not_valid() <= before.not_valid());
-        CHECK(r.given_up.size() == after.not_valid());
+        CHECK(r.unresolved.size() == after.not_valid());
         CHECK(repaired(b, p, options, 3).judged == r.judged);
     }
     std::vector<double> progress;
@@ -292,7 +293,7 @@ void check_restored_nodes(const std::array<int, D>& cells) {
                  at_targets.mid_nodes = extended;
                  if (!must(validate(b.mesh, at_targets, 0.1, one_thread)).validation().all_valid()) return;
                  RepairGuide<D> guide = guide_of(b, p);
-                 guide.home = extended;
+                 guide.global_extension = extended;
                  const auto judged = must(validate(b.mesh, p, options.min_scaled_jacobian, one_thread));
                  const auto r = must(repair(judged, guide, options, one_thread));
                  RC_ASSERT(r.judged.validation().all_valid());
@@ -331,9 +332,9 @@ void check_models(const std::array<int, D>& cells) {
     for (int i = 0; i < D; ++i) constant.l(i, i) = 0.5 * i;
     constant.l(1, 0) = 0.3;
     const auto around = must(balls(b.mesh.linear, one_thread));
-    const auto back =
-        must(make_back_mesh(b.mesh.linear, around,
-                            Column<LogMetric<D>>(Buffer<LogMetric<D>>(b.mesh.linear.points.size(), constant)), one_thread));
+    const auto back = must(
+        make_back_mesh(b.mesh.linear, around,
+                       Column<LogMetric<D>>(Buffer<LogMetric<D>>(b.mesh.linear.points.size(), constant)), one_thread));
     const auto fitted = edge_models(CurvingAim::energy, b.mesh, b.mesh.mid_nodes, b.shells, back);
     const auto implied = implied_edge_models(b.mesh, b.mesh.mid_nodes, b.shells);
     const Quadrature rule = gauss_legendre(12);
@@ -450,7 +451,7 @@ void check_invalid_count() {
                      options.method = method;
                      options.effort = dice.below(2) == 0 ? 0.02 : 1;
                      const auto guide =
-                         needs_models(method) ? must(own_guide(judged, around, one_thread)) : RepairGuide<D>{};
+                         needs_models(method) ? must(guide_from_mesh(judged, around, one_thread)) : RepairGuide<D>{};
                      expect_no_more(must(repair_or_straighten(judged, guide, options, one_thread)));
                      expect_no_more(must(repair_within(judged, guide, options, one_thread)));
                      if (!needs_models(method)) expect_no_more(must(relax(judged, options, one_thread)));
@@ -516,7 +517,8 @@ TEST_CASE("repair rejects options out of range") {
 TEST_CASE("repair rejects an empty guide") {
     const auto b = shell_block<2>({4, 3}, 1);
     const auto bad = displaced_nodes(b, 2, 0.5);
-    CHECK(repair(must(validate(b.mesh, bad, 1e-12, one_thread)), {}, {}, one_thread).error().kind == ErrorKind::internal);
+    CHECK(repair(must(validate(b.mesh, bad, 1e-12, one_thread)), {}, {}, one_thread).error().kind ==
+          ErrorKind::internal);
 }
 
 TEST_CASE("repair stops on request") {
@@ -524,7 +526,8 @@ TEST_CASE("repair stops on request") {
     const auto bad = displaced_nodes(b, 2, 0.5);
     std::stop_source stop;
     stop.request_stop();
-    CHECK(repair(must(validate(b.mesh, bad, 1e-12, one_thread)), guide_of(b, bad), {}, Execution{1, stop.get_token(), {}})
-              .error()
-              .kind == ErrorKind::stopped);
+    CHECK(
+        repair(must(validate(b.mesh, bad, 1e-12, one_thread)), guide_of(b, bad), {}, Execution{1, stop.get_token(), {}})
+            .error()
+            .kind == ErrorKind::stopped);
 }

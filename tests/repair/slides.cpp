@@ -25,8 +25,8 @@ namespace {
 double sphere_of(const Block<3>& b, EdgeId edge) {
     const auto& [p, q] = b.mesh.edges.vertices[edge];
     const double rp = norm(b.mesh.linear.points[p]), rq = norm(b.mesh.linear.points[q]);
-    const bool is_there = std::abs(rp - rq) < 1e-12 && (std::abs(rp - 1) < 1e-12 || std::abs(rp - 2) < 1e-12);
-    return b.kinds[edge] == EdgeKind::surface && is_there ? rp : 0;
+    const bool is_present = std::abs(rp - rq) < 1e-12 && (std::abs(rp - 1) < 1e-12 || std::abs(rp - 2) < 1e-12);
+    return b.kinds[edge] == EdgeKind::surface && is_present ? rp : 0;
 }
 
 GeometryFoot<3> on_sphere(double radius, const Vec<3>& p) {
@@ -155,7 +155,8 @@ TEST_CASE("boundary vertices slide on the geometry where nodes do not suffice") 
                 if (judged.validation().verdicts[e] == Verdict::valid)
                     RC_ASSERT(with.judged.validation().verdicts[e] == Verdict::valid);
             options.vertices = VertexMoves::never;
-            RC_ASSERT(must(repair(judged, guide, options, one_thread)).judged.proposal().points == b.mesh.linear.points);
+            RC_ASSERT(must(repair(judged, guide, options, one_thread)).judged.proposal().points ==
+                      b.mesh.linear.points);
         },
         {4});
     CHECK(slid > 0);

@@ -64,7 +64,7 @@ void check_complexity() {
             CHECK(out.is_reached);
             CHECK(out.reached == doctest::Approx(o.amount).epsilon(1e-3));
             CHECK(out.reached == doctest::Approx(must(complexity(c.mesh, out.log_metrics, one_thread))));
-            CHECK(out.of_fixed < out.reached);
+            CHECK(out.fixed_complexity < out.reached);
             CHECK(out.gradations <= (o.gradation ? 7 : 0));
             for (std::size_t v = 0; v < fixed.size(); ++v) {
                 // Fixed metrics are preserved unless a bound is larger.
@@ -121,13 +121,13 @@ template <int D>
 void check_dominant_fixed_metric() {
     const Case<D> c;
     const std::array field{SolutionField<D>{layer(c.mesh, 0, 0.3)}};
-    const std::array small{ReferenceSize{.references = {1}, .size = 0.02, .of = ReferencesOf::elements}};
+    const std::array small{ReferenceSize{.references = {1}, .size = 0.02, .of = ReferencedEntity::elements}};
     const std::array some{must(sizes_by_reference<D>(c.mesh, small))};
     const auto fixed = must(fixed_metric<D>(c.mesh, some, {}, 2, one_thread));
     const auto out = c.metric(field, fixed, {.amount = 1000, .max_size = 1});
-    CHECK(out.is_fixed_alone);
+    CHECK(out.is_fixed_sufficient);
     CHECK(!out.is_reached);
-    CHECK(out.reached == out.of_fixed);
+    CHECK(out.reached == out.fixed_complexity);
     CHECK(out.reached > 1000);
     for (std::size_t v = 0; v < fixed.size(); ++v) CHECK(norm(out.log_metrics[v].l - fixed[v].l) < 1e-9);
 }
@@ -173,10 +173,11 @@ TEST_CASE("a fixed metric above the target complexity is returned alone") {
     check_dominant_fixed_metric<3>();
 }
 TEST_CASE("complexity_of converts numbers of vertices and elements") {
-    CHECK(complexity_of<2>(100, AmountOf::complexity) == 100);
-    CHECK(complexity_of<2>(2600, AmountOf::elements) == doctest::Approx(1000));  // 2.6 triangles per unit of complexity
-    CHECK(complexity_of<2>(1300, AmountOf::vertices) == doctest::Approx(1000));  // 1.3 vertices
-    CHECK(complexity_of<3>(12500, AmountOf::elements) == doctest::Approx(1000));  // 12.5 tetrahedra
+    CHECK(complexity_of<2>(100, TargetQuantity::complexity) == 100);
+    CHECK(complexity_of<2>(2600, TargetQuantity::elements) ==
+          doctest::Approx(1000));  // 2.6 triangles per unit of complexity
+    CHECK(complexity_of<2>(1300, TargetQuantity::vertices) == doctest::Approx(1000));   // 1.3 vertices
+    CHECK(complexity_of<3>(12500, TargetQuantity::elements) == doctest::Approx(1000));  // 12.5 tetrahedra
 }
 TEST_CASE("composition rejects invalid fields and options") {
     check_errors<2>();

@@ -96,7 +96,7 @@ struct Front {
 
 void print_metric(const char* what, double seconds, const SolutionMetric<3>& metric) {
     std::printf("  %s: %.2f s, complexity %.1f of %.0f, %d evaluations, %d gradations\n", what, seconds, metric.reached,
-                metric.asked, metric.evaluations, metric.gradations);
+                metric.requested, metric.evaluations, metric.gradations);
 }
 
 /// The time of gap metrics: a plate of six cells, where most vertices are on the boundary.
@@ -136,7 +136,8 @@ TEST_CASE("figures: the time of composition is printed" * doctest::skip()) {
     const double n = 5e4;
     LocalModels<3> cubic, hessian;
     const double cubic_seconds = seconds_of([&] { cubic = must(cubic_models<3>(front.thirds, {}, one_thread)); });
-    const double hessian_seconds = seconds_of([&] { hessian = must(hessian_models<3>(front.hessians, {}, one_thread)); });
+    const double hessian_seconds =
+        seconds_of([&] { hessian = must(hessian_models<3>(front.hessians, {}, one_thread)); });
     std::printf("%zu vertices, %zu tetrahedra: models %.2f s (third derivatives), %.3f s (Hessians)\n",
                 mesh.points.size(), mesh.elements.size(), cubic_seconds, hessian_seconds);
     const std::array fields{SolutionField<3>{cubic.rows}, SolutionField<3>{hessian.rows, {.degree = 1}, 0.5}};
@@ -148,7 +149,8 @@ TEST_CASE("figures: the time of composition is printed" * doctest::skip()) {
                              const SolutionMetricOptions& options) {
         SolutionMetric<3> metric;
         const double seconds = seconds_of([&] {
-            metric = must(make_solution_metric<3>(mesh, edges, std::span(fields).first(count), with, options, one_thread));
+            metric =
+                must(make_solution_metric<3>(mesh, edges, std::span(fields).first(count), with, options, one_thread));
         });
         print_metric(what, seconds, metric);
     };
@@ -161,7 +163,8 @@ TEST_CASE("figures: the time of composition is printed" * doctest::skip()) {
     const auto t = must(element_means<CubicForm<3>, 3>(mesh, front.thirds, one_thread));
     const auto ball = must(balls(mesh, one_thread));
     LocalModels<3> of_elements;
-    const double elements = seconds_of([&] { of_elements = must(curved_cubic_models<3>(straight, h, t, {}, one_thread)); });
+    const double elements =
+        seconds_of([&] { of_elements = must(curved_cubic_models<3>(straight, h, t, {}, one_thread)); });
     const double means = seconds_of(
         [&] { (void)must(models_at_vertices<3>(mesh, ball, of_elements.rows, {{}, n, diameter(mesh)}, one_thread)); });
     std::printf("  models of elements %.2f s, brought to vertices %.2f s\n", elements, means);

@@ -96,14 +96,15 @@ void check_balls() {
         const double size = std::sqrt(8e-3 * r);
         const std::array expected{size, size, 2 * size};
         expect_sizes(must(chord_metrics(curved, patches, options, 1, one_thread)), parameters, r - 1, expected, 0.03);
-        expect_sizes(must(chord_metrics(curved.linear, patches, options, 1, one_thread)), parameters, r - 1, expected, 0.03);
+        expect_sizes(must(chord_metrics(curved.linear, patches, options, 1, one_thread)), parameters, r - 1, expected,
+                     0.03);
     }
 }
 
 template <int D>
 void check_reference_sizes() {
     const auto mesh = box_with_facets<D>(4, 0, 0);
-    const std::array requested{ReferenceSize{{1}, 0.1}, ReferenceSize{{1}, 0.5, ReferencesOf::elements},
+    const std::array requested{ReferenceSize{{1}, 0.1}, ReferenceSize{{1}, 0.5, ReferencedEntity::elements},
                                ReferenceSize{{2}, 0.2}};
     const auto metrics = must(sizes_by_reference<D>(mesh, requested));
     CHECK(metrics.vertices.size() == mesh.points.size());

@@ -22,7 +22,7 @@ namespace {
 NormOptions random_norm(Dice& dice) {
     return {.degree = 1 + static_cast<int>(dice.below(2)),
             .p = std::array{0.0, 1.0, 2.0, 4.0, 7.5}[dice.below(5)],
-            .error_of = dice.below(2) == 0 ? ErrorOf::values : ErrorOf::gradients};
+            .error_of = dice.below(2) == 0 ? ErrorQuantity::values : ErrorQuantity::gradients};
 }
 
 template <int D>
@@ -38,7 +38,7 @@ void check_optimal_metric() {
                  RC_ASSERT(std::abs(must(complexity(mesh, out.log_metrics, one_thread)) / n - 1) < 2e-6);
                  RC_ASSERT(std::abs(out.complexity / n - 1) < 2e-6);
                  const double exponent =
-                     aim.p == 0 ? 0 : 1 / (aim.p * (aim.degree + (aim.error_of == ErrorOf::values ? 1 : 0)) + D);
+                     aim.p == 0 ? 0 : 1 / (aim.p * (aim.degree + (aim.error_of == ErrorQuantity::values ? 1 : 0)) + D);
                  double constant = 0;
                  for (std::size_t v = 0; v < models.size(); ++v) {
                      const Sym<D> q = composed(models[v].logs);
@@ -103,29 +103,29 @@ void check_one_dimension() {
 
 template <int D>
 void check_frames() {
-    property(
-        "the metric rotates and scales with space",
-        [](std::uint64_t seed) {
-            Dice dice(seed);
-            const auto mesh = box_with_facets<D>(2, seed + 1, 0.2);
-            const Mat<D> r = dice.rotation<D>();
-            const double length = std::pow(10.0, dice.uniform(-6, 6));
-            const auto models = models_on(mesh, [&](const Vec<D>&) { return random_model<D>(dice, 2); });
-            auto other = mesh;
-            auto points = take(std::move(other.points));
-            for (Vec<D>& p : points) p = length * (r * p);
-            other.points = std::move(points);
-            Buffer<LocalModel<D>> turned(models.begin(), models.end());
-            for (auto& m : turned) m.logs.vectors = r * m.logs.vectors;
-            const auto a = must(optimal_metric(mesh, models, {{}, 200, 0.8}, one_thread));
-            const auto b =
-                must(optimal_metric(other, Column<LocalModel<D>>(std::move(turned)), {{}, 200, 0.8 * length}, one_thread));
-            for (std::size_t v = 0; v < models.size(); ++v) {
-                const Sym<D> expected = congruence(r, a.log_metrics[v].l) - 2 * std::log(length) * Sym<D>::identity();
-                RC_ASSERT(norm(b.log_metrics[v].l - expected) < 1e-4);
-            }
-        },
-        {.count = 20});
+    property("the metric rotates and scales with space",
+             [](std::uint64_t seed) {
+                 Dice dice(seed);
+                 const auto mesh = box_with_facets<D>(2, seed + 1, 0.2);
+                 const Mat<D> r = dice.rotation<D>();
+                 const double length = std::pow(10.0, dice.uniform(-6, 6));
+                 const auto models = models_on(mesh, [&](const Vec<D>&) { return random_model<D>(dice, 2); });
+                 auto other = mesh;
+                 auto points = take(std::move(other.points));
+                 for (Vec<D>& p : points) p = length * (r * p);
+                 other.points = std::move(points);
+                 Buffer<LocalModel<D>> turned(models.begin(), models.end());
+                 for (auto& m : turned) m.logs.vectors = r * m.logs.vectors;
+                 const auto a = must(optimal_metric(mesh, models, {{}, 200, 0.8}, one_thread));
+                 const auto b = must(optimal_metric(other, Column<LocalModel<D>>(std::move(turned)),
+                                                    {{}, 200, 0.8 * length}, one_thread));
+                 for (std::size_t v = 0; v < models.size(); ++v) {
+                     const Sym<D> expected =
+                         congruence(r, a.log_metrics[v].l) - 2 * std::log(length) * Sym<D>::identity();
+                     RC_ASSERT(norm(b.log_metrics[v].l - expected) < 1e-4);
+                 }
+             },
+             {.count = 20});
 }
 
 /// Element models with an anisotropy of 1000 and axes that rotate around a circle: models at vertices.

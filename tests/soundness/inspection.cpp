@@ -102,8 +102,8 @@ void test_walls() {
                  for (const WallElement& wall : found.wall_elements) listed.push_back(wall.element.index());
                  RC_ASSERT(listed == again);
                  RC_ASSERT(found[Defect::wall_element].count == again.size());
-                 RC_ASSERT(found.sound() == examine(as_mesh(mesh), one_thread)->sound());  // wall elements do not affect
-                                                                                      // soundness
+                 RC_ASSERT(found.sound() == examine(as_mesh(mesh), one_thread)->sound());  // wall elements do not
+                                                                                           // affect soundness
                  // With different references no two facets form one wall.
                  Buffer<Reference> references(mesh.facets.size());
                  for (std::size_t f = 0; f < references.size(); ++f) references[f] = static_cast<Reference>(f);
@@ -148,7 +148,7 @@ void test_lowest() {
                          value += jacobian.coefficients[p] * bernstein<D>(jacobian_indices<D>[p], xi);
                      return value;
                  };
-                 const LowestPoint<D> lowest = lowest_point(jacobian);
+                 const MinJacobianPoint<D> lowest = min_jacobian_point(jacobian);
                  double sum = 0;
                  for (const double x : lowest.at) {
                      RC_ASSERT(x >= 0);
@@ -156,7 +156,7 @@ void test_lowest() {
                  }
                  RC_ASSERT(std::abs(sum - 1) < 1e-12);
                  RC_ASSERT(std::abs(at(lowest.at) - lowest.jacobian) < 1e-12);
-                 // lowest_point has a tolerance of 1e-3
+                 // min_jacobian_point has a tolerance of 1e-3
                  const double slack = 1.001e-3 * std::max(std::abs(jacobian.straight), std::abs(lowest.jacobian));
                  for (int i = 0; i < 200; ++i) RC_ASSERT(at(point_inside<D>(random)) > lowest.jacobian - slack);
              },

@@ -232,7 +232,8 @@ void test_defects() {
                  auto random = random_source();
                  const auto mesh = broken<D>(random);
                  const auto prepared = *prepare_simplices(mesh, one_thread);
-                 RC_ASSERT(prepare_simplices(*elevate(mesh, one_thread), one_thread)->mesh == *elevate(prepared.mesh, one_thread));
+                 RC_ASSERT(prepare_simplices(*elevate(mesh, one_thread), one_thread)->mesh ==
+                           *elevate(prepared.mesh, one_thread));
                  RC_ASSERT(prepare_simplices(prepared.mesh, one_thread)->mesh == prepared.mesh);
                  for (const int threads : {2, 0}) {
                      RC_ASSERT(*examine(as_mesh(mesh), {.threads = threads}) == *examine(as_mesh(mesh), one_thread));
@@ -349,7 +350,7 @@ void test_random_simplices() {
             RC_ASSERT(found[Defect::repeated_element].count == repeated);
             RC_ASSERT(found[Defect::contradicting_element].count == contradicting);
             RC_ASSERT(found[Defect::crowded_face].count == crowded);
-            RC_ASSERT(found[Defect::stray_facet].count == stray);
+            RC_ASSERT(found[Defect::isolated_facet].count == stray);
             std::set<std::size_t> open;
             for (const auto& [face, list] : faces)
                 if (list.size() == 1 && !facets.contains(face)) open.insert(*list.begin());
@@ -365,7 +366,7 @@ void test_random_simplices() {
                 for (const Defect d : {Defect::repeated_element, Defect::repeated_facet, Defect::reversed_element,
                                        Defect::missing_facet, Defect::no_facets, Defect::missing_interface})
                     RC_ASSERT(after[d].count == 0U);
-                RC_ASSERT(after[Defect::stray_facet].count == 0U);
+                RC_ASSERT(after[Defect::isolated_facet].count == 0U);
                 // In a piece whose volumes cancel the inverted elements are not determined.
                 if (stray == 0) RC_ASSERT(after[Defect::tangled_element].count == found[Defect::tangled_element].count);
             }
@@ -398,21 +399,21 @@ LinearMesh<D> scaled(LinearMesh<D> mesh, int exponent) {
 
 template <int D>
 void test_scales() {
-    property(
-        "the findings do not depend on the unit of length, " + std::to_string(D) + "D",
-        [] {
-            auto random = random_source();
-            auto mesh = broken<D>(random);
-            const auto found = *examine(as_mesh(mesh), one_thread);
-            for (const int exponent : {-195, 195})  // 2e-59, 5e58
-                RC_ASSERT(*examine(as_mesh(scaled(mesh, exponent)), one_thread) == found);
-            // Sound meshes without listed faces have no hanging vertex, up to the limit of coordinates.
-            auto sound = sound_mesh<D>(random);
-            sound.facets = {};
-            for (const int exponent : {-300, 230, 260, 300, 330})
-                RC_ASSERT((*examine(as_mesh(scaled(sound, exponent)), one_thread))[Defect::hanging_vertex] == Finding{});
-        },
-        {.count = 10});
+    property("the findings do not depend on the unit of length, " + std::to_string(D) + "D",
+             [] {
+                 auto random = random_source();
+                 auto mesh = broken<D>(random);
+                 const auto found = *examine(as_mesh(mesh), one_thread);
+                 for (const int exponent : {-195, 195})  // 2e-59, 5e58
+                     RC_ASSERT(*examine(as_mesh(scaled(mesh, exponent)), one_thread) == found);
+                 // Sound meshes without listed faces have no hanging vertex, up to the limit of coordinates.
+                 auto sound = sound_mesh<D>(random);
+                 sound.facets = {};
+                 for (const int exponent : {-300, 230, 260, 300, 330})
+                     RC_ASSERT((*examine(as_mesh(scaled(sound, exponent)), one_thread))[Defect::hanging_vertex] ==
+                               Finding{});
+             },
+             {.count = 10});
 }
 
 /// True if all coordinate differences of a simplex are below the range.

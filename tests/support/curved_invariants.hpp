@@ -117,15 +117,15 @@ std::string node_violation(const DynamicMesh<D>& before, const DynamicMesh<D>& a
     const VertexId point = changes.points[0];
     std::vector<std::uint8_t> removed(before.elements.size(), 0);
     for (const ElementId e : changes.elements.removed) removed[e.index()] = 1;
-    std::vector<std::uint8_t> made(after.edges.size(), 0);
-    for (const EdgeId e : changes.edges.created) made[e.index()] = 1;
+    std::vector<std::uint8_t> result(after.edges.size(), 0);
+    for (const EdgeId e : changes.edges.created) result[e.index()] = 1;
     const auto same = [&](EdgeId e) { return before.edges[e] == after.edges[e] && before.nodes[e] == after.nodes[e]; };
     for (std::size_t e = 0; e < before.elements.size(); ++e)
         if (removed[e] == 0 && !before.is_free(ElementId(e)) && !std::ranges::all_of(before.edges_of[e], same))
             return "an edge of an element outside the cavity has another curve";
     int following = 0;
     for (std::size_t e = 0; e < before.edges.size(); ++e) {
-        if (made[e] != 0 || after.is_free(EdgeId(e)) || after.edges[e][0] == point || after.edges[e][1] == point ||
+        if (result[e] != 0 || after.is_free(EdgeId(e)) || after.edges[e][0] == point || after.edges[e][1] == point ||
             same(EdgeId(e)))
             continue;
         if (++following > bend_around) return "too many edges without the point have another curve";

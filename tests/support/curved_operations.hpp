@@ -112,7 +112,7 @@ class CurvedTrying {
             out.request.place = kind.kind.place == VertexPlace::inside
                                     ? out.request.place + stretched(0.2 * dice_.vector<D>(), domain_.stretch)
                                     : *patch.point.place;
-            ask(out.request);
+            fill_request(out.request);
         }
         return out;
     }
@@ -122,7 +122,7 @@ class CurvedTrying {
         for (;;)
             if (const ElementId e(dice_.below(r_.mesh.elements.size())); !r_.mesh.is_free(e)) return e;
     }
-    void ask(CavityRequest<D>& request) const {
+    void fill_request(CavityRequest<D>& request) const {
         const FieldSample<D> sample = sample_with_recovered_gradient(domain_.goal.field, request.place, ElementId{});
         request.metric = VertexMetric<D>(sample.log_metric, sample.location.element);
         request.gradient = sample.gradient;
@@ -137,8 +137,8 @@ class CurvedTrying {
         auto in = insertion(r_.mesh, out.request.place);
         if (!in || in->is_at_vertex() || in->place != VertexPlace::inside) return {};
         out.request.cavity = std::move(in->cavity);
-        out.request.holders = out.request.cavity.elements.size();
-        ask(out.request);
+        out.request.fixed_element_count = out.request.cavity.elements.size();
+        fill_request(out.request);
         return out;
     }
     /// A point within a curved simplex of up to D dimensions that lies on the requested place; for splits within an
@@ -155,9 +155,9 @@ class CurvedTrying {
             if (in.place != kind.kind.place) continue;
             CurvedTry<D> out;
             out.request.cavity = std::move(in.cavity);
-            out.request.holders = out.request.cavity.elements.size();
+            out.request.fixed_element_count = out.request.cavity.elements.size();
             put_point(site, out);
-            ask(out.request);
+            fill_request(out.request);
             return out;
         }
         return {};

@@ -31,7 +31,7 @@ struct CurvedTally {
     struct Row {
         std::size_t accepted = 0, bowed = 0;  ///< bowed: accepted with an edge of the cavity bowed by at least
                                               ///< `min_bow`
-        std::size_t straight_inverted = 0, drawn_back = 0, bent_around = 0;
+        std::size_t straight_inverted = 0, relaxed = 0, bent_around = 0;
         std::size_t nowhere = 0;  ///< no place of the kind was found
         std::array<std::size_t, rejection_reasons> rejected{};
     };
@@ -45,7 +45,7 @@ struct CurvedTally {
             row.accepted += more.accepted;
             row.bowed += more.bowed;
             row.straight_inverted += more.straight_inverted;
-            row.drawn_back += more.drawn_back;
+            row.relaxed += more.relaxed;
             row.bent_around += more.bent_around;
             row.nowhere += more.nowhere;
             for (std::size_t i = 0; i < row.rejected.size(); ++i) row.rejected[i] += more.rejected[i];
@@ -112,7 +112,7 @@ class CurvedRun {
         JudgedPatch<D> patch;
         const PatchLimits limits{
             .min_shape = 1e-3,
-            .below_least = dice_.below(2) == 0 ? BelowLeast::refused : BelowLeast::accepted_if_no_worse,
+            .below_minimum = dice_.below(2) == 0 ? BelowMinimum::refused : BelowMinimum::accepted_if_no_worse,
             .bend_around = bend_around};
         const OperationResult result = operate(domain_.state, domain_.goal, tried->request, limits, workspace_, patch);
         if (result.rejected != RejectionReason::none) {
@@ -122,7 +122,7 @@ class CurvedRun {
         ++row.accepted;
         row.bowed += is_bowed(patch.patch().removed.elements) ? 1 : 0;
         row.straight_inverted += result.straight_inverted ? 1 : 0;
-        row.drawn_back += result.drawn_back ? 1 : 0;
+        row.relaxed += result.relaxed ? 1 : 0;
         row.bent_around += result.bends_around ? 1 : 0;
         const double replaced = worst_shape_of(domain_.state, patch.patch().removed.elements);
         const DynamicMesh<D> before = mesh();
@@ -130,8 +130,8 @@ class CurvedRun {
         domain_.state = std::move(after);
         for (const std::string& violation :
              {quality_violation(changes.elements.created, replaced), changes_violation(before, mesh(), changes),
-              validity_violation(mesh(), changes.elements.created, options_.exactly), filling_violation(before, mesh(), changes),
-              node_violation(before, mesh(), changes),
+              validity_violation(mesh(), changes.elements.created, options_.exactly),
+              filling_violation(before, mesh(), changes), node_violation(before, mesh(), changes),
               tried->split ? split_violation(mesh(), changes, *tried->split, domain_.stretch) : std::string(),
               curved_kinds<D>()[kind].kind.operation == Operation::reinsert
                   ? boundary_curve_violation(before, mesh(), changes, domain_.stretch)

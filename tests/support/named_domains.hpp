@@ -92,7 +92,7 @@ NamedDomain<D> quarter_shell(int cells) {
         return p;
     };
     const auto reference_of = [](const std::array<Vec<D>, D>& face, const Vec<D>&, FaceKind kind) -> Reference {
-        const auto all = [&](auto&& is_there) { return std::ranges::all_of(face, is_there); };
+        const auto all = [&](auto&& is_present) { return std::ranges::all_of(face, is_present); };
         const auto near = [](double a, double b) { return std::abs(a - b) < 1e-9; };
         if (kind != FaceKind::boundary) return 0;
         for (const int radius : {1, 2})

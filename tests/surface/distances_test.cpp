@@ -25,8 +25,8 @@ const Execution one_thread{.threads = 1};
 Geometry<3> spheres(double radius) { return Geometry<3>(AnalyticGeometry<3>{{{Reference{1}, Sphere<3>{{}, radius}}}}); }
 
 GeometryDistances<3> measured(const Built<3>& b, const Geometry<3>& geometry, const Execution& execution = one_thread) {
-    const auto samples = samples_over(b.mesh, b.features, geometry, execution).value();
-    return distances_both_ways<3>(b.mesh, b.nodes, b.features, geometry, samples, execution).value();
+    const auto samples = sample_over_mesh(b.mesh, b.features, geometry, execution).value();
+    return two_sided_distances<3>(b.mesh, b.nodes, b.features, geometry, samples, execution).value();
 }
 
 /// Minimum distance from p to a lattice of 24 intervals on each facet.
@@ -135,7 +135,7 @@ TEST_CASE("geometry that the boundary lacks appears only in the distance from th
     samples.add({{0, 0, 1.25}}, 1);
     samples.begin(GeometryEntity::surface(5));
     samples.add({{0, 0, -1.5}}, 1);
-    const auto found = distances_both_ways<3>(b.mesh, b.nodes, b.features, spheres(1), samples, one_thread).value();
+    const auto found = two_sided_distances<3>(b.mesh, b.nodes, b.features, spheres(1), samples, one_thread).value();
     CHECK(found.to_geometry.largest < 0.05);
     CHECK(found.to_boundary.largest == doctest::Approx(0.5).epsilon(0.05));
     REQUIRE(found.entities.size() == 2);
@@ -176,15 +176,15 @@ TEST_CASE("2D distances are measured to a circle and to straight geometry") {
     const Built<2> b = build<2>(polygon(points).mesh());
     const Geometry<2> circle(AnalyticGeometry<2>{{{Reference{1}, Sphere<2>{{}, 1}}}});
     const auto nodes = boundary_nodes(b.mesh, b.features, circle, one_thread).value();
-    const auto samples = samples_over(b.mesh, b.features, circle, one_thread).value();
-    const auto found = distances_both_ways<2>(b.mesh, nodes, b.features, circle, samples, one_thread).value();
+    const auto samples = sample_over_mesh(b.mesh, b.features, circle, one_thread).value();
+    const auto found = two_sided_distances<2>(b.mesh, nodes, b.features, circle, samples, one_thread).value();
     REQUIRE(found.entities.size() == 1);
     CHECK(found.to_geometry.largest > 0);
     CHECK(found.to_boundary.largest == doctest::Approx(found.to_geometry.largest).epsilon(0.2));
     const Geometry<2> straight{StraightGeometry<2>{}};
-    const auto none = samples_over(b.mesh, b.features, straight, one_thread).value();
+    const auto none = sample_over_mesh(b.mesh, b.features, straight, one_thread).value();
     CHECK(none.points.empty());
-    const auto from_straight = distances_both_ways<2>(b.mesh, nodes, b.features, straight, none, one_thread).value();
+    const auto from_straight = two_sided_distances<2>(b.mesh, nodes, b.features, straight, none, one_thread).value();
     REQUIRE(from_straight.entities.size() == 1);
     CHECK(from_straight.entities[0].entity.kind == GeometryKind::none);
     CHECK(from_straight.to_geometry.largest == doctest::Approx(1 - std::cos(pi / 12)).epsilon(1e-9));
@@ -194,15 +194,15 @@ TEST_CASE("2D distances are measured to a circle and to straight geometry") {
 TEST_CASE("distances reject features and nodes of another mesh") {
     const Built<3> a = build<3>(sphere(2, 1).mesh()), b = build<3>(sphere(3, 1).mesh());
     const Geometry<3> geometry = spheres(1);
-    CHECK(!samples_over(a.mesh, b.features, geometry, one_thread));
-    CHECK(!distances_both_ways<3>(a.mesh, b.nodes, a.features, geometry, {}, one_thread));
-    CHECK(!distances_both_ways<3>(a.mesh, a.nodes, b.features, geometry, {}, one_thread));
+    CHECK(!sample_over_mesh(a.mesh, b.features, geometry, one_thread));
+    CHECK(!two_sided_distances<3>(a.mesh, b.nodes, a.features, geometry, {}, one_thread));
+    CHECK(!two_sided_distances<3>(a.mesh, a.nodes, b.features, geometry, {}, one_thread));
 }
 
 TEST_CASE("distances of an empty boundary are empty") {
     const Geometry<3> geometry = spheres(1);
     QuadraticMesh<3> empty;
-    const auto result = distances_both_ways<3>(empty, {}, {}, geometry, {}, one_thread);
+    const auto result = two_sided_distances<3>(empty, {}, {}, geometry, {}, one_thread);
     REQUIRE(result);
     CHECK(result->entities.empty());
 }

@@ -40,10 +40,10 @@ Remeshing<D> remeshed(LinearMesh<D> layout, const Geometry<D>* geometry) {
         for (std::size_t e = 0; e < nodes.size(); ++e)
             nodes[e].point = project(*geometry, {}, built.mesh.mid_nodes[e].point).point;
     out.mesh.mid_nodes = std::move(nodes);
-    out.curved =
-        with_curves<D>(built.surrogate, {out.mesh.linear, out.mesh.edges, built.features, out.mesh.mid_nodes.view()},
-                       StraightGeometry<D>{}, SurrogateOptions{}, {.threads = 1})
-            .value();
+    out.curved = build_curved_surrogate<D>(built.surrogate,
+                                           {out.mesh.linear, out.mesh.edges, built.features, out.mesh.mid_nodes.view()},
+                                           StraightGeometry<D>{}, SurrogateOptions{}, {.threads = 1})
+                     .value();
     return out;
 }
 

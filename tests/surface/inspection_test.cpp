@@ -23,9 +23,9 @@ struct Inspected {
     Features<D> features;
     BoundaryInspection<D> found;
 
-    [[nodiscard]] std::size_t count(Suspicion what) const {
-        return static_cast<std::size_t>(
-            std::count_if(found.suspects.begin(), found.suspects.end(), [&](const auto& s) { return s.what == what; }));
+    [[nodiscard]] std::size_t count(GeometryWarning what) const {
+        return static_cast<std::size_t>(std::count_if(found.located_warnings.begin(), found.located_warnings.end(),
+                                                      [&](const auto& s) { return s.what == what; }));
     }
 };
 
@@ -75,7 +75,7 @@ TEST_CASE("inspection of a cube finds its patches, ridges and corners and no sus
         CHECK(curve.largest_turn == doctest::Approx(90));
         CHECK(curve.edges == 4);
     }
-    CHECK(found.suspects.empty());
+    CHECK(found.located_warnings.empty());
     CHECK(found.open.empty());
     CHECK(found.crowded.empty());
 }
@@ -89,10 +89,11 @@ TEST_CASE("hinge angles do not depend on the orientation of the facets") {
         const auto mesh = soup.mesh();
         const auto [features, found] = inspected(mesh, {.ridge_angle = 180, .near = 0});
         RC_ASSERT(found.turned.size() == (turned ? 1U : 0U));
-        RC_ASSERT(!found.suspects.empty());
+        RC_ASSERT(!found.located_warnings.empty());
         double reported_degrees = -1;
-        for (const auto& s : found.suspects)
-            if (s.what == Suspicion::near_ridge || s.what == Suspicion::knife_edge || s.what == Suspicion::mild_ridge)
+        for (const auto& s : found.located_warnings)
+            if (s.what == GeometryWarning::near_ridge || s.what == GeometryWarning::knife_edge ||
+                s.what == GeometryWarning::mild_ridge)
                 reported_degrees = s.degrees;
         RC_ASSERT(std::fabs(reported_degrees - degrees) < 1e-6);
         RC_ASSERT(found.open.size() == 4);
@@ -102,8 +103,8 @@ TEST_CASE("hinge angles do not depend on the orientation of the facets") {
 TEST_CASE("hinges are classified by their angle") {
     const auto kind = [](double degrees) {
         const auto result = inspected(hinge(degrees).mesh());
-        return std::array{result.count(Suspicion::near_ridge), result.count(Suspicion::mild_ridge),
-                          result.count(Suspicion::knife_edge)};
+        return std::array{result.count(GeometryWarning::near_ridge), result.count(GeometryWarning::mild_ridge),
+                          result.count(GeometryWarning::knife_edge)};
     };
     CHECK(kind(29) == std::array<std::size_t, 3>{0, 0, 0});
     CHECK(kind(31) == std::array<std::size_t, 3>{1, 0, 0});
@@ -114,17 +115,17 @@ TEST_CASE("hinges are classified by their angle") {
 
 TEST_CASE("inspection reports the tip of a steep cone only") {
     const auto result = inspected(cone(24, 2).mesh());
-    REQUIRE(result.count(Suspicion::tip) == 1);
-    CHECK(result.count(Suspicion::spread_normals) == 0);
-    const auto tip = std::find_if(result.found.suspects.begin(), result.found.suspects.end(),
-                                  [](const auto& s) { return s.what == Suspicion::tip; });
+    REQUIRE(result.count(GeometryWarning::tip) == 1);
+    CHECK(result.count(GeometryWarning::spread_normals) == 0);
+    const auto tip = std::find_if(result.found.located_warnings.begin(), result.found.located_warnings.end(),
+                                  [](const auto& s) { return s.what == GeometryWarning::tip; });
     CHECK(tip->vertices == std::vector<VertexId>{VertexId(0)});
     CHECK(tip->facets.size() == 24);
     CHECK(distance(tip->point, Vec<3>{{0, 0, 2}}) == 0);
     CHECK(tip->degrees == doctest::Approx(std::atan2(2, 1) * 180 / pi).epsilon(0.01));
-    CHECK(inspected(cone(24, 0.3).mesh()).count(Suspicion::tip) == 0);
+    CHECK(inspected(cone(24, 0.3).mesh()).count(GeometryWarning::tip) == 0);
     // A sphere has no tip.
-    CHECK(inspected(sphere(4, 1).mesh()).count(Suspicion::tip) == 0);
+    CHECK(inspected(sphere(4, 1).mesh()).count(GeometryWarning::tip) == 0);
 }
 
 TEST_CASE("inspection counts open and crowded edges") {
@@ -147,7 +148,7 @@ TEST_CASE("inspection counts interface facets") {
     const auto between = inspected(two);
     CHECK(between.found.interface_facets == 1);
     CHECK(between.found.patches[0].interface_facets == 1);
-    CHECK(between.found.lone_facets == 0);
+    CHECK(between.found.isolated_facets == 0);
 }
 
 TEST_CASE("in 2D inspection takes vertices as hinges") {
@@ -156,15 +157,15 @@ TEST_CASE("in 2D inspection takes vertices as hinges") {
         Soup<2> soup = polygon({{{-1, 0}}, {{0, 0}}, {{std::cos(a), std::sin(a)}}}, Closing::open);
         return inspected(soup.mesh());
     };
-    CHECK(corner(0).found.suspects.empty());
+    CHECK(corner(0).found.located_warnings.empty());
     const auto near = corner(35);
-    REQUIRE(near.count(Suspicion::near_ridge) == 1);
-    CHECK(near.found.suspects[0].degrees == doctest::Approx(35));
-    CHECK(near.found.suspects[0].vertices == std::vector<VertexId>{VertexId(1)});
+    REQUIRE(near.count(GeometryWarning::near_ridge) == 1);
+    CHECK(near.found.located_warnings[0].degrees == doctest::Approx(35));
+    CHECK(near.found.located_warnings[0].vertices == std::vector<VertexId>{VertexId(1)});
     CHECK(near.found.open.size() == 2);
     CHECK(near.found.patches.size() == 1);
     CHECK(near.found.patches[0].area == doctest::Approx(2));
-    CHECK(corner(170).count(Suspicion::knife_edge) == 1);
+    CHECK(corner(170).count(GeometryWarning::knife_edge) == 1);
 }
 
 TEST_CASE("inspection rejects features of another mesh") {

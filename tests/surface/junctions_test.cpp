@@ -37,9 +37,9 @@ template <int D>
 Built<D> built_beside(const LinearMesh<D>& mesh, const AnalyticSurface<D>& surface) {
     Built<D> b = build(mesh);
     const auto make = [&](const GeometryModel<D>& prescribed) {
-        auto made = build_surrogate(mesh, b.mesh.edges, b.features, prescribed, SurrogateOptions{}, one_thread);
-        if (made) b.surrogate = *made;
-        return made;
+        auto result = build_surrogate(mesh, b.mesh.edges, b.features, prescribed, SurrogateOptions{}, one_thread);
+        if (result) b.surrogate = *result;
+        return result;
     };
     const auto geometry = with_surrogate<D>(AnalyticGeometry<D>{{{prescribed_reference, surface}}}, mesh, make).value();
     b.nodes = boundary_nodes(b.mesh, b.features, geometry, one_thread).value();

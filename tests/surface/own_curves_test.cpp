@@ -30,8 +30,8 @@ QuadraticMesh<D> bowed(QuadraticMesh<D> mesh, const Features<D>& features, Withi
 
 template <int D>
 Outcome<Surrogate<D>> surrogate_of_mesh(const QuadraticMesh<D>& mesh, const Built<D>& built) {
-    return with_curves<D>(built.surrogate, {mesh.linear, mesh.edges, built.features, mesh.mid_nodes.view()},
-                          StraightGeometry<D>{}, SurrogateOptions{}, Execution{.threads = 1})
+    return build_curved_surrogate<D>(built.surrogate, {mesh.linear, mesh.edges, built.features, mesh.mid_nodes.view()},
+                                     StraightGeometry<D>{}, SurrogateOptions{}, Execution{.threads = 1})
         .map([](CurvedSurrogate<D> curved) { return std::move(curved.surrogate); });
 }
 

@@ -265,7 +265,7 @@ TEST_CASE("curves and distances do not depend on the facet numbers of another me
     for (std::size_t f = 0; f < linear.facets.size(); ++f) {
         const FacetSite<3> facet = facet_site(linear, FacetId(f));
         const Vec<3> p = facet.corners[0];
-        CHECK(geometry->distance_where(std::span(&facet, 1), p) < 1e-3);
-        CHECK(mixed->distance_where(std::span(&facet, 1), p) < 1e-3);
+        CHECK(geometry->distance_at_facets(std::span(&facet, 1), p) < 1e-3);
+        CHECK(mixed->distance_at_facets(std::span(&facet, 1), p) < 1e-3);
     }
 }

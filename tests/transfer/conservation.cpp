@@ -291,7 +291,7 @@ TEST_CASE("a patch without free nodes keeps the values on its boundary") {
     CHECK(out.statistics.projected == 3);  // in degree 2: the nodes of the diagonal and of two sides
     CHECK(out.fields[0] == fields[0]);
     CHECK(out.statistics.spread == 1);
-    CHECK(out.statistics.unkept == 1);
+    CHECK(out.statistics.unconserved_materials == 1);
     const auto &linear = out.statistics.integrals[0][0], &quadratic_one = out.statistics.integrals[1][0];
     CHECK(std::abs(linear.after[0] - linear.before[0]) > 1e-3);
     CHECK(quadratic_one.after[0] == doctest::Approx(quadratic_one.before[0]).epsilon(1e-13));

@@ -193,14 +193,14 @@ std::size_t node_at(const QuadraticMesh<D>& mesh, const Vec<D>& p) {
 template <int D>
 bool touches_corner(const QuadraticMesh<D>& mesh, std::size_t n) {
     for (std::size_t e = 0; e < mesh.linear.elements.size(); ++e) {
-        bool has_node = false, is_there = false;
+        bool has_node = false, is_present = false;
         for (const VertexId v : mesh.linear.elements.vertices[e]) {
             has_node = has_node || v.index() == n;
-            is_there = is_there || is_at_corner<D>(mesh.linear.points[v]);
+            is_present = is_present || is_at_corner<D>(mesh.linear.points[v]);
         }
         for (const EdgeId edge : mesh.edges.of_elements[e])
             has_node = has_node || mesh.linear.points.size() + edge.index() == n;
-        if (has_node && is_there) return true;
+        if (has_node && is_present) return true;
     }
     return false;
 }

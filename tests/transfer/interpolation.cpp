@@ -35,7 +35,7 @@ void check_polynomials() {
                      const auto out = transferred<D>(from, {field_of(from, degree, functions)}, to);
                      RC_ASSERT(largest_difference(out.fields[0], field_of(to, degree, functions)) < 1e-13);
                      RC_ASSERT(out.statistics.outside == 0U);
-                     RC_ASSERT(out.statistics.kept + out.statistics.interpolated == node_count_of(to, degree));
+                     RC_ASSERT(out.statistics.preserved + out.statistics.interpolated == node_count_of(to, degree));
                  }
              },
              {.count = 10});
@@ -74,7 +74,7 @@ void check_unchanged_nodes() {
                              RC_ASSERT(out.fields[0].values[3 * n + c] == fields[0].values[3 * o + c]);
                          if (n < node_count_of(to, 1)) RC_ASSERT(out.fields[1].values[n] == fields[1].values[o]);
                      }
-                     RC_ASSERT(out.statistics.kept == same);
+                     RC_ASSERT(out.statistics.preserved == same);
                      RC_ASSERT(same < node_count_of(to, 2));
                      RC_ASSERT(out.statistics.changed_elements > 0U);
                  }
@@ -87,7 +87,7 @@ void check_unchanged_nodes() {
                  const std::vector fields{rough_field(node_count_of(mesh, 2), 2, D, dice)};
                  const auto out = transferred<D>(mesh, fields, mesh, {.method = TransferMethod::conserve});
                  RC_ASSERT(out.fields == fields);
-                 RC_ASSERT(out.statistics.kept == node_count_of(mesh, 2));
+                 RC_ASSERT(out.statistics.preserved == node_count_of(mesh, 2));
                  RC_ASSERT(out.statistics.patches + out.statistics.changed_elements + out.statistics.projected == 0U);
              },
              {.count = 5});

@@ -128,7 +128,7 @@ void check_distribution() {
         const auto out = transferred<D>(from, fields, to, conserving);
         CHECK(out.statistics.patches == 3);  // one swap and two moved vertices
         CHECK(out.statistics.spread == 1);
-        CHECK(out.statistics.unkept == 0);
+        CHECK(out.statistics.unconserved_materials == 0);
         CHECK(worst_defect(out, 0) < 1e-13);
         CHECK(worst_defect(out, 1) < 1e-13);
         check_bits<D>(to, fields[0], out.fields[0],
@@ -151,7 +151,7 @@ void check_distribution() {
         const auto out = transferred<D>(from, fields, to, conserving);
         CHECK(out.statistics.patches == 5);  // three swaps and two moved vertices
         CHECK(out.statistics.spread == 3);
-        CHECK(out.statistics.unkept == 1);
+        CHECK(out.statistics.unconserved_materials == 1);
         const auto& rows = out.statistics.integrals[0];
         REQUIRE(rows.size() == 3);
         CHECK(std::abs(rows[0].after[0] - rows[0].before[0]) < 1e-13);
@@ -169,7 +169,7 @@ void check_distribution() {
         const auto out = transferred<D>(from, fields, to, conserving);
         CHECK(out.statistics.patches == 3);
         CHECK(out.statistics.spread == 2);
-        CHECK(out.statistics.unkept == 0);
+        CHECK(out.statistics.unconserved_materials == 0);
         CHECK(worst_defect(out, 0) < 1e-13);
     }
     SUBCASE("limited values distribute the integral defect") {

@@ -62,10 +62,10 @@ void test_lanes() {
                  const double bound = uniform(random, -0.5, 0.9);
                  for (const Instructions set : every_set) {
                      if (!has(set)) continue;
-                     const auto jacobians = low_jacobians(pack, set);
+                     const auto jacobians = jacobian_summaries(pack, set);
                      for (std::size_t lane = 0; lane < elements.size(); ++lane) {
                          const BoundedJacobian<D> single = bounded_jacobian(elements[lane]);
-                         const LowJacobian& low = jacobians[lane];
+                         const JacobianSummary& low = jacobians[lane];
                          RC_ASSERT(low.is_finite() == is_finite(single));
                          RC_ASSERT(is_clear(low, bound) ==
                                    (decide_by_coefficients(single, bound) == Verdict::valid && !blurred(single)));
@@ -88,9 +88,9 @@ void test_runs() {
         for (auto& s : elements) s = any_element<D>(random);
         const std::size_t begin = elements.empty() ? 0 : random() % elements.size();
         std::size_t next = begin;
-        each_low_jacobian<D>(
+        each_jacobian_summary<D>(
             begin, elements.size(), [&](std::size_t i) { return elements[i]; },
-            [&](std::size_t i, const LowJacobian& low) {
+            [&](std::size_t i, const JacobianSummary& low) {
                 RC_ASSERT(i == next++);
                 RC_ASSERT(is_clear(low, 0.1) ==
                           (decide_by_coefficients(bounded_jacobian(elements[i]), 0.1) == Verdict::valid &&

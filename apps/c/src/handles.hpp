@@ -14,7 +14,7 @@ import camber.io;
 struct camber_mesh {
     camber::DecodedMesh value;
     /// Number of each point in the input (from 1), 0 for a new point; empty if the numbers are 1, 2, 3 …
-    camber::Column<std::uint32_t> given_as = {};
+    camber::Column<std::uint32_t> input_numbers = {};
 };
 
 struct camber_result {
@@ -31,8 +31,8 @@ int status_of(const Error& error);
 int guarded_status(const std::function<int()>& f);
 
 /// A host that neither reports progress nor stops the work.
-inline app::Host nobody() {
-    return {.stop = {}, .told = [](const std::string&, double) {}};
+inline app::Host silent_host() {
+    return {.stop = {}, .progress = [](const std::string&, double) {}};
 }
 
 /// A pointer argument with its name in camber.h.

@@ -47,17 +47,17 @@ CellArray<Nodes> cell_array(const camber_cells& cells, int first) {
 
 /// Checks cells[t]. Errors: usage (NULL pointers, a negative count, a type that occurs before).
 Outcome<Done> check_cells(const camber_cells* cells, int t) {
-    const camber_cells& these = cells[t];
+    const camber_cells& block = cells[t];
     const std::string place = "cells[" + std::to_string(t) + "].";
     const auto wrong = [&](const char* member, const std::string& what, const std::string& remedy = {}) {
         return fail(wrong_argument("camber_make", place + member, what, remedy));
     };
-    if (these.type == nullptr) return wrong("type", "is NULL");
-    if (these.count < 0) return wrong("count", "is " + std::to_string(these.count));
-    if (these.count > 0 && these.nodes == nullptr) return wrong("nodes", "is NULL");
+    if (block.type == nullptr) return wrong("type", "is NULL");
+    if (block.count < 0) return wrong("count", "is " + std::to_string(block.count));
+    if (block.count > 0 && block.nodes == nullptr) return wrong("nodes", "is NULL");
     for (int before = 0; before < t; ++before)
-        if (std::string_view(cells[before].type) == these.type)
-            return wrong("type", std::string(these.type) + " comes twice", "give all cells of a type together");
+        if (std::string_view(cells[before].type) == block.type)
+            return wrong("type", std::string(block.type) + " comes twice", "give all cells of a type together");
     return Done{};
 }
 
@@ -74,8 +74,8 @@ bool put(const camber_cells& cells, int first, CellArrays<K>& into) {
 }
 
 template <int D>
-Outcome<DecodedMesh> made(std::int64_t points, const double* coordinates, int types, const camber_cells* cells,
-                          int first) {
+Outcome<DecodedMesh> mesh_from_arrays(std::int64_t points, const double* coordinates, int types,
+                                      const camber_cells* cells, int first) {
     Buffer<Vec<D>> all(static_cast<std::size_t>(points));
     for (std::size_t p = 0; p < all.size(); ++p)
         for (std::size_t d = 0; d < D; ++d) all[p][d] = coordinates[p * D + d];
@@ -173,10 +173,10 @@ using namespace camber;
 int camber_read(const char* path, camber_mesh** mesh) {
     if (const int wrong = c::missing("camber_read", {{"path", path}, {"mesh", mesh}})) return wrong;
     return c::guarded_status([&] {
-        auto read = app::read_into_memory(path, config::Flat::plane, {}, c::nobody());
+        auto read = app::read_into_memory(path, config::Flat::plane, {}, c::silent_host());
         if (!read) return c::status_of(read.error());
-        auto given_as = std::exchange(read->node_numbers, {});
-        *mesh = new camber_mesh{std::move(*read), std::move(given_as)};
+        auto input_numbers = std::exchange(read->node_numbers, {});
+        *mesh = new camber_mesh{std::move(*read), std::move(input_numbers)};
         return int{CAMBER_OK};
     });
 }
@@ -185,7 +185,7 @@ int camber_write(const camber_mesh* mesh, const char* path, const char* format) 
     if (const int wrong = c::missing("camber_write", {{"mesh", mesh}, {"path", path}})) return wrong;
     return c::guarded_status([&] {
         const auto done = app::write_from_memory(mesh->value, app::nodal_fields_of(mesh->value), path,
-                                                 format == nullptr ? "" : format, c::nobody());
+                                                 format == nullptr ? "" : format, c::silent_host());
         return done ? int{CAMBER_OK} : c::status_of(done.error());
     });
 }
@@ -200,11 +200,11 @@ int camber_make(int dimension, int64_t points, const double* coordinates, int ty
         if (const int wrong = c::missing("camber_make", {{"cells", cells}})) return wrong;
     if (const int wrong = c::wrong_first("camber_make", first)) return wrong;
     return c::guarded_status([&] {
-        auto made = dimension == 2 ? c::made<2>(points, coordinates, types, cells, first)
-                                   : c::made<3>(points, coordinates, types, cells, first);
-        if (!made) return c::status_of(made.error());
-        auto given_as = std::exchange(made->node_numbers, {});
-        *mesh = new camber_mesh{std::move(*made), std::move(given_as)};
+        auto result = dimension == 2 ? c::mesh_from_arrays<2>(points, coordinates, types, cells, first)
+                                     : c::mesh_from_arrays<3>(points, coordinates, types, cells, first);
+        if (!result) return c::status_of(result.error());
+        auto input_numbers = std::exchange(result->node_numbers, {});
+        *mesh = new camber_mesh{std::move(*result), std::move(input_numbers)};
         return int{CAMBER_OK};
     });
 }
@@ -250,7 +250,8 @@ int camber_get_input_points(const camber_mesh* mesh, int first, int64_t* input) 
     if (const int wrong = c::wrong_first("camber_get_input_points", first)) return wrong;
     const auto points = static_cast<std::size_t>(camber_points(mesh));
     for (std::size_t p = 0; p < points; ++p)
-        input[p] = first + (mesh->given_as.empty() ? static_cast<int64_t>(p) : int64_t{mesh->given_as[p]} - 1);
+        input[p] =
+            first + (mesh->input_numbers.empty() ? static_cast<int64_t>(p) : int64_t{mesh->input_numbers[p]} - 1);
     return CAMBER_OK;
 }
 

@@ -102,11 +102,11 @@ void prepare() {
 
 /// Host that calls the caller's progress function, whose return value may stop the work.
 app::Host host_of(const camber_options* options, std::stop_source stop) {
-    app::Host host{.stop = stop.get_token(), .told = [](const std::string&, double) {}};
+    app::Host host{.stop = stop.get_token(), .progress = [](const std::string&, double) {}};
     if (options == nullptr || options->progress == nullptr) return host;
-    host.told = [told = options->progress, context = options->context, stop](const std::string& stage,
-                                                                             double share) mutable {
-        if (told(stage.c_str(), share, context) != 0) stop.request_stop();
+    host.progress = [progress = options->progress, context = options->context, stop](const std::string& stage,
+                                                                                     double share) mutable {
+        if (progress(stage.c_str(), share, context) != 0) stop.request_stop();
     };
     return host;
 }
@@ -185,30 +185,31 @@ Outcome<std::vector<std::string>> words_of(int count, const char* const* word, b
 /// Pipeline of the words. Errors: usage (an invalid pipeline, or a solver command, which only the program can run).
 Outcome<config::Pipeline> pipeline_of(const app::Call& call) {
     auto pipeline = call.work.pipeline();
-    if (!pipeline || !pipeline->adapt.is_asked()) return pipeline;
+    if (!pipeline || !pipeline->adapt.is_requested()) return pipeline;
     if (!pipeline->adapt.solve.empty())
         return fail(ErrorKind::usage, "is a command, which the program runs", "--solve", {}, "use camber adapt");
     return config::with_values(*pipeline, {}, "words");
 }
 
-int finish(app::MadeInMemory made, camber_result** result) {
-    made.mesh.fields = run::as_mesh_fields(made.mesh.mesh, made.solution);
-    *result = new camber_result{camber_mesh{std::move(made.mesh)}, std::move(made.report), std::move(made.metric)};
-    return made.holds_what_was_asked ? CAMBER_OK : CAMBER_NOT_CERTIFIED;
+int finish(app::MemoryResult outcome, camber_result** result) {
+    outcome.mesh.fields = run::as_mesh_fields(outcome.mesh.mesh, outcome.solution);
+    *result =
+        new camber_result{camber_mesh{std::move(outcome.mesh)}, std::move(outcome.report), std::move(outcome.metric)};
+    return outcome.meets_requirements ? CAMBER_OK : CAMBER_NOT_CERTIFIED;
 }
 
 int run_pipeline(config::Pipeline pipeline, int degree, const Call& call, std::optional<Solution> metric,
                  camber_result** result) {
     const auto& [function, mesh, options] = call;
     app::Host host = host_of(options, {});
-    if (mesh != nullptr) host.given.meshes[mesh_name] = mesh->value;
-    if (metric) host.given.metrics[metric_name] = std::move(*metric);
-    if (pipeline.adapt.is_asked()) {
-        auto made = app::adapt_in_memory(std::move(pipeline), degree, {}, std::move(host));
-        return made ? finish(std::move(made->result), result) : status_in(function, made.error());
+    if (mesh != nullptr) host.memory_inputs.meshes[mesh_name] = mesh->value;
+    if (metric) host.memory_inputs.metrics[metric_name] = std::move(*metric);
+    if (pipeline.adapt.is_requested()) {
+        auto outcome = app::adapt_in_memory(std::move(pipeline), degree, {}, std::move(host));
+        return outcome ? finish(std::move(outcome->result), result) : status_in(function, outcome.error());
     }
-    auto made = app::run_in_memory(std::move(pipeline), std::move(host));
-    return made ? finish(std::move(*made), result) : status_in(function, made.error());
+    auto outcome = app::run_in_memory(std::move(pipeline), std::move(host));
+    return outcome ? finish(std::move(*outcome), result) : status_in(function, outcome.error());
 }
 
 int check(const app::CheckArguments& arguments, const Call& call, const std::optional<Solution>& metric,

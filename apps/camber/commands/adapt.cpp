@@ -29,25 +29,25 @@ namespace {
 
 constexpr int usual_cycles = 8;
 
-Outcome<Done> check_given(const AdaptArguments& a) {
+Outcome<Done> check_inputs(const AdaptArguments& a) {
     for (const std::string& setting : a.settings)
         if (setting.starts_with("adapt"))
             return fail(ErrorKind::usage, in_quotes(setting) + " is the verb's own argument", "--set", {},
                         "give --cycles and the like, or use camber run");
     const config::Adaptation& adapt = a.adapt;
-    if (a.solution.given.empty() && !a.metric.metric && adapt.solve.empty() && adapt.exact.empty())
+    if (a.solution.input_file.empty() && !a.metric.metric && adapt.solve.empty() && adapt.exact.empty())
         return fail(ErrorKind::usage, "what is the mesh to be adapted to?", {}, {},
                     "give --solution, --metric, --solve or --field");
-    if (!a.solution.given.empty() && !adapt.solve.empty())
+    if (!a.solution.input_file.empty() && !adapt.solve.empty())
         return fail(ErrorKind::usage, "and --solve are two solutions", "--solution", {}, "leave one of them out");
     return Done{};
 }
 
 /// Copies the values of arguments that are not the defaults.
-void put_given(const config::SolutionMetric& given, config::SolutionMetric& metric) {
+void apply_options(const config::SolutionMetric& specified, config::SolutionMetric& metric) {
     const config::SolutionMetric by_default;
     const auto put = [&](auto member) {
-        if (given.*member != by_default.*member) metric.*member = given.*member;
+        if (specified.*member != by_default.*member) metric.*member = specified.*member;
     };
     put(&config::SolutionMetric::norm);
     put(&config::SolutionMetric::error_of);
@@ -59,8 +59,8 @@ void put_given(const config::SolutionMetric& given, config::SolutionMetric& metr
 config::Pipeline cycle_of(const AdaptArguments& a) {
     config::SolutionMetric by_solution;
     // An expression has values at all nodes: its degree says nothing of the elements that it is for.
-    const std::string& given = a.solution.given;
-    const bool is_expression = a.adapt.solve.empty() && (given.empty() || !names_a_file(given));
+    const std::string& specified = a.solution.input_file;
+    const bool is_expression = a.adapt.solve.empty() && (specified.empty() || !names_a_file(specified));
     if (a.degree == 1 && is_expression) by_solution.degree = 1;
     const bool is_by_solution = a.degree == 1 || !a.metric.metric;
     return run::steps_of_cycles(a.degree, is_by_solution ? config::Metric(by_solution) : config::NaturalMetric{});
@@ -69,16 +69,16 @@ config::Pipeline cycle_of(const AdaptArguments& a) {
 }  // namespace
 
 Outcome<config::Pipeline> pipeline_of(const AdaptArguments& a) {
-    if (auto given = check_given(a); !given) return fail(given.error());
+    if (auto specified = check_inputs(a); !specified) return fail(specified.error());
     auto pipeline = pipeline_of(cycle_of(a), a);
     if (!pipeline) return pipeline;
-    if (auto* made = std::get_if<config::SolutionMetric>(&pipeline->metric)) put_given(a.of_solution, *made);
+    if (auto* outcome = std::get_if<config::SolutionMetric>(&pipeline->metric)) apply_options(a.of_solution, *outcome);
     if (auto set = set_metric(a.metric, *pipeline); !set) return fail(set.error());
     if (auto set = set_geometry(a.geometry, *pipeline); !set) return fail(set.error());
     pipeline->adapt = a.adapt;
     const bool is_of_first_mesh = a.adapt.solve.empty() && !pipeline->solution.file.empty();
     pipeline->adapt.cycles = a.cycles.value_or(is_of_first_mesh ? 1 : usual_cycles);
-    if (a.adapt.solve.empty() && a.solution.given.empty() && !a.metric.metric)
+    if (a.adapt.solve.empty() && a.solution.input_file.empty() && !a.metric.metric)
         pipeline->solution.expression = a.adapt.exact;
     return pipeline;
 }
@@ -143,16 +143,16 @@ class CyclesInFolders final : public run::CycleStore {
     Outcome<run::Run> run(const config::Pipeline& pipeline, const Fit& fit) override {
         Host host;
         host.names = NamesOfGroups::by_the_caller;
-        if (!fit) host.given.groups = folders_.groups();
+        if (!fit) host.memory_inputs.groups = folders_.groups();
         Written written;
-        auto made = execute(pipeline, written, fit, std::move(host));
-        if (!made || cycle_ > 0) return made;
-        if (auto stored = folders_.store_groups(run::groups_of(made->mesh)); !stored) return fail(stored.error());
-        return made;
+        auto outcome = execute(pipeline, written, fit, std::move(host));
+        if (!outcome || cycle_ > 0) return outcome;
+        if (auto stored = folders_.store_groups(run::groups_of(outcome->mesh)); !stored) return fail(stored.error());
+        return outcome;
     }
-    Outcome<Done> add(run::FinishedCycle made, std::span<const run::CycleRow> rows) override {
-        losses_ = losses_of(made.made.run.mesh);
-        return folders_.add(rows, std::filesystem::path(made.files.view).filename().string());
+    Outcome<Done> add(run::FinishedCycle finished, std::span<const run::CycleRow> rows) override {
+        losses_ = losses_of(finished.cycle_run.run.mesh);
+        return folders_.add(rows, std::filesystem::path(finished.files.view).filename().string());
     }
     Outcome<Done> deliver(int cycle) override;
 
@@ -161,8 +161,8 @@ class CyclesInFolders final : public run::CycleStore {
     /// Notices of what the file of the result does not hold.
     [[nodiscard]] const std::vector<Notice>& losses() const { return losses_; }
     /// Completes an error by the cycles that a later run can continue.
-    [[nodiscard]] Error told(Error error) const;
-    [[nodiscard]] std::string what_was_written() const;
+    [[nodiscard]] Error error_with_files(Error error) const;
+    [[nodiscard]] std::string output_summary() const;
 
   private:
     [[nodiscard]] std::vector<Notice> losses_of(const AnyMesh& mesh) const {
@@ -196,15 +196,15 @@ class CyclesInFolders final : public run::CycleStore {
                 "all that it said is in " + said};
     }
 
-    Outcome<Done> deliver_mesh(const run::CycleFiles& made, const std::string& to, const std::string& name) {
+    Outcome<Done> deliver_mesh(const run::CycleFiles& stored, const std::string& to, const std::string& name) {
         if (to.empty()) return Done{};
         const Execution execution{.threads = pipeline_.threads};
         const auto format = format_of_mesh(to, name, format_of_input(to));
         if (!format) return fail(format.error());
-        const bool is_as_made = name.empty() && same_ending(made.mesh, to) && (*format)->shared_ending.empty();
-        if (is_as_made && !((*format)->holds_fields && solved_)) return copied(made.mesh, to);
+        const bool is_plain_copy = name.empty() && same_ending(stored.mesh, to) && (*format)->shared_extension.empty();
+        if (is_plain_copy && !((*format)->has_fields && solved_)) return copied(stored.mesh, to);
         if (solved_) return write_with_mesh(solved_->mesh, solved_->fields, **format, to, execution);
-        auto mesh = read_mesh(made.mesh, pipeline_.input.flat, execution);
+        auto mesh = read_mesh(stored.mesh, pipeline_.input.flat, execution);
         if (!mesh) return fail(mesh.error());
         name_references(mesh->mesh, folders_.groups());
         std::vector<Notice> notices;
@@ -214,8 +214,8 @@ class CyclesInFolders final : public run::CycleStore {
     /// The format of the first mesh's file, where a mesh with this ending may be of several.
     [[nodiscard]] std::string_view format_of_input(const std::string& to) const {
         const auto* const file = std::get_if<config::FilePath>(&pipeline_.input.source);
-        const MeshFormat* const by_ending = format_with_ending(mesh_formats(), to);
-        if (file == nullptr || by_ending == nullptr || by_ending->shared_ending.empty()) return {};
+        const MeshFormat* const by_ending = format_with_extension(mesh_formats(), to);
+        if (file == nullptr || by_ending == nullptr || by_ending->shared_extension.empty()) return {};
         const auto bytes = read_file(file->path);
         const MeshFormat* const format = bytes ? format_with_content(mesh_formats(), *bytes) : nullptr;
         return format != nullptr ? format->name : std::string_view();
@@ -247,18 +247,20 @@ Outcome<run::SolverResult> CyclesInFolders::solve(const run::SolverCall& call) {
 
 Outcome<Done> CyclesInFolders::deliver(int cycle) {
     const config::Output& output = pipeline_.output;
-    const run::CycleFiles made = files(cycle);
+    const run::CycleFiles stored = files(cycle);
     if (!pipeline_.adapt.solve.empty() && cycle != cycle_)
-        if (auto read = read_solved(made, {.threads = pipeline_.threads}); !read) return read;
-    if (auto done = deliver_mesh(made, output.mesh, output.format); !done) return done;
-    std::vector<std::array<std::string, 2>> pairs{
-        {made.report, output.report}, {made.vtu, output.vtu}, {made.metric, output.metric}, {made.page, output.page}};
+        if (auto read = read_solved(stored, {.threads = pipeline_.threads}); !read) return read;
+    if (auto done = deliver_mesh(stored, output.mesh, output.format); !done) return done;
+    std::vector<std::array<std::string, 2>> pairs{{stored.report, output.report},
+                                                  {stored.vtu, output.vtu},
+                                                  {stored.metric, output.metric},
+                                                  {stored.page, output.page}};
     if (!output.plots.empty()) {
         if (auto folder = make_folder(output.plots); !folder) return folder;
-        const auto from = plot_files(made.plots), to = plot_files(output.plots);
+        const auto from = plot_files(stored.plots), to = plot_files(output.plots);
         for (std::size_t i = 0; i < from.size(); ++i) pairs.push_back({from[i], to[i]});
     }
-    if (!solved_) pairs.push_back({made.carried, output.solution});
+    if (!solved_) pairs.push_back({stored.carried, output.solution});
     for (const auto& [from, to] : pairs) {
         std::error_code none;
         if (from.empty() || to.empty() || !std::filesystem::exists(from, none)) continue;
@@ -268,18 +270,18 @@ Outcome<Done> CyclesInFolders::deliver(int cycle) {
     return write_nodal_fields(solved_->mesh, solved_->fields, output.solution, {}, {.threads = pipeline_.threads});
 }
 
-Error CyclesInFolders::told(Error error) const {
-    if (folders_.rows().empty() || !folders_.is_kept()) return error;
+Error CyclesInFolders::error_with_files(Error error) const {
+    if (folders_.rows().empty() || !folders_.is_permanent()) return error;
     const int last = folders_.rows().back().cycle;
     error.what += fmt::format("; cycles 0 to {} are whole in {}: --from {} goes on", last, folders_.path(), last);
     return error;
 }
 
-std::string CyclesInFolders::what_was_written() const {
+std::string CyclesInFolders::output_summary() const {
     const config::Output& output = pipeline_.output;
     std::string text =
         wrote_rows({output.mesh, output.vtu, output.metric, output.solution, output.report, output.plots, output.page});
-    if (folders_.is_kept()) text += "  wrote " + folders_.path() + "/series.pvd and cycles.json beside it\n";
+    if (folders_.is_permanent()) text += "  wrote " + folders_.path() + "/series.pvd and cycles.json beside it\n";
     return text;
 }
 
@@ -290,7 +292,7 @@ class Printed {
 
     void row(const run::CycleRow& row) { say(run::cycles_line(row, adapt_)); }
     void notice(const Notice& notice) {
-        if (told_.insert(notice.what).second) tell_notice(notice);
+        if (reported_notices_.insert(notice.what).second) print_notice(notice);
     }
     Outcome<Done> finish() {
         auto said = out_.finish();
@@ -304,18 +306,19 @@ class Printed {
     Outcome<int> end(const run::EndedCycles& ended, const CyclesInFolders& store) {
         int code = ended.is_valid() ? 0 : 1;
         if (!ended.is_valid())
-            tell(ended.reason + (ended.rows.size() == 1 ? ": mend it first (camber repair)"
-                                                        : ": no cycle goes on from there, and the outputs are those "
-                                                          "of the mesh before"));
+            print_line(ended.reason + (ended.rows.size() == 1
+                                           ? ": mend it first (camber repair)"
+                                           : ": no cycle goes on from there, and the outputs are those "
+                                             "of the mesh before"));
         for (const Notice& loss : store.losses()) notice(loss);
-        for (const std::string& note : ended.notes) tell_note(note);
+        for (const std::string& note : ended.notes) print_note(note);
         if (ended.is_valid())
             for (const std::string& miss : ended.rows[ended.result].misses) {
-                tell(miss);
+                print_line(miss);
                 code = 1;
             }
         const bool is_early = ended.is_valid() && !ended.reason.empty();
-        say("\n" + (is_early ? "  " + ended.reason + "\n" : std::string()) + store.what_was_written());
+        say("\n" + (is_early ? "  " + ended.reason + "\n" : std::string()) + store.output_summary());
         return finish().map([&](Done) { return code; });
     }
 
@@ -327,11 +330,11 @@ class Printed {
     const config::Adaptation& adapt_;
     StandardOutput out_;
     std::optional<Error> failed_;
-    std::set<std::string> told_;  ///< notices
+    std::set<std::string> reported_notices_;  ///< notices
 };
 
 /// The folder in which cycles are stored; empty: none are.
-std::string kept_folder(const config::Pipeline& pipeline) {
+std::string cycles_folder_of(const config::Pipeline& pipeline) {
     if (!pipeline.adapt.folder.empty()) return pipeline.adapt.folder;
     if (pipeline.adapt.solve.empty() && !pipeline.output.mesh.empty()) return {};
     if (pipeline.output.mesh.empty()) return "camber.cycles";
@@ -339,16 +342,16 @@ std::string kept_folder(const config::Pipeline& pipeline) {
 }
 
 Outcome<CycleFolders> folders_of(const config::Pipeline& pipeline, const CyclesChoice& choice) {
-    const std::string kept = kept_folder(pipeline);
-    if (kept.empty() && choice.from)
+    const std::string cycles_folder = cycles_folder_of(pipeline);
+    if (cycles_folder.empty() && choice.from)
         return fail(ErrorKind::usage, "there are no cycles to go on from: none are kept", "--from", {},
                     "give --folder");
     if (choice.from && *choice.from >= pipeline.adapt.cycles)
         return fail(ErrorKind::usage,
                     fmt::format("after cycle {} of {} there is nothing to do", *choice.from, pipeline.adapt.cycles),
                     "--from", {}, "ask for more cycles");
-    if (kept.empty()) return CycleFolders::passing(pipeline.output.mesh);
-    return choice.from ? CycleFolders::going_on(kept, *choice.from) : CycleFolders::anew(kept);
+    if (cycles_folder.empty()) return CycleFolders::passing(pipeline.output.mesh);
+    return choice.from ? CycleFolders::continued(cycles_folder, *choice.from) : CycleFolders::anew(cycles_folder);
 }
 
 Outcome<int> run_cycles(const config::Pipeline& pipeline, const CyclesChoice& choice) {
@@ -361,7 +364,7 @@ Outcome<int> run_cycles(const config::Pipeline& pipeline, const CyclesChoice& ch
     for (const run::CycleRow& row : store.rows()) printed.row(row);
     const auto solve = [&](const run::SolverCall& call) { return store.solve(call); };
     run::CycleListener listener;
-    listener.mesh_made = [&](const run::Run& run) {
+    listener.on_mesh = [&](const run::Run& run) {
         for (const std::string& notice : run.report.notices)
             printed.notice({notice, std::ranges::find(run.details, notice) != run.details.end()});
     };
@@ -371,9 +374,9 @@ Outcome<int> run_cycles(const config::Pipeline& pipeline, const CyclesChoice& ch
     };
     const Execution execution{.threads = pipeline.threads, .stop = stop_on_signals()};
     const auto ended = run::adapt(pipeline, store, pipeline.adapt.solve.empty() ? run::CycleSolver() : solve, listener,
-                                  required_by(choice), plainly(execution));
+                                  required_by(choice), without_wrapper(execution));
     if (ended) return printed.end(*ended, store);
-    return fail(printed.failed() ? *printed.failed() : store.told(ended.error()));
+    return fail(printed.failed() ? *printed.failed() : store.error_with_files(ended.error()));
 }
 
 Outcome<std::string> plan_cycles(const config::Pipeline& pipeline, const CyclesChoice& choice) {
@@ -385,10 +388,10 @@ Outcome<std::string> plan_cycles(const config::Pipeline& pipeline, const CyclesC
     once.output = pipeline.output;
     auto text = plan(once, run::fit_of_cycle(1, required_by(choice)));
     if (!text) return text;
-    const std::string kept = kept_folder(pipeline);
+    const std::string cycles_folder = cycles_folder_of(pipeline);
     *text += fmt::format("  at most {} such cycles{}{}\n", pipeline.adapt.cycles,
                          pipeline.adapt.solve.empty() ? "" : ", each after the solver",
-                         kept.empty() ? "" : "; kept in " + kept);
+                         cycles_folder.empty() ? "" : "; kept in " + cycles_folder);
     return text;
 }
 

@@ -49,14 +49,14 @@ class BlocksRun {
     }
 
     Outcome<run::Run> run() {
-        return together(*host_.ranks, [&] { return run_here(); });
+        return together(*host_.ranks, [&] { return run_on_rank(); });
     }
 
   private:
-    Outcome<run::Run> run_here() {
-        give_freed_arrays_back();
-        if (auto bounded = keep_to_memory(); !bounded) return fail(bounded.error());
-        if (auto outputs = check_outputs_here(); !outputs) return fail(outputs.error());
+    Outcome<run::Run> run_on_rank() {
+        release_freed_memory();
+        if (auto bounded = limit_memory(); !bounded) return fail(bounded.error());
+        if (auto outputs = check_own_outputs(); !outputs) return fail(outputs.error());
         const auto* const file = std::get_if<config::FilePath>(&pipeline_.input.source);
         if (file != nullptr && is_meshb(file->path) && is_mapped()) return run_mapped(file->path);
         return run_in_memory();
@@ -69,24 +69,24 @@ class BlocksRun {
 
     /// Arrays that are made from here on lie beside the output; what is not worked on leaves memory at half of the
     /// bound.
-    Outcome<Done> keep_to_memory() {
+    Outcome<Done> limit_memory() {
         const double bound = requested_.memory;
         if (!(bound > 0)) return Done{};
         const std::filesystem::path beside = std::filesystem::path(pipeline_.output.mesh).parent_path();
         const std::string folder = beside.empty() ? "." : beside.string();
-        if (const int error = keep_arrays_in_files(folder); error != 0)
+        if (const int error = store_arrays_in_files(folder); error != 0)
             return fail(ErrorKind::write, "arrays cannot lie in files there: " + std::generic_category().message(error),
                         folder, {}, "write the mesh to a disk of this machine, or leave --memory out");
         sources_.blocks.elements_at_once = static_cast<std::size_t>(bound / (4 * bytes_of_element));
-        sources_.blocks.memory.before = [] { (void)keep_arrays_in_files(""); };
-        sources_.blocks.memory.after = [folder] { (void)keep_arrays_in_files(folder); };
+        sources_.blocks.memory.before = [] { (void)store_arrays_in_files(""); };
+        sources_.blocks.memory.after = [folder] { (void)store_arrays_in_files(folder); };
         sources_.blocks.memory.leave = [bound] {
-            if (static_cast<double>(resident_bytes()) > bound / 2) give_back_arrays();
+            if (static_cast<double>(resident_bytes()) > bound / 2) release_array_memory();
         };
         return Done{};
     }
 
-    Outcome<Done> check_outputs_here() const {
+    Outcome<Done> check_own_outputs() const {
         const config::Output& output = pipeline_.output;
         for (const std::string& other : {output.vtu, output.metric, output.solution, output.plots, output.page})
             if (!other.empty())
@@ -162,7 +162,7 @@ class BlocksRun {
 
     template <int D>
     Outcome<run::Run> run_on(Opened<D> opened) {
-        const Around around = steps_.around();
+        const StepWrapper around = steps_.around();
         auto read = around("read", [&](const Execution& e) -> Outcome<Done> {
             auto metric = metric_files(opened, e);
             if (!metric) return fail(metric.error());
@@ -173,15 +173,15 @@ class BlocksRun {
             return Done{};
         });
         if (!read) return fail(read.error());
-        auto made = run::run_steps<D>(*opened.rows, pipeline_, sources_, around);
-        if (!made) return fail(made.error());
-        run::Run run{.mesh = Mesh<D>{}, .report = std::move(made->report), .fields = {}};
+        auto result = run::run_steps<D>(*opened.rows, pipeline_, sources_, around);
+        if (!result) return fail(result.error());
+        run::Run run{.mesh = Mesh<D>{}, .report = std::move(result->report), .fields = {}};
         std::ranges::copy(notices_, std::back_inserter(run.report.notices));
-        if (opened.order) number_as_given(run.report, opened.order->renumbering.vertices);
+        if (opened.order) restore_numbers(run.report, opened.order->renumbering.vertices);
         if (!pipeline_.output.mesh.empty()) {
             auto done =
                 written_.add(pipeline_.output.mesh,
-                             around("write", [&](const Execution& e) { return write(opened, made->curved, e); }));
+                             around("write", [&](const Execution& e) { return write(opened, result->curved, e); }));
             if (!done) return fail(done.error());
         }
         if (auto done = add_costs(run.report); !done) return fail(done.error());
@@ -196,7 +196,7 @@ class BlocksRun {
     }
 
     /// Gives the places of deviations the numbers that the input has for its vertices.
-    static void number_as_given(run::Report& report, const Permutation<VertexId>& order) {
+    static void restore_numbers(run::Report& report, const Permutation<VertexId>& order) {
         for (auto* const deviation : {&report.boundary->node_deviation, &report.boundary->vertex_deviation})
             for (std::size_t& v : (*deviation)->vertices)
                 if (v != 0) v = order.before[VertexId(v - 1)].index() + 1;
@@ -227,26 +227,26 @@ class BlocksRun {
     template <int D>
     Outcome<Done> write(const Opened<D>& opened, const CurvedBlocks<D>& curved, const Execution& execution) {
         const config::Output& output = pipeline_.output;
-        const bool is_as_given = !opened.order && !opened.lift;
-        if (host_.ranks->size() > 1 && !is_as_given)
+        const bool is_unchanged = !opened.order && !opened.lift;
+        if (host_.ranks->size() > 1 && !is_unchanged)
             return fail(ErrorKind::unsupported,
                         opened.lift ? "several ranks write no flat mesh in space"
                                     : "several ranks write a mesh in the order that it has, and this is a bad one",
                         output.mesh, {}, "camber reorders and writes it: by one process");
         if (host_.ranks->size() > 1 && is_written_by_pieces(output)) return write_pieces(opened, curved, execution);
-        if (is_written_by_rows(output) && is_as_given) return write_parts(opened, curved, execution);
+        if (is_written_by_rows(output) && is_unchanged) return write_parts(opened, curved, execution);
         const auto format = output.partition > 0 ? format_of_parts(output.mesh, output.format)
                                                  : format_of_mesh(output.mesh, output.format);
         if (!format) return fail(format.error());
         auto mesh = joined(curved, *opened.mesh, execution);
         if (!mesh) return fail(mesh.error());
         if (opened.order) {
-            auto given = renumbered(std::move(*mesh), inverse(opened.order->renumbering), execution);
-            if (!given) return fail(given.error());
-            *mesh = std::move(given->mesh);
+            auto original = renumbered(std::move(*mesh), inverse(opened.order->renumbering), execution);
+            if (!original) return fail(original.error());
+            *mesh = std::move(original->mesh);
         }
         AnyMesh whole(as_mesh(std::move(*mesh)));
-        if (opened.lift && (*format)->always_in_space) {
+        if (opened.lift && (*format)->is_always_3d) {
             auto in_space = raised(whole, *opened.lift, execution);
             if (!in_space) return fail(in_space.error());
             whole = std::move(*in_space);
@@ -295,7 +295,7 @@ class BlocksRun {
 
 }  // namespace
 
-bool goes_by_blocks(const config::Pipeline& pipeline, const Host& host) {
+bool runs_by_blocks(const config::Pipeline& pipeline, const Host& host) {
     if (run::requested_blocks(pipeline)) return true;
     if (host.ranks->size() == 1) return false;
     return std::ranges::any_of(pipeline.stages,

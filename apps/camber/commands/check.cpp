@@ -94,11 +94,11 @@ Outcome<run::CheckReport> checked(const CheckArguments& a, run::PageSource& page
         if (!rows) return fail(rows.error());
         metric = std::move(*rows);
     }
-    const DecodedMesh given = a.vtu.empty() ? DecodedMesh() : *mesh;
+    const DecodedMesh original = a.vtu.empty() ? DecodedMesh() : *mesh;
     auto report = run::check_mesh(std::move(*mesh), metric, a.options, steps.around);
     if (!report) return fail(of_file(report.error(), a.input));
     if (a.vtu.empty()) return report;
-    auto written = steps.run("write", [&](const Execution& e) { return write_verdicts(given, *report, a.vtu, e); });
+    auto written = steps.run("write", [&](const Execution& e) { return write_verdicts(original, *report, a.vtu, e); });
     if (!written) return fail(written.error());
     return report;
 }
@@ -132,7 +132,7 @@ Outcome<int> check_command(const CheckArguments& arguments) {
     if (auto done = write_page_of(*report, std::move(page), arguments); !done) return fail(done.error());
     const int code = report->all_good() ? 0 : 1;
     if (!arguments.json)
-        for (const std::string& notice : report->notices) tell_note(notice);
+        for (const std::string& notice : report->notices) print_note(notice);
     if (voice() == Voice::quiet && !arguments.json && !arguments.elements) return code;
     StandardOutput out;
     if (arguments.json)
@@ -189,9 +189,9 @@ Outcome<int> geometry_command(const GeometryCommandArguments& a) {
     auto found = run::inspect_geometry(std::move(*mesh), *geometry, a.options, steps.around);
     if (!found) return fail(of_file(found.error(), a.input));
     Written written;
-    const auto write = [&](AnyMesh made, MeshFields fields, const std::string& path) {
+    const auto write = [&](AnyMesh result, MeshFields fields, const std::string& path) {
         return written.add(path, steps.run("write", [&](const Execution& e) {
-            return write_for_viewers(std::move(made), std::move(fields), lift, path, e);
+            return write_for_viewers(std::move(result), std::move(fields), lift, path, e);
         }));
     };
     if (!a.output.empty())
@@ -202,7 +202,7 @@ Outcome<int> geometry_command(const GeometryCommandArguments& a) {
     steps.progress.wipe();
     const run::GeometryReport& report = found->report;
     if (a.json) return end_with(run::inspect_json(report, a.input, CAMBER_VERSION), written);
-    for (const std::string& notice : report.notices) tell_note(notice);
+    for (const std::string& notice : report.notices) print_note(notice);
     return end_with(called_input(a.input) + "\n" + run::inspect_table(report) +
                         names_row(groups, report.mesh.dimension) + wrote_rows({a.output, a.surface}),
                     written);
@@ -211,7 +211,7 @@ Outcome<int> geometry_command(const GeometryCommandArguments& a) {
 namespace {
 
 /// Commands that split or convert cells of higher degrees and other shapes into supported ones.
-std::string what_splits(const std::vector<CellCount>& unheld, const std::string& path) {
+std::string splitting_note(const std::vector<CellCount>& unsupported_cells, const std::string& path) {
     const auto is_of_degree = [](const CellCount& cells) {
         for (const std::string_view simplices : {"riangles", "etrahedra", "dges", "ines", "egments"})
             if (cells.kind.find(simplices) != std::string::npos &&
@@ -219,8 +219,8 @@ std::string what_splits(const std::vector<CellCount>& unheld, const std::string&
                 return true;
         return cells.kind.starts_with("Lagrange cells");
     };
-    const bool any_degree = std::any_of(unheld.begin(), unheld.end(), is_of_degree),
-               any_shape = !std::all_of(unheld.begin(), unheld.end(), is_of_degree);
+    const bool any_degree = std::any_of(unsupported_cells.begin(), unsupported_cells.end(), is_of_degree),
+               any_shape = !std::all_of(unsupported_cells.begin(), unsupported_cells.end(), is_of_degree);
     std::string text;
     if (any_shape)
         text =
@@ -234,11 +234,11 @@ std::string what_splits(const std::vector<CellCount>& unheld, const std::string&
 }
 
 Outcome<run::FileInfo> mesh_info(const std::string& path, DecodeOptions options) {
-    options.unheld = Unheld::count;
+    options.unsupported_cells = UnsupportedCells::count;
     const auto decoded = read_mesh(path, config::Flat::plane, options, Execution{});
     if (!decoded) return fail(decoded.error());
     run::MeshInfo info = run::mesh_info(*decoded);
-    if (!decoded->unheld.empty()) info.split = what_splits(decoded->unheld, path);
+    if (!decoded->unsupported_cells.empty()) info.split = splitting_note(decoded->unsupported_cells, path);
     return run::FileInfo(std::move(info));
 }
 

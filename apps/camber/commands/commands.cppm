@@ -32,7 +32,7 @@ struct RunArguments {
 
 /// The fields that are transferred; none: those of the input's own file.
 struct SolutionChoice {
-    std::string given, output;        ///< a file or an expression; empty: none
+    std::string input_file, output;   ///< a file or an expression; empty: none
     std::vector<std::string> fields;  ///< names; empty: all
     std::optional<TransferMethod> method;
 };

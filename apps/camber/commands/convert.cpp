@@ -25,7 +25,7 @@ namespace camber::app {
 namespace {
 
 void say(const std::vector<Notice>& notices) {
-    for (const Notice& notice : notices) tell_note(notice.what);
+    for (const Notice& notice : notices) print_note(notice.what);
 }
 
 Outcome<Done> check_names(const ConvertArguments& a, bool solution) {
@@ -57,7 +57,7 @@ std::size_t fields_with_z(const MeshFields& fields) {
 Outcome<DecodedMesh> read_in_own_dimension(const std::string& path, const DecodeOptions& options,
                                            const Execution& execution) {
     auto decoded = read_mesh(path, config::Flat::surface, options, execution);
-    if (!decoded || !decoded->always_in_space) return decoded;
+    if (!decoded || !decoded->is_always_3d) return decoded;
     const MeshFields in_space = decoded->fields;
     decoded = with_flat_in_2d(std::move(*decoded), execution);
     if (!decoded || !decoded->lift) return decoded;
@@ -94,7 +94,7 @@ Outcome<DecodedSolution> solution_of_mesh(const std::string& path, const DecodeO
 Outcome<Done> convert_solution(const ConvertArguments& a, const Execution& execution) {
     if (a.format.empty() && a.output != standard_stream && !is_solution_file(a.output))
         return fail(ErrorKind::usage, "a solution cannot be written in the format of this ending", a.output, {},
-                    "use " + listed(endings_written(solution_formats())) +
+                    "use " + listed(writable_extensions(solution_formats())) +
                         "; with its mesh: camber convert MESH -o FILE.vtu --metric " + a.input);
     const auto format = format_of_solution(a.output, a.format);
     if (!format) return fail(format.error());
@@ -113,7 +113,7 @@ Outcome<AnyMesh> elevated(AnyMesh mesh, const std::string& name, const Execution
         [&](auto m) -> Outcome<AnyMesh> {
             if (m.degree > 1)
                 return fail(ErrorKind::usage, "the mesh is quadratic already", name, {}, "leave --elevate out");
-            return elevate(std::move(m), 2, execution).map([](auto made) { return AnyMesh(std::move(made)); });
+            return elevate(std::move(m), 2, execution).map([](auto result) { return AnyMesh(std::move(result)); });
         },
         std::move(mesh));
 }
@@ -132,10 +132,10 @@ Outcome<AnyMesh> straightened(AnyMesh mesh, const std::string& name) {
 Outcome<Done> change_degree(const ConvertArguments& a, DecodedMesh& decoded, const Execution& execution) {
     if (!a.elevate && !a.straighten) return Done{};
     const int degree = a.elevate ? 1 : 2;
-    auto made = a.elevate ? elevated(std::move(decoded.mesh), a.input, execution)
-                          : straightened(std::move(decoded.mesh), a.input);
-    if (!made) return fail(std::move(made.error()));
-    decoded.mesh = std::move(*made);
+    auto result = a.elevate ? elevated(std::move(decoded.mesh), a.input, execution)
+                            : straightened(std::move(decoded.mesh), a.input);
+    if (!result) return fail(std::move(result.error()));
+    decoded.mesh = std::move(*result);
     if (!decoded.fields.empty())
         decoded.notices.push_back(
             {fmt::format("{} fields of the mesh of degree {} were left out", decoded.fields.size(), degree)});
@@ -158,21 +158,21 @@ Outcome<MeshFields> fields_of(const Solution& solution, const std::string& name,
 }
 
 /// Reports the fields that the format does not hold, and the names that it changes.
-void say_lost_fields(const MeshFields& fields, const MeshFormat& format) {
+void note_lost_fields(const MeshFields& fields, const MeshFormat& format) {
     std::vector<std::string_view> lost;
     for (const MeshField& field : fields)
-        if (!format.holds_fields || (format.holds != nullptr && !format.holds(field))) lost.push_back(field.name);
+        if (!format.has_fields || (format.can_store != nullptr && !format.can_store(field))) lost.push_back(field.name);
     if (!lost.empty())
-        tell_note(
+        print_note(
             fmt::format("{} has no place for {} fields: {}{}", format.what, lost.size(), listed(lost, " and "),
-                        format.holds_fields ? "" : " (those at nodes can be written beside it: convert to a .sol)"));
-    tell_renames(format, fields);
+                        format.has_fields ? "" : " (those at nodes can be written beside it: convert to a .sol)"));
+    report_renames(format, fields);
 }
 
 /// The mesh of the arguments' input as the output's format wants it, elevated if asked for, with the metric's fields.
 Outcome<DecodedMesh> mesh_to_convert(const ConvertArguments& a, const MeshFormat& format, const Execution& execution) {
-    auto decoded = format.always_in_space ? read_mesh(a.input, config::Flat::surface, a.read, execution)
-                                          : read_in_own_dimension(a.input, a.read, execution);
+    auto decoded = format.is_always_3d ? read_mesh(a.input, config::Flat::surface, a.read, execution)
+                                       : read_in_own_dimension(a.input, a.read, execution);
     if (!decoded) return decoded;
     if (decoded->lift && decoded->lift->z != 0)
         decoded->notices.push_back(
@@ -182,9 +182,9 @@ Outcome<DecodedMesh> mesh_to_convert(const ConvertArguments& a, const MeshFormat
     auto solution = read_solution_for(*decoded, a.metric, execution);
     if (!solution) return fail(std::move(solution.error()));
     decoded->notices.insert(decoded->notices.end(), solution->notices.begin(), solution->notices.end());
-    auto made = fields_of(solution->solution, a.metric, decoded->mesh, execution);
-    if (!made) return fail(std::move(made.error()));
-    for (const MeshField& field : *made) decoded->fields = std::move(decoded->fields).with(field);
+    auto result = fields_of(solution->solution, a.metric, decoded->mesh, execution);
+    if (!result) return fail(std::move(result.error()));
+    for (const MeshField& field : *result) decoded->fields = std::move(decoded->fields).with(field);
     return decoded;
 }
 
@@ -192,8 +192,8 @@ Outcome<DecodedMesh> mesh_to_convert(const ConvertArguments& a, const MeshFormat
 Outcome<Done> check_choices(const ConvertArguments& a, const MeshFormat& format) {
     if (!format.chooses_cells && a.cells)
         return fail(ErrorKind::usage, "--cells is for .vtu", a.output, {}, "leave --cells out");
-    if (format.holds_fields || a.metric.empty()) return Done{};
-    const auto endings = endings_written(mesh_formats(), [](const MeshFormat& f) { return f.holds_fields; });
+    if (format.has_fields || a.metric.empty()) return Done{};
+    const auto endings = writable_extensions(mesh_formats(), [](const MeshFormat& f) { return f.has_fields; });
     return fail(ErrorKind::usage, "--metric is for " + listed(endings), a.output, {},
                 "the format has no place for fields: convert the .sol beside it");
 }
@@ -201,11 +201,11 @@ Outcome<Done> check_choices(const ConvertArguments& a, const MeshFormat& format)
 /// Converts a mesh into one file, or into parts for a solver.
 Outcome<Done> convert_mesh(const ConvertArguments& a, Written& written, const Execution& execution) {
     const bool in_parts = a.partition > 0;
-    if (!in_parts && names_its_pieces(a.output)) return in_parts_alone(a.output);
+    if (!in_parts && names_its_pieces(a.output)) return missing_partition_error(a.output);
     auto format = in_parts ? format_of_parts(a.output, a.format) : format_of_mesh(a.output, a.format);
     if (!format) return fail(format.error());
     if (auto writable = check_writable(a.output); !writable) return writable;
-    if (auto asked = check_choices(a, **format); !asked) return asked;
+    if (auto requested = check_choices(a, **format); !requested) return requested;
     const auto decoded = mesh_to_convert(a, **format, execution);
     if (!decoded) return fail(decoded.error());
     // Formats that share an ending support the same options.
@@ -213,7 +213,7 @@ Outcome<Done> convert_mesh(const ConvertArguments& a, Written& written, const Ex
     if (!format) return fail(format.error());
     say(decoded->notices);
     say((*format)->losses(decoded->mesh));
-    say_lost_fields(decoded->fields, **format);
+    note_lost_fields(decoded->fields, **format);
     const EncodeOptions options{a.cells.value_or(EncodeOptions{}.cells)};
     if (in_parts) return write_in_parts(**format, *decoded, {a.output, a.partition, options}, written, execution);
     return written.add(a.output, write_mesh(**format, decoded->mesh, decoded->fields, options, a.output, execution));
@@ -284,19 +284,19 @@ Outcome<int> transfer_command(const TransferArguments& a) {
         return read_nodal_fields(*from, a.solution, a.fields, notices, e);
     });
     if (!fields) return fail(fields.error());
-    for (const Notice& notice : notices) tell_note(notice.what);
+    for (const Notice& notice : notices) print_note(notice.what);
     if (run::plan_size(to->mesh).degree == 1 &&
         std::ranges::any_of(*fields, [](const NamedField& f) { return f.field.degree == 2; }))
-        tell_note("the new mesh is straight and of degree 1: the fields' values at its vertices are written");
-    auto made = run::fields_brought_to(to->mesh, from->mesh, std::move(*fields), a.options, steps.around);
-    if (!made) return fail(of_file(made.error(), a.solution));
-    if (run::plan_size(to->mesh).degree == 1) made->fields = run::at_vertices(to->mesh, std::move(made->fields));
+        print_note("the new mesh is straight and of degree 1: the fields' values at its vertices are written");
+    auto result = run::transfer_fields(to->mesh, from->mesh, std::move(*fields), a.options, steps.around);
+    if (!result) return fail(of_file(result.error(), a.solution));
+    if (run::plan_size(to->mesh).degree == 1) result->fields = run::at_vertices(to->mesh, std::move(result->fields));
     const auto done = written.add(a.output, steps.run("write", [&](const Execution& e) {
-        return write_nodal_fields(*to, made->fields, a.output, a.format, e);
+        return write_nodal_fields(*to, result->fields, a.output, a.format, e);
     }));
     if (!done) return fail(done.error());
     steps.progress.wipe();
-    return end_with(called_input(a.new_mesh) + "\n" + run::transfer_rows(made->report) + wrote_rows({a.output}),
+    return end_with(called_input(a.new_mesh) + "\n" + run::transfer_rows(result->report) + wrote_rows({a.output}),
                     written);
 }
 
@@ -319,8 +319,8 @@ Outcome<int> metric_command(const MetricArguments& a) {
     if (auto writable = check_writable(a.output); !writable) return fail(writable.error());
     auto sizes = read_sizes(a.sizes);
     if (!sizes) return fail(sizes.error());
-    config::SolutionMetric asked = a.metric;
-    asked.sizes = std::move(sizes->sizes);
+    config::SolutionMetric requested = a.metric;
+    requested.sizes = std::move(sizes->sizes);
     Written written;
     ShownSteps steps(a.threads);
     auto decoded = steps.run("read", [&](const Execution& e) { return read_mesh(a.input, a.flat, e); });
@@ -330,21 +330,21 @@ Outcome<int> metric_command(const MetricArguments& a) {
         return read_nodal_fields(*decoded, a.solution, a.metric.fields, notices, e);
     });
     if (!fields) return fail(fields.error());
-    const auto given = steps.run("read metrics", [&](const Execution& e) {
+    const auto specified = steps.run("read metrics", [&](const Execution& e) {
         return read_metrics_at_vertices(*decoded, a.metric.intersect, notices, e);
     });
-    if (!given) return fail(given.error());
-    for (const Notice& notice : notices) tell_note(notice.what);
+    if (!specified) return fail(specified.error());
+    for (const Notice& notice : notices) print_note(notice.what);
     const double ridge_angle = config::Features{}.ridge_angle;
-    const auto made = run::metric_of_fields(decoded->mesh, *fields, asked, *given, ridge_angle, steps.around);
-    if (!made) return fail(of_file(made.error(), a.solution));
+    const auto result = run::metric_of_fields(decoded->mesh, *fields, requested, *specified, ridge_angle, steps.around);
+    if (!result) return fail(of_file(result.error(), a.solution));
     const auto done = written.add(a.output, steps.run("write", [&](const Execution& e) {
-        return write_nodal_fields(*decoded, {made->metric}, a.output, a.format, e);
+        return write_nodal_fields(*decoded, {result->metric}, a.output, a.format, e);
     }));
     if (!done) return fail(done.error());
     steps.progress.wipe();
-    for (const std::string& notice : run::solution_metric_notices(made->report)) tell_note(notice);
-    return end_with(called_input(a.input) + "\n" + run::solution_metric_rows(made->report) + wrote_rows({a.output}),
+    for (const std::string& notice : run::solution_metric_notices(result->report)) print_note(notice);
+    return end_with(called_input(a.input) + "\n" + run::solution_metric_rows(result->report) + wrote_rows({a.output}),
                     written);
 }
 

@@ -78,8 +78,8 @@ Outcome<Done> check_metric_is_used(const MetricChoice& choice, const config::Pip
     if (option == nullptr) return Done{};
     const config::Curve* curve = nullptr;
     for (const config::Stage& stage : pipeline.stages) {
-        if (const auto* const given = std::get_if<config::Curve>(&stage))
-            curve = given;
+        if (const auto* const specified = std::get_if<config::Curve>(&stage))
+            curve = specified;
         else if (!std::holds_alternative<config::Elevate>(stage) && !std::holds_alternative<config::Validate>(stage) &&
                  !std::holds_alternative<config::Relax>(stage) && !std::holds_alternative<config::Commit>(stage))
             return Done{};
@@ -102,7 +102,7 @@ bool is_for_solution(const CurveArguments& arguments) {
     const auto says = [](const std::string& setting) {
         return setting.find("objective") != std::string::npos || setting.starts_with("metric");
     };
-    return !arguments.solution.given.empty() && !arguments.objective && !arguments.metric.metric &&
+    return !arguments.solution.input_file.empty() && !arguments.objective && !arguments.metric.metric &&
            std::ranges::none_of(arguments.settings, says);
 }
 
@@ -118,21 +118,21 @@ std::string text_of(const run::Run& run, const config::Output& output, bool hist
 
 /// Prints why the result is not the requested one; returns the exit code 1.
 int report_misses(const run::Report& report) {
-    for (const std::string& miss : run::misses(report)) tell(miss);
+    for (const std::string& miss : run::misses(report)) print_line(miss);
     return 1;
 }
 
 Outcome<int> finish(const config::Pipeline& pipeline, bool histogram, Host host) {
     Written written;
-    const auto run = goes_by_blocks(pipeline, host) ? execute_by_blocks(pipeline, written, std::move(host))
+    const auto run = runs_by_blocks(pipeline, host) ? execute_by_blocks(pipeline, written, std::move(host))
                                                     : execute(pipeline, written, {}, std::move(host));
     if (!run) return fail(run.error());
     for (const std::string& notice : run->report.notices)
-        tell_notice({notice, std::ranges::find(run->details, notice) != run->details.end()});
-    if (const std::string note = run::recommended_bound_note(run->report); !note.empty()) tell_note(note);
+        print_notice({notice, std::ranges::find(run->details, notice) != run->details.end()});
+    if (const std::string note = run::recommended_bound_note(run->report); !note.empty()) print_note(note);
     const int said = end_with(text_of(*run, pipeline.output, histogram), written);
-    const int held = run->report.holds_what_was_asked() ? 0 : report_misses(run->report);
-    return said != 0 ? said : held;
+    const int code = run->report.meets_requirements() ? 0 : report_misses(run->report);
+    return said != 0 ? said : code;
 }
 
 /// Runs the pipeline of a verb, whose files are named so, or prints its plan.
@@ -185,8 +185,8 @@ Outcome<Done> set_metric(const MetricChoice& choice, config::Pipeline& pipeline)
     if (choice.geometry_error && !bounds_geometry(choice)) pipeline.geometry_bound = config::GeometryBound::none;
     auto sizes = read_sizes(choice.sizes);
     if (!sizes) return fail(sizes.error());
-    if (auto* made = std::get_if<config::SolutionMetric>(&pipeline.metric)) {
-        put_into(choice, std::move(sizes->sizes), *made);
+    if (auto* result = std::get_if<config::SolutionMetric>(&pipeline.metric)) {
+        put_into(choice, std::move(sizes->sizes), *result);
         return Done{};
     }
     auto& operations = pipeline.metric_operations;
@@ -296,7 +296,7 @@ Outcome<ReferenceSize> size_of(const std::string& text) {
     if (is_sound) return out;
     return fail(ErrorKind::usage, "is no size by reference", "--size " + shortened(text), {},
                 fmt::format("write REFERENCE=SIZE, as 3=0.01, or KIND:REFERENCE,REFERENCE=SIZE with one of {}",
-                            fmt::join(all_words<ReferencesOf>(), ", ")));
+                            fmt::join(all_words<ReferencedEntity>(), ", ")));
 }
 
 }  // namespace
@@ -339,10 +339,10 @@ Outcome<config::Pipeline> pipeline_of(config::Pipeline base, const PipelineArgum
     set(output.page, arguments.page);
     set(output.solution, solution.output);
     output.partition = arguments.partition.value_or(output.partition);
-    if (!solution.given.empty()) {
-        const bool is_file = names_a_file(solution.given);
-        pipeline->solution.file = is_file ? solution.given : "";
-        pipeline->solution.expression = is_file ? "" : solution.given;
+    if (!solution.input_file.empty()) {
+        const bool is_file = names_a_file(solution.input_file);
+        pipeline->solution.file = is_file ? solution.input_file : "";
+        pipeline->solution.expression = is_file ? "" : solution.input_file;
     }
     if (!solution.fields.empty()) pipeline->solution.fields = solution.fields;
     if (solution.method) pipeline->solution.method = *solution.method;
@@ -354,7 +354,7 @@ namespace {
 /// An error if the file of a config is a mesh or a solution, by its first bytes or its ending. Errors: usage.
 Outcome<Done> check_is_config(const std::string& path, std::span<const std::byte> bytes) {
     if (as_text(bytes).starts_with('{')) return Done{};
-    const bool is_mesh = format_with_content(mesh_formats(), bytes) || format_with_ending(mesh_formats(), path);
+    const bool is_mesh = format_with_content(mesh_formats(), bytes) || format_with_extension(mesh_formats(), path);
     const bool is_solution = format_with_content(solution_formats(), bytes) || is_solution_file(path);
     if (!is_mesh && !is_solution) return Done{};
     return fail(ErrorKind::usage,
@@ -382,9 +382,9 @@ Outcome<int> run_command(const RunArguments& arguments) {
         config::with_inputs_below(*pipeline, std::filesystem::path(arguments.config).parent_path().string());
     auto files = files_of(below, words_of_config);
     files.insert(files.begin(), NamedFile{arguments.config, "the config", Role::input});
-    if (!below.adapt.is_asked() && arguments.from)
+    if (!below.adapt.is_requested() && arguments.from)
         return fail(ErrorKind::usage, "the config has no cycles to go on from", "--from", {}, "leave it out");
-    if (!below.adapt.is_asked()) return run_or_plan(below, files, arguments);
+    if (!below.adapt.is_requested()) return run_or_plan(below, files, arguments);
     if (!below.adapt.solve.empty() && !arguments.allow_commands)
         return fail(ErrorKind::usage, fmt::format("the config runs a command: {}", fmt::join(below.adapt.solve, " ")),
                     arguments.config + ": /adapt/solve", {}, "--allow-commands lets it");

@@ -86,12 +86,12 @@ Outcome<CycleFolders> CycleFolders::anew(const std::string& folder) {
         return fail(ErrorKind::usage, fmt::format("has cycles 0 to {} of an earlier run", last), folder, {},
                     fmt::format("--from {} goes on from there; or take another --folder, or remove it", last));
     }
-    if (auto made = make_folder(folder); !made) return fail(made.error());
-    if (auto gone = remove_from(folder, run::name_of_cycle(0)); !gone) return fail(gone.error());
+    if (auto result = make_folder(folder); !result) return fail(result.error());
+    if (auto removed = remove_from(folder, run::name_of_cycle(0)); !removed) return fail(removed.error());
     return CycleFolders(folder, true);
 }
 
-Outcome<CycleFolders> CycleFolders::going_on(const std::string& folder, int last) {
+Outcome<CycleFolders> CycleFolders::continued(const std::string& folder, int last) {
     auto rows = table_of(folder);
     if (!rows) {
         Error error = rows.error();
@@ -99,14 +99,14 @@ Outcome<CycleFolders> CycleFolders::going_on(const std::string& folder, int last
         error.remedy = "leave --from out";
         return fail(std::move(error));
     }
-    const auto kept = static_cast<std::size_t>(last) + 1;
+    const auto row_count = static_cast<std::size_t>(last) + 1;
     std::error_code none;
-    if (rows->size() < kept || !fs::exists(folder + "/" + run::name_of_cycle(last), none))
+    if (rows->size() < row_count || !fs::exists(folder + "/" + run::name_of_cycle(last), none))
         return fail(ErrorKind::usage, fmt::format("cycle {} is not there to go on from", last), folder, {},
                     rows->empty() ? "leave --from out" : fmt::format("give --from 0 to {}", rows->back().cycle));
-    if (auto gone = remove_from(folder, run::name_of_cycle(last + 1)); !gone) return fail(gone.error());
+    if (auto removed = remove_from(folder, run::name_of_cycle(last + 1)); !removed) return fail(removed.error());
     CycleFolders folders(folder, true);
-    rows->resize(kept);
+    rows->resize(row_count);
     folders.rows_ = std::move(*rows);
     auto groups = groups_in(folder);
     if (!groups) return fail(groups.error());
@@ -124,13 +124,13 @@ Outcome<CycleFolders> CycleFolders::passing(const std::string& beside) {
 
 CycleFolders::CycleFolders(CycleFolders&& other) noexcept
     : path_(std::exchange(other.path_, {})),
-      is_kept_(other.is_kept_),
+      is_permanent_(other.is_permanent_),
       rows_(std::move(other.rows_)),
       groups_(std::move(other.groups_)) {}
 
 CycleFolders::~CycleFolders() {
-    std::error_code nobody_to_tell;
-    if (!is_kept_ && !path_.empty()) fs::remove_all(path_, nobody_to_tell);
+    std::error_code ignored_error;
+    if (!is_permanent_ && !path_.empty()) fs::remove_all(path_, ignored_error);
 }
 
 std::string CycleFolders::of_cycle(int cycle) const { return path_ + "/" + run::name_of_cycle(cycle); }
@@ -140,7 +140,7 @@ Outcome<std::string> CycleFolders::part_of_cycle(int cycle) const {
     std::error_code error;
     fs::remove_all(part, error);
     if (error) return cannot(part, error);
-    if (auto made = make_folder(part); !made) return fail(made.error());
+    if (auto result = make_folder(part); !result) return fail(result.error());
     return part;
 }
 
@@ -177,8 +177,8 @@ bool is_standard(const std::string& path) { return path == standard_stream; }
 
 /// Hard links too.
 bool same_file(const std::string& a, const std::string& b) {
-    std::error_code neither_exists;
-    return resolved(a) == resolved(b) || fs::equivalent(a, b, neither_exists);
+    std::error_code ignored_error;
+    return resolved(a) == resolved(b) || fs::equivalent(a, b, ignored_error);
 }
 
 /// Pipes and devices: what is written there takes nothing away.
@@ -239,9 +239,9 @@ std::vector<NamedFile> files_of(const config::Pipeline& pipeline, const Pipeline
         files.push_back({path, std::move(word), role});
     };
     const auto add_intersected = [&](const config::Metric& metric, const std::string& path) {
-        if (const auto* made = std::get_if<config::SolutionMetric>(&metric))
-            for (std::size_t i = 0; i < made->intersect.size(); ++i)
-                add(made->intersect[i].path, path + "/solution/intersect/" + std::to_string(i), Role::input);
+        if (const auto* result = std::get_if<config::SolutionMetric>(&metric))
+            for (std::size_t i = 0; i < result->intersect.size(); ++i)
+                add(result->intersect[i].path, path + "/solution/intersect/" + std::to_string(i), Role::input);
     };
     if (const auto* file = std::get_if<config::FilePath>(&pipeline.input.source))
         add(file->path, words.input, Role::input_mesh);
@@ -278,7 +278,7 @@ Outcome<Opened<D>> mapped(const std::string& path) {
     auto bytes = map_file(path);
     if (!bytes) return fail(bytes.error());
     const std::span<const std::byte> mapping = bytes->view();
-    auto rows = rows_of_gmf<D>(std::move(*bytes), path, [mapping] { give_back(mapping); });
+    auto rows = rows_of_gmf<D>(std::move(*bytes), path, [mapping] { release_mapping(mapping); });
     if (!rows) return fail(of_file(rows.error(), path));
     return Opened<D>{std::move(*rows)};
 }
@@ -288,7 +288,7 @@ Outcome<std::unique_ptr<QuadraticRows<D>>> mapped_quadratic(const std::string& p
     auto bytes = agreed(ranks, map_file(path));
     if (!bytes) return fail(bytes.error());
     const std::span<const std::byte> mapping = bytes->view();
-    auto rows = QuadraticRows<D>::make(std::move(*bytes), path, [mapping] { give_back(mapping); }, ranks);
+    auto rows = QuadraticRows<D>::make(std::move(*bytes), path, [mapping] { release_mapping(mapping); }, ranks);
     if (!rows) return fail(of_file(rows.error(), path));
     return rows;
 }
@@ -302,8 +302,8 @@ Outcome<GmfShape> shape_of_file(const std::string& path) {
 }
 
 template <int D>
-Outcome<Opened<D>> prepared(Mesh<D> given, std::vector<std::string>& notices, const Execution& execution) {
-    auto sound = prepare(std::move(given), execution);
+Outcome<Opened<D>> prepared(Mesh<D> original, std::vector<std::string>& notices, const Execution& execution) {
+    auto sound = prepare(std::move(original), execution);
     if (!sound) return fail(sound.error());
     notices.insert(notices.end(), sound->notices.begin(), sound->notices.end());
     auto linear = as_linear(std::move(sound->mesh));

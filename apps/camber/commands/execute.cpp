@@ -51,9 +51,9 @@ std::vector<std::string> named_outputs(const config::Output& output) {
 }
 
 bool is_for_viewers(const MeshFormat& format) { return format.for_viewers; }
-bool holds_metrics(const MeshFormat& format) {
-    return format.holds_fields &&
-           (!format.holds || format.holds({"metric", Centring::node, FieldKind::symmetric_tensor, {}}));
+bool can_store_metrics(const MeshFormat& format) {
+    return format.has_fields &&
+           (!format.can_store || format.can_store({"metric", Centring::node, FieldKind::symmetric_tensor, {}}));
 }
 
 Outcome<Done> check_mesh_output(const config::Output& output) {
@@ -61,7 +61,7 @@ Outcome<Done> check_mesh_output(const config::Output& output) {
         return fail(ErrorKind::usage, "there is no file of a mesh to be in parts", "/output/partition", {},
                     "name one in \"mesh\", or leave it out");
     if (output.mesh.empty()) return Done{};
-    if (output.partition == 0 && names_its_pieces(output.mesh)) return in_parts_alone(output.mesh);
+    if (output.partition == 0 && names_its_pieces(output.mesh)) return missing_partition_error(output.mesh);
     const auto known =
         output.partition > 0 ? format_of_parts(output.mesh, output.format) : format_of_mesh(output.mesh, output.format);
     if (!known) return fail(known.error());
@@ -79,11 +79,12 @@ Outcome<Done> check_endings(const config::Output& output) {
                                  const std::string& path) {
         return fail(ErrorKind::usage, std::string("the file of \"") + what + "\" must end in " + listed(endings), path);
     };
-    if (const auto viewers = endings_written(mesh_formats(), is_for_viewers);
+    if (const auto viewers = writable_extensions(mesh_formats(), is_for_viewers);
         !output.vtu.empty() && !ends_in(output.vtu, viewers))
         return wrong_ending("vtu", viewers, output.vtu);
-    auto endings = endings_written(solution_formats());
-    for (const std::string_view ending : endings_written(mesh_formats(), holds_metrics)) endings.push_back(ending);
+    auto endings = writable_extensions(solution_formats());
+    for (const std::string_view ending : writable_extensions(mesh_formats(), can_store_metrics))
+        endings.push_back(ending);
     if (!output.metric.empty() && !ends_in(output.metric, endings))
         return wrong_ending("metric", endings, output.metric);
     return output.solution.empty() ? Done{} : check_fields_output(output.solution, {});
@@ -101,15 +102,15 @@ std::string writable(const std::string& path) {
     return checked ? "writable" : checked.error().what;
 }
 
-Outcome<config::Pipeline> fitted_to(const AnyMesh& mesh, const config::Pipeline& given, const Fit& fit) {
-    if (!fit) return given;
-    auto fitted = fit(given, mesh);
-    if (!fitted) return fail(of_input(fitted.error(), given));
+Outcome<config::Pipeline> fitted_to(const AnyMesh& mesh, const config::Pipeline& specified, const Fit& fit) {
+    if (!fit) return specified;
+    auto fitted = fit(specified, mesh);
+    if (!fitted) return fail(of_input(fitted.error(), specified));
     return fitted;
 }
 
 /// True if a stage `remesh` repeats the step in rounds.
-bool comes_in_rounds(const config::Pipeline& pipeline, std::string_view step) {
+bool is_remeshing_pass(const config::Pipeline& pipeline, std::string_view step) {
     constexpr std::array<std::string_view, 7> passes{"blocks", "lengths", "collapse", "split",
                                                      "swap",   "smooth",  "improve"};
     const auto is_remesh = [](const config::Stage& s) { return std::holds_alternative<config::Remesh>(s); };
@@ -124,14 +125,14 @@ struct Forecast {
 /// Errors: those of the run as far as it is made.
 Outcome<Forecast> forecast(const config::Pipeline& pipeline, run::Inputs inputs, const run::PlanSize& size,
                            const Meter& meter, const Execution& execution) {
-    const Around quietly = [&](std::string_view, const auto& body) { return body(execution); };
+    const StepWrapper quietly = [&](std::string_view, const auto& body) { return body(execution); };
     const int threads = threads_used(pipeline);
     const auto probe = run::requested_blocks(pipeline) ? std::nullopt : run::probe_of(pipeline, size, threads);
     if (!probe)
         return run::planned_growth(pipeline, std::move(inputs), quietly)
             .map([](const std::optional<run::Growth>& growth) { return Forecast{.growth = growth}; });
-    return run::run_pipeline(*probe, std::move(inputs), quietly).map([&](const run::Run& made) {
-        return Forecast{.seconds = run::expected_seconds(pipeline, made.report, meter.read().seconds, threads)};
+    return run::run_pipeline(*probe, std::move(inputs), quietly).map([&](const run::Run& run_result) {
+        return Forecast{.seconds = run::expected_seconds(pipeline, run_result.report, meter.read().seconds, threads)};
     });
 }
 
@@ -159,9 +160,9 @@ Error of_input(Error error, const config::Pipeline& pipeline) {
     return of_file(std::move(error), file != nullptr ? file->path : "the generated mesh");
 }
 
-Around TimedSteps::around() {
+StepWrapper TimedSteps::around() {
     return [this](std::string_view stage, const std::function<Outcome<Done>(const Execution&)>& body) {
-        if (comes_in_rounds(pipeline_, stage))
+        if (is_remeshing_pass(pipeline_, stage))
             progress_.begin_in_rounds("remesh", std::string(stage));
         else
             progress_.begin(std::string(stage));
@@ -220,13 +221,13 @@ Outcome<Done> check_outputs(const config::Output& output) {
     return Done{};
 }
 
-Outcome<std::string> plan(const config::Pipeline& given, const Fit& fit) {
-    if (auto endings = check_endings(given.output); !endings) return fail(endings.error());
-    const Execution execution{.threads = given.threads, .stop = stop_on_signals()};
+Outcome<std::string> plan(const config::Pipeline& specified, const Fit& fit) {
+    if (auto endings = check_endings(specified.output); !endings) return fail(endings.error());
+    const Execution execution{.threads = specified.threads, .stop = stop_on_signals()};
     const Meter meter;
-    auto inputs = read_inputs(given, {}, execution);
+    auto inputs = read_inputs(specified, {}, execution);
     if (!inputs) return fail(inputs.error());
-    auto fitted = fitted_to(inputs->mesh.mesh, given, fit);
+    auto fitted = fitted_to(inputs->mesh.mesh, specified, fit);
     if (!fitted) return fail(fitted.error());
     const config::Pipeline pipeline = std::move(*fitted);
     if (auto enough = check_memory(inputs->mesh.mesh); !enough) return fail(enough.error());
@@ -248,33 +249,34 @@ namespace {
 
 /// Reads or generates the input of a run.
 Outcome<run::Inputs> inputs_of(const config::Pipeline& pipeline, Host& host, const Execution& execution) {
-    auto inputs = read_inputs(pipeline, host.given, execution);
+    auto inputs = read_inputs(pipeline, host.memory_inputs, execution);
     if (!inputs) return inputs;
     inputs->ranks = host.ranks;
     if (host.ranks->size() > 1 && run::may_end_in_rows(pipeline) && !inputs->mesh.lift) inputs->end = run::RunEnd::rows;
-    host.given = {};  // the run holds its own
+    host.memory_inputs = {};  // the run holds its own
     if (auto enough = check_memory(inputs->mesh.mesh); !enough) return fail(enough.error());
     return inputs;
 }
 
 }  // namespace
 
-Outcome<run::Run> execute(const config::Pipeline& given, Written& written, const Fit& fit, Host host) {
-    if (run::requested_blocks(given))
+Outcome<run::Run> execute(const config::Pipeline& specified, Written& written, const Fit& fit, Host host) {
+    if (run::requested_blocks(specified))
         return fail(ErrorKind::usage, "curving by blocks goes from file to file, in a run of its own", "/stages", {},
                     "leave out blocks and memory of the stage curve");
-    if (auto outputs = check_outputs(files_of(given.output)); !outputs) return fail(outputs.error());
-    TimedSteps steps(given, host);
-    const Around around = steps.around();
-    auto inputs = run_step(around, std::holds_alternative<config::FilePath>(given.input.source) ? "read" : "generate",
-                           [&](const Execution& e) { return inputs_of(given, host, e); });
+    if (auto outputs = check_outputs(files_of(specified.output)); !outputs) return fail(outputs.error());
+    TimedSteps steps(specified, host);
+    const StepWrapper around = steps.around();
+    auto inputs =
+        run_step(around, std::holds_alternative<config::FilePath>(specified.input.source) ? "read" : "generate",
+                 [&](const Execution& e) { return inputs_of(specified, host, e); });
     if (!inputs) return fail(inputs.error());
-    auto fitted = fitted_to(inputs->mesh.mesh, given, fit);
+    auto fitted = fitted_to(inputs->mesh.mesh, specified, fit);
     if (!fitted) return fail(fitted.error());
     const config::Pipeline pipeline = std::move(*fitted);
-    const InputForm form{inputs->mesh.format, inputs->mesh.always_in_space, inputs->mesh.lift};
+    const InputForm form{inputs->mesh.format, inputs->mesh.is_always_3d, inputs->mesh.lift};
     const run::PlanSize size = run::plan_size(inputs->mesh.mesh);
-    if (run::keeps_elements(pipeline)) steps.progress().of_mesh(size.elements);
+    if (run::preserves_elements(pipeline)) steps.progress().of_mesh(size.elements);
     auto run = run::run_pipeline(pipeline, std::move(*inputs), around);
     if (!run) return fail(of_input(run.error(), pipeline));
     const config::Output files = files_of(pipeline.output);
@@ -306,23 +308,23 @@ std::optional<Error>& not_said() {
 
 }  // namespace
 
-void tell(const std::string& line) {
+void print_line(const std::string& line) {
     if (voice() != Voice::none) std::fputs(("camber: " + line + "\n").c_str(), stderr);
 }
 
-void tell_note(const std::string& note) {
-    if (prints_notes()) tell("note: " + note);
+void print_note(const std::string& note) {
+    if (prints_notes()) print_line("note: " + note);
 }
 
-void tell_notice(const Notice& notice) {
-    if (!notice.is_detail || voice() == Voice::verbose) tell_note(notice.what);
+void print_notice(const Notice& notice) {
+    if (!notice.is_detail || voice() == Voice::verbose) print_note(notice.what);
 }
 
-std::optional<Error> error_not_said() { return not_said(); }
+std::optional<Error> unreported_error() { return not_said(); }
 
 int report_error(const Error& error) {
     if (voice() == Voice::none) not_said() = error;
-    tell(describe(error));
+    print_line(describe(error));
     return exit_code(error.kind);
 }
 
@@ -345,18 +347,18 @@ int end_with(std::string_view text, const Written& written) {
     StandardOutput out = written.takes_standard_output() ? StandardOutput::beside_a_file() : StandardOutput();
     out.print(text);
     const auto said = out.finish();
-    return said ? 0 : report_error(written.told(said.error()));
+    return said ? 0 : report_error(written.error_with_files(said.error()));
 }
 
 bool Written::takes_standard_output() const { return std::ranges::find(paths_, standard_stream) != paths_.end(); }
 
 Outcome<Done> Written::add(const std::string& path, Outcome<Done> outcome) {
-    if (!outcome) return fail(told(std::move(outcome.error())));
+    if (!outcome) return fail(error_with_files(std::move(outcome.error())));
     paths_.push_back(path);
     return Done{};
 }
 
-Error Written::told(Error error) const {
+Error Written::error_with_files(Error error) const {
     if (!paths_.empty()) error.what += fmt::format("; written before: {}", fmt::join(paths_, ", "));
     return error;
 }

@@ -50,7 +50,7 @@ Outcome<DecodedSolution> read_solution_for(const DecodedMesh& mesh, const std::s
 
 /// Reads the geometry of a config: a CAD model, or another mesh, unless that is in memory.
 Outcome<run::GeometrySource> read_geometry(const config::Geometry& geometry, const Execution& execution,
-                                           const Given& given = {});
+                                           const MemoryInputs& specified = {});
 
 using run::Fit;
 
@@ -64,9 +64,9 @@ class TimedSteps {
   public:
     /// The arguments must outlive it.
     TimedSteps(const config::Pipeline& pipeline, Host& host)
-        : pipeline_(pipeline), host_(host), progress_(std::move(host.told)) {}
+        : pipeline_(pipeline), host_(host), progress_(std::move(host.progress)) {}
 
-    [[nodiscard]] Around around();
+    [[nodiscard]] StepWrapper around();
     [[nodiscard]] Progress& progress() { return progress_; }
     /// Adds what is common to the reports of all runs: times, threads, origin. `origin` and the mesh are those of the
     /// input.
@@ -99,7 +99,7 @@ Outcome<Done> check_outputs(const config::Output& output);
 [[nodiscard]] bool is_solution_file(std::string_view path);
 
 /// The format of a mesh that is written: the one of that name, or else by the path's ending, where `source` says of
-/// which format the input is (see format_to_write_again); standard output has no ending. Errors: usage.
+/// which format the input is (see format_to_rewrite); standard output has no ending. Errors: usage.
 [[nodiscard]] Outcome<const MeshFormat*> format_of_mesh(const std::string& path, std::string_view name,
                                                         std::string_view source = {});
 [[nodiscard]] Outcome<const SolutionFormat*> format_of_solution(const std::string& path, std::string_view name);
@@ -116,7 +116,7 @@ Outcome<Done> check_outputs(const config::Output& output);
                                            const std::string& path, const Execution& execution);
 
 /// Reports names of fields that are others in files of this format.
-void tell_renames(const MeshFormat& format, const MeshFields& fields);
+void report_renames(const MeshFormat& format, const MeshFields& fields);
 
 /// Gives the mesh the names of references that it had before it was in a file without any.
 void name_references(AnyMesh& mesh, const run::Groups& groups);
@@ -212,7 +212,7 @@ class CycleFolders {
     /// In a place that is kept: new, or with its cycles up to `last` and their table. Errors: usage, there are cycles
     /// already, or none to go on from; input, the table; write.
     [[nodiscard]] static Outcome<CycleFolders> anew(const std::string& folder);
-    [[nodiscard]] static Outcome<CycleFolders> going_on(const std::string& folder, int last);
+    [[nodiscard]] static Outcome<CycleFolders> continued(const std::string& folder, int last);
     /// Beside a file, and gone in the end.
     [[nodiscard]] static Outcome<CycleFolders> passing(const std::string& beside);
 
@@ -222,7 +222,7 @@ class CycleFolders {
     CycleFolders& operator=(CycleFolders&&) = delete;
     ~CycleFolders();
 
-    [[nodiscard]] bool is_kept() const { return is_kept_; }
+    [[nodiscard]] bool is_permanent() const { return is_permanent_; }
     [[nodiscard]] const std::string& path() const { return path_; }
     [[nodiscard]] const std::vector<run::CycleRow>& rows() const { return rows_; }
     /// Names of references of the first mesh.
@@ -237,10 +237,10 @@ class CycleFolders {
     [[nodiscard]] Outcome<Done> store_groups(run::Groups groups);
 
   private:
-    CycleFolders(std::string path, bool is_kept) : path_(std::move(path)), is_kept_(is_kept) {}
+    CycleFolders(std::string path, bool is_permanent) : path_(std::move(path)), is_permanent_(is_permanent) {}
 
     std::string path_;
-    bool is_kept_;
+    bool is_permanent_;
     std::vector<run::CycleRow> rows_;
     run::Groups groups_;
 };
@@ -258,13 +258,13 @@ struct CyclesChoice {
 
 /// All that a run takes from files, or a generated mesh; what is given in memory from there. Errors: those of reading;
 /// what the config says of files that are not there (usage).
-[[nodiscard]] Outcome<run::Inputs> read_inputs(const config::Pipeline& pipeline, const Given& given,
+[[nodiscard]] Outcome<run::Inputs> read_inputs(const config::Pipeline& pipeline, const MemoryInputs& specified,
                                                const Execution& execution);
 
 /// Steps of a verb, which are shown while they run, and which the host may stop.
 struct ShownSteps {
     explicit ShownSteps(int threads, const Host& host = {})
-        : progress(host.told), around(steps_shown(progress, {.threads = threads, .stop = host.stop})) {}
+        : progress(host.progress), around(steps_shown(progress, {.threads = threads, .stop = host.stop})) {}
 
     template <class F>
     auto run(std::string_view step, F&& f) {
@@ -272,7 +272,7 @@ struct ShownSteps {
     }
 
     Progress progress;
-    Around around;
+    StepWrapper around;
 };
 
 }  // namespace camber::app
@@ -281,7 +281,7 @@ struct ShownSteps {
 namespace camber::app {
 
 /// True if a pipeline runs by blocks: it specifies their size, or several ranks share it.
-[[nodiscard]] bool goes_by_blocks(const config::Pipeline& pipeline, const Host& host);
+[[nodiscard]] bool runs_by_blocks(const config::Pipeline& pipeline, const Host& host);
 
 /// Runs a pipeline by blocks on all ranks of the host, and writes its outputs. Of several ranks each reads the rows of
 /// a binary .meshb that it works on, and writes its own at their offsets; other formats are read as a whole. The mesh
@@ -291,7 +291,7 @@ namespace camber::app {
 /// True if the path is that of a file that names its pieces (.pvtu): it is written in parts only.
 [[nodiscard]] bool names_its_pieces(const std::string& path);
 /// The error of such a file without a number of parts.
-[[nodiscard]] Outcome<Done> in_parts_alone(const std::string& path);
+[[nodiscard]] Outcome<Done> missing_partition_error(const std::string& path);
 /// The format of the files that are written there in parts: that of that name, else by the ending; of a .pvtu VTU.
 /// Errors: usage.
 [[nodiscard]] Outcome<const MeshFormat*> format_of_parts(const std::string& path, const std::string& name);
@@ -351,20 +351,21 @@ template <int D>
 
 /// A mesh of degree 1 in memory, made sound, in an order in which what is near is near.
 template <int D>
-[[nodiscard]] Outcome<Opened<D>> prepared(Mesh<D> given, std::vector<std::string>& notices, const Execution& execution);
+[[nodiscard]] Outcome<Opened<D>> prepared(Mesh<D> specified, std::vector<std::string>& notices,
+                                          const Execution& execution);
 
 /// Form of the input mesh of a run as a file.
 struct InputForm {
     std::string_view format = {};
-    bool always_in_space = false;   ///< its format has no plane
+    bool is_always_3d = false;      ///< its format has no plane
     std::optional<Lift> lift = {};  ///< of a flat one: back to its plane
 };
 
 /// Writes the files of a run that the config names, and adds them to those written; but for the report, which tells
 /// also what writing them cost. All ranks ask: rows are written by all, what all have by the first.
 /// Errors: usage, an ending; write.
-Outcome<Done> write_outputs(run::Run& run, const config::Output& files, const InputForm& input, const Around& around,
-                            Written& written, const Host& host);
+Outcome<Done> write_outputs(run::Run& run, const config::Output& files, const InputForm& input,
+                            const StepWrapper& around, Written& written, const Host& host);
 
 /// Checks that the file of a page ends in .html, before the work is done. Errors: usage.
 [[nodiscard]] Outcome<Done> check_page(const std::string& path);

@@ -45,7 +45,7 @@ template <class Format, class Refuse>
 StreamBound bound_by(std::span<const Format> formats, const std::string& path, Refuse refuse) {
     return [=](std::span<const std::byte> beginning) -> Outcome<std::size_t> {
         if (format_with_content(formats, beginning)) return memory_limit().bytes / 4;
-        if (format_with_ending(formats, path)) return bound_of_text(beginning);
+        if (format_with_extension(formats, path)) return bound_of_text(beginning);
         if (const auto decoded = refuse(beginning); !decoded) return fail(decoded.error());
         return bound_of_text(beginning);
     };
@@ -53,30 +53,30 @@ StreamBound bound_by(std::span<const Format> formats, const std::string& path, R
 
 /// Standard output has no ending that could tell a format.
 template <class Format>
-Outcome<Done> check_is_told(std::span<const Format> formats, const std::string& path, std::string_view name) {
+Outcome<Done> check_has_format(std::span<const Format> formats, const std::string& path, std::string_view name) {
     if (path != standard_stream || !name.empty()) return Done{};
     return fail(ErrorKind::usage, "has no ending that tells a format", called_output(path), {},
-                "give --format, one of " + listed(names_written(formats)));
+                "give --format, one of " + listed(writable_formats(formats)));
 }
 
 }  // namespace
 
 bool names_a_file(const std::string& text) {
     std::error_code none;
-    return is_solution_file(text) || format_with_ending(mesh_formats(), text) != nullptr ||
+    return is_solution_file(text) || format_with_extension(mesh_formats(), text) != nullptr ||
            std::filesystem::exists(text, none);
 }
 
-bool is_solution_file(std::string_view path) { return format_with_ending(solution_formats(), path) != nullptr; }
+bool is_solution_file(std::string_view path) { return format_with_extension(solution_formats(), path) != nullptr; }
 
 Outcome<Done> write_mesh(const MeshFormat& format, const AnyMesh& mesh, const MeshFields& fields, EncodeOptions options,
                          const std::string& path, const Execution& execution) {
     return write_chunks(format.encode(mesh, fields, options, part_of(execution, 0, of_encoding)), path, execution);
 }
 
-void tell_renames(const MeshFormat& format, const MeshFields& fields) {
+void report_renames(const MeshFormat& format, const MeshFields& fields) {
     if (!format.renames) return;
-    for (const Notice& notice : format.renames(fields)) tell_note(notice.what);
+    for (const Notice& notice : format.renames(fields)) print_note(notice.what);
 }
 
 void name_references(AnyMesh& mesh, const run::Groups& groups) {
@@ -113,12 +113,12 @@ Outcome<Done> write_text(const std::string& path, std::string_view text) {
 }
 
 Outcome<const MeshFormat*> format_of_mesh(const std::string& path, std::string_view name, std::string_view source) {
-    if (auto told = check_is_told(mesh_formats(), path, name); !told) return fail(told.error());
-    return format_to_write_again(mesh_formats(), path, name, source);
+    if (auto known = check_has_format(mesh_formats(), path, name); !known) return fail(known.error());
+    return format_to_rewrite(mesh_formats(), path, name, source);
 }
 
 Outcome<const SolutionFormat*> format_of_solution(const std::string& path, std::string_view name) {
-    if (auto told = check_is_told(solution_formats(), path, name); !told) return fail(told.error());
+    if (auto known = check_has_format(solution_formats(), path, name); !known) return fail(known.error());
     return format_to_write(solution_formats(), path, name);
 }
 
@@ -136,7 +136,7 @@ Outcome<Done> write_for_viewers(AnyMesh mesh, MeshFields fields, const std::opti
                                 const std::string& path, const Execution& execution) {
     const auto format = format_to_write(mesh_formats(), path);
     if (!format) return fail(format.error());
-    if (lift && (*format)->always_in_space) {
+    if (lift && (*format)->is_always_3d) {
         auto in_space = camber::raised(mesh, *lift, execution);
         if (!in_space) return fail(in_space.error());
         auto of_space = camber::raised(fields, execution);
@@ -144,7 +144,7 @@ Outcome<Done> write_for_viewers(AnyMesh mesh, MeshFields fields, const std::opti
         mesh = std::move(*in_space);
         fields = std::move(*of_space);
     }
-    tell_renames(**format, fields);
+    report_renames(**format, fields);
     return write_mesh(**format, mesh, fields, EncodeOptions{}, path, execution);
 }
 
@@ -228,7 +228,7 @@ Outcome<std::vector<NamedField>> of_solution(const DecodedMesh& mesh, const std:
 Outcome<std::vector<NamedField>> of_mesh_file(const DecodedMesh& mesh, const std::string& path,
                                               std::vector<Notice>& notices, const Execution& execution) {
     auto other = read_mesh(path, mesh.lift ? config::Flat::plane : config::Flat::surface, execution);
-    if (other && mesh.lift == std::nullopt && other->always_in_space && nodes_of(mesh.mesh).dimension == 2)
+    if (other && mesh.lift == std::nullopt && other->is_always_3d && nodes_of(mesh.mesh).dimension == 2)
         other = with_flat_in_2d(std::move(*other), without_progress(execution));
     if (!other) return fail(other.error());
     const auto is_same = have_same_nodes(mesh.mesh, other->mesh, without_progress(execution));
@@ -361,7 +361,7 @@ Outcome<std::vector<NamedField>> read_nodal_fields(const DecodedMesh& mesh, cons
 
 Outcome<run::RowsByNodes> read_metric_rows(const DecodedMesh& mesh, const std::string& path,
                                            std::vector<Notice>& notices, const Execution& execution) {
-    const MeshFormat* const format = is_solution_file(path) ? nullptr : format_with_ending(mesh_formats(), path);
+    const MeshFormat* const format = is_solution_file(path) ? nullptr : format_with_extension(mesh_formats(), path);
     if (format == nullptr) {
         auto decoded = read_solution_for(mesh, path, execution);
         if (!decoded) return fail(decoded.error());
@@ -395,18 +395,19 @@ Outcome<Done> check_fields_output(const std::string& path, std::string_view name
     if (is_solution_output(path, name)) return format_of_solution(path, name).map([](auto) { return Done{}; });
     const auto format = format_of_mesh(path, name);
     if (!format) return fail(format.error());
-    if ((*format)->holds_fields) return Done{};
+    if ((*format)->has_fields) return Done{};
     return fail(ErrorKind::usage, "the format has no place for fields", path, {},
-                "give a file that ends in " + listed(endings_written(solution_formats())) + " or .vtu");
+                "give a file that ends in " + listed(writable_extensions(solution_formats())) + " or .vtu");
 }
 
 Outcome<Done> check_place_for(const std::string& path, std::string_view name, FieldKind kind) {
     if (path.empty() || is_solution_output(path, name)) return Done{};
     const auto found = format_of_mesh(path, name);
     const MeshFormat* const format = found ? *found : nullptr;
-    if (format == nullptr || !format->holds || format->holds({"field", Centring::node, kind, {}})) return Done{};
+    if (format == nullptr || !format->can_store || format->can_store({"field", Centring::node, kind, {}}))
+        return Done{};
     return fail(ErrorKind::usage, "the format has no place for tensors at nodes", path, {},
-                "give a file that ends in " + listed(endings_written(solution_formats())) + " or .vtu");
+                "give a file that ends in " + listed(writable_extensions(solution_formats())) + " or .vtu");
 }
 
 Outcome<Done> write_nodal_fields(const DecodedMesh& mesh, const std::vector<NamedField>& fields,
@@ -426,8 +427,8 @@ Outcome<Done> write_nodal_fields(const DecodedMesh& mesh, const std::vector<Name
 Outcome<Done> write_with_mesh(const DecodedMesh& mesh, const std::vector<NamedField>& fields, const MeshFormat& format,
                               const std::string& path, const Execution& execution) {
     const MeshFields all = run::as_mesh_fields(mesh.mesh, fields);
-    tell_renames(format, all);
-    if (!mesh.lift || !(format.always_in_space || !mesh.always_in_space))
+    report_renames(format, all);
+    if (!mesh.lift || !(format.is_always_3d || !mesh.is_always_3d))
         return write_mesh(format, mesh.mesh, all, {}, path, execution);
     const auto in_space = raised(mesh.mesh, *mesh.lift, without_progress(execution));
     if (!in_space) return fail(in_space.error());

@@ -67,7 +67,7 @@ Outcome<config::Shape> with_count(const config::Shape& shape, double elements) {
         "comes in steps: " + count_text(nearest) + " elements are nearest to " + count_text(elements);
     if (off_by(2))
         return fail(ErrorKind::usage, what, config::name_of(shape), {}, "ask for more, or give it fewer layers");
-    if (off_by(1.2)) tell_note(config::name_of(shape) + " " + what);
+    if (off_by(1.2)) print_note(config::name_of(shape) + " " + what);
     return scaled;
 }
 
@@ -104,8 +104,8 @@ void warn_of_time(const config::Shape& shape) {
     constexpr double per_second = 65000, noticed = 60;
     const double seconds = expected(shape) / per_second;
     if (is_unstructured(shape) && seconds > noticed)
-        tell_note(fmt::format("unstructured takes about {:.0f} s for {} elements; --structure prisms some seconds",
-                              seconds, count_text(expected(shape))));
+        print_note(fmt::format("unstructured takes about {:.0f} s for {} elements; --structure prisms some seconds",
+                               seconds, count_text(expected(shape))));
 }
 
 config::Pipeline pipeline_of_shape(const config::Shape& shape, const GenerateArguments& a) {
@@ -144,7 +144,7 @@ Outcome<std::string> generate_and_write(const config::Shape& shape, const MeshFo
     auto done = written.add(a.output, write_mesh(format, mesh->mesh, {}, EncodeOptions{}, a.output, execution));
     if (!done) return fail(std::move(done.error()));
     progress.wipe();
-    for (const Notice& notice : format.losses(mesh->mesh)) tell_notice(notice);
+    for (const Notice& notice : format.losses(mesh->mesh)) print_notice(notice);
     std::string text = text_of(run::plan_size(mesh->mesh), shape);
     text += fmt::format("  generated in {:.2f} s", generated.seconds);
     if (generated.peak_bytes > 0) text += fmt::format(" (at most {})", readable(generated.peak_bytes));
@@ -236,7 +236,7 @@ Outcome<run::PlanSize> write_rows(Ranks& ranks, const ShapeRows<D>& shape, const
 }
 
 /// Checks that the shape is made by rows, which several ranks share. Errors: unsupported.
-Outcome<Done> check_goes_by_rows(const config::Shape& shape) {
+Outcome<Done> check_can_write_rows(const config::Shape& shape) {
     return std::visit(
         [&]<class Options>(const Options& options) -> Outcome<Done> {
             if constexpr (requires { options.structure; })
@@ -269,10 +269,10 @@ Outcome<run::PlanSize> write_by_rows(Ranks& ranks, const config::Shape& shape, c
 bool writes_rows(const MeshFormat& format) { return format.name == std::string_view("gmf-binary"); }
 
 /// A .meshb is written by rows where several ranks make it, and where one cannot hold the whole.
-bool goes_by_rows(const config::Shape& shape, const MeshFormat& format, const Host& host) {
+bool writes_by_rows(const config::Shape& shape, const MeshFormat& format, const Host& host) {
     if (host.ranks->size() > 1) return true;
     const auto limit = static_cast<double>(memory_limit().bytes);
-    return needed_memory(shape) > limit && writes_rows(format) && check_goes_by_rows(shape).has_value();
+    return needed_memory(shape) > limit && writes_rows(format) && check_can_write_rows(shape).has_value();
 }
 
 /// The largest peak of all ranks (bytes); 0 where the system does not say.
@@ -289,7 +289,7 @@ Outcome<std::string> generate_by_rows(const config::Shape& shape, const MeshForm
     if (!writes_rows(format))
         return fail(ErrorKind::unsupported, "several ranks write a mesh as .meshb", a.output, {},
                     "camber convert brings it into any other format");
-    if (auto possible = check_goes_by_rows(shape); !possible) return fail(possible.error());
+    if (auto possible = check_can_write_rows(shape); !possible) return fail(possible.error());
     Progress progress;
     const Execution execution{.threads = a.threads, .stop = host.stop, .progress = progress.ticks()};
     progress.begin("generate");
@@ -331,7 +331,7 @@ Outcome<int> generate_command(const GenerateArguments& arguments, const Host& ho
     if (arguments.print_config) return end_with(config::write_pipeline(pipeline_of_shape(*shape, arguments)));
     const auto format = format_of_mesh(arguments.output, arguments.format);
     if (!format) return fail(format.error());
-    const bool by_rows = goes_by_rows(*shape, **format, host);
+    const bool by_rows = writes_by_rows(*shape, **format, host);
     if (!by_rows)
         if (auto enough = check_memory(*shape); !enough) return fail(enough.error());
     const bool writes_first = host.ranks->rank() == 0;

@@ -24,56 +24,56 @@ namespace camber::app {
 namespace {
 
 /// A run returns the metric and the fields that its outputs ask for.
-void keep_all(config::Output& output) {
+void store_all_outputs(config::Output& output) {
     if (output.metric.empty()) output.metric = std::string(config::in_memory) + "metric";
     if (output.solution.empty()) output.solution = std::string(config::in_memory) + "solution";
 }
 
 /// The mesh with the place in space and the format of the input.
-DecodedMesh with_place_of(AnyMesh made, const DecodedMesh& input) {
-    DecodedMesh mesh{std::move(made), {}};
+DecodedMesh with_place_of(AnyMesh outcome, const DecodedMesh& input) {
+    DecodedMesh mesh{std::move(outcome), {}};
     mesh.lift = input.lift;
-    mesh.always_in_space = input.always_in_space;
+    mesh.is_always_3d = input.is_always_3d;
     mesh.format = input.format;
     return mesh;
 }
 
 /// Returns the input of a run, if it is in memory.
-DecodedMesh input_of(const config::Pipeline& pipeline, const Given& given) {
+DecodedMesh input_of(const config::Pipeline& pipeline, const MemoryInputs& specified) {
     const auto* const file = std::get_if<config::FilePath>(&pipeline.input.source);
-    const auto found = file != nullptr ? given.meshes.find(file->path) : given.meshes.end();
-    return found != given.meshes.end() ? found->second : DecodedMesh();
+    const auto found = file != nullptr ? specified.meshes.find(file->path) : specified.meshes.end();
+    return found != specified.meshes.end() ? found->second : DecodedMesh();
 }
 
-MadeInMemory made_of(run::Run run, const DecodedMesh& input) {
+MemoryResult memory_result_of(run::Run run, const DecodedMesh& input) {
     return {with_place_of(std::move(run.mesh), input),
             run::to_json(run.report),
             std::move(run.metric),
             std::move(run.solution),
             run.report.notices,
-            run.report.holds_what_was_asked(),
+            run.report.meets_requirements(),
             run.report.has_valid_elements()};
 }
 
 }  // namespace
 
-Outcome<MadeInMemory> run_in_memory(config::Pipeline pipeline, Host host) {
-    keep_all(pipeline.output);
-    const DecodedMesh input = input_of(pipeline, host.given);
+Outcome<MemoryResult> run_in_memory(config::Pipeline pipeline, Host host) {
+    store_all_outputs(pipeline.output);
+    const DecodedMesh input = input_of(pipeline, host.memory_inputs);
     Written written;
     auto run = execute(pipeline, written, run::fit_of_cycle(1), std::move(host));
     if (!run) return fail(run.error());
-    return made_of(std::move(*run), input);
+    return memory_result_of(std::move(*run), input);
 }
 
 Outcome<MetricInMemory> metric_in_memory(const config::Pipeline& pipeline, Host host) {
     ShownSteps steps(pipeline.threads, host);
-    auto inputs = steps.run("read", [&](const Execution& e) { return read_inputs(pipeline, host.given, e); });
+    auto inputs = steps.run("read", [&](const Execution& e) { return read_inputs(pipeline, host.memory_inputs, e); });
     if (!inputs) return fail(inputs.error());
-    auto made = run::made_metric(pipeline, std::move(*inputs), steps.around);
-    if (!made) return fail(made.error());
-    return MetricInMemory{std::move(made->metric), made->report.complexity, made->report.largest_anisotropy,
-                          std::move(made->notices)};
+    auto outcome = run::compute_metric(pipeline, std::move(*inputs), steps.around);
+    if (!outcome) return fail(outcome.error());
+    return MetricInMemory{std::move(outcome->metric), outcome->report.complexity, outcome->report.largest_anisotropy,
+                          std::move(outcome->notices)};
 }
 
 Outcome<Solution> hessians_in_memory(const DecodedMesh& mesh, const run::NamedField& field, Host host) {
@@ -85,8 +85,8 @@ Outcome<std::vector<run::NamedField>> transfer_in_memory(const DecodedMesh& old_
                                                          std::vector<run::NamedField> fields,
                                                          const TransferOptions& options, Host host) {
     ShownSteps steps(0, host);
-    return run::fields_brought_to(new_mesh.mesh, old_mesh.mesh, std::move(fields), options, steps.around)
-        .map([](run::TransferredFields made) { return std::move(made.fields); });
+    return run::transfer_fields(new_mesh.mesh, old_mesh.mesh, std::move(fields), options, steps.around)
+        .map([](run::TransferredFields outcome) { return std::move(outcome.fields); });
 }
 
 Outcome<DecodedMesh> read_into_memory(const std::string& path, config::Flat flat, const DecodeOptions& options,
@@ -99,14 +99,14 @@ Outcome<std::vector<std::string>> write_from_memory(const DecodedMesh& mesh, con
     const auto format = format_of_mesh(path, name, mesh.format);
     if (!format) return fail(format.error());
     std::vector<std::string> losses;
-    std::vector<run::NamedField> held;
+    std::vector<run::NamedField> supported;
     for (const run::NamedField& field : fields)
-        if ((*format)->holds_fields && check_place_for(path, name, field.kind))
-            held.push_back(field);
+        if ((*format)->has_fields && check_place_for(path, name, field.kind))
+            supported.push_back(field);
         else
             losses.push_back("the format has no place for the field " + field.name);
     auto done = ShownSteps(0, host).run(
-        "write", [&](const Execution& e) { return write_with_mesh(mesh, held, **format, path, e); });
+        "write", [&](const Execution& e) { return write_with_mesh(mesh, supported, **format, path, e); });
     if (!done) return fail(done.error());
     for (Notice& notice : (*format)->losses(mesh.mesh)) losses.push_back(std::move(notice.what));
     return losses;
@@ -128,11 +128,11 @@ Outcome<Done> check_files(const config::Output& files) {
     return check_outputs(files);
 }
 
-Outcome<Done> write_files(const config::Output& files, const MadeInMemory& made, const Host& host) {
+Outcome<Done> write_files(const config::Output& files, const MemoryResult& outcome, const Host& host) {
     if (!files.report.empty())
-        if (auto done = write_text(files.report, made.report); !done) return done;
+        if (auto done = write_text(files.report, outcome.report); !done) return done;
     if (files.mesh.empty()) return Done{};
-    return write_from_memory(made.mesh, made.solution, files.mesh, files.format, host).map([](const auto&) {
+    return write_from_memory(outcome.mesh, outcome.solution, files.mesh, files.format, host).map([](const auto&) {
         return Done{};
     });
 }
@@ -145,12 +145,13 @@ Outcome<AdaptedInMemory> adapt_in_memory(config::Pipeline pipeline, int degree, 
     if (solver) pipeline.adapt.solve = {std::string(config::in_memory) + "solver"};
     pipeline.output.metric = std::string(config::in_memory) + "metric.sol";
     pipeline.output.solution = std::string(config::in_memory) + "carried.sol";
-    const DecodedMesh input = input_of(pipeline, host.given);
+    const DecodedMesh input = input_of(pipeline, host.memory_inputs);
     const auto run_on_values = [&](const config::Pipeline& tried, const Fit& fit, const run::NamedValues& cycles) {
         Host with_cycles = host;
         for (const auto& [name, mesh] : cycles.meshes)
-            with_cycles.given.meshes.insert_or_assign(name, with_place_of(mesh, input));
-        for (const auto& [name, fields] : cycles.solutions) with_cycles.given.solutions.insert_or_assign(name, fields);
+            with_cycles.memory_inputs.meshes.insert_or_assign(name, with_place_of(mesh, input));
+        for (const auto& [name, fields] : cycles.solutions)
+            with_cycles.memory_inputs.solutions.insert_or_assign(name, fields);
         Written none;
         return execute(tried, none, fit, std::move(with_cycles));
     };
@@ -159,12 +160,12 @@ Outcome<AdaptedInMemory> adapt_in_memory(config::Pipeline pipeline, int degree, 
             .map([&](std::vector<run::NamedField> fields) { return run::SolverResult{call.mesh, std::move(fields)}; });
     };
     const Execution execution{.threads = pipeline.threads, .stop = host.stop};
-    auto made =
-        run::adapt_values(pipeline, run_on_values, solver ? solve : run::CycleSolver(), {degree}, plainly(execution));
-    if (!made) return fail(made.error());
-    auto& [of_result, cycles] = *made;
-    MadeInMemory result = made_of(std::move(of_result.run), input);
-    result.holds_what_was_asked = result.holds_what_was_asked && of_result.miss.empty() && cycles.is_valid();
+    auto outcome = run::adapt_values(pipeline, run_on_values, solver ? solve : run::CycleSolver(), {degree},
+                                     without_wrapper(execution));
+    if (!outcome) return fail(outcome.error());
+    auto& [of_result, cycles] = *outcome;
+    MemoryResult result = memory_result_of(std::move(of_result.run), input);
+    result.meets_requirements = result.meets_requirements && of_result.miss.empty() && cycles.is_valid();
     if (!of_result.miss.empty()) result.notices.push_back(std::move(of_result.miss));
     std::ranges::move(cycles.notes, std::back_inserter(result.notices));
     if (auto done = write_files(files, result, host); !done) return fail(done.error());
@@ -224,7 +225,7 @@ Outcome<std::string> page_in_memory(const DecodedMesh& mesh, const std::vector<r
 Outcome<std::string> geometry_in_memory(const DecodedMesh& mesh, const config::Geometry& geometry,
                                         const run::InspectOptions& options, Host host) {
     ShownSteps steps(0, host);
-    auto source = steps.run("read", [&](const Execution& e) { return read_geometry(geometry, e, host.given); });
+    auto source = steps.run("read", [&](const Execution& e) { return read_geometry(geometry, e, host.memory_inputs); });
     if (!source) return fail(source.error());
     auto found = run::inspect_geometry(mesh, {geometry, std::move(*source)}, options, steps.around);
     if (!found) return fail(found.error());

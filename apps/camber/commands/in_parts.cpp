@@ -37,10 +37,10 @@ MeshField numbers(std::string_view name, Centring centring, const std::vector<st
     MeshField field{std::string(name), centring, FieldKind::scalar, {}};
     const bool fits = std::ranges::all_of(values, [](auto v) { return v < std::numeric_limits<std::int32_t>::max(); });
     const auto from_1 = [&]<class T>(T) {
-        Buffer<T> made;
-        made.reserve(values.size());
-        for (const std::uint64_t v : values) made.push_back(static_cast<T>(v + 1));
-        return Column<T>(std::move(made));
+        Buffer<T> result;
+        result.reserve(values.size());
+        for (const std::uint64_t v : values) result.push_back(static_cast<T>(v + 1));
+        return Column<T>(std::move(result));
     };
     if (fits)
         field.values = from_1(std::int32_t{});
@@ -110,10 +110,11 @@ struct Writer {
     const Execution& execution;
 
     Outcome<Done> write(const AnyMesh& mesh, const MeshFields& fields, const std::string& to) const {
-        MeshFields held;
+        MeshFields supported;
         for (const MeshField& field : fields)
-            if (format.holds_fields && (!format.holds || format.holds(field))) held = std::move(held).with(field);
-        return written.add(to, write_mesh(format, mesh, held, options, to, execution));
+            if (format.has_fields && (!format.can_store || format.can_store(field)))
+                supported = std::move(supported).with(field);
+        return written.add(to, write_mesh(format, mesh, supported, options, to, execution));
     }
 
     /// The names of the pieces in the .pvtu's folder.
@@ -160,11 +161,11 @@ Outcome<Done> write_own_parts(const Writer& writer, const RowCounts& whole, cons
     for (std::size_t p = own.first; p < own.last; ++p) {
         const auto piece = piece_of(own.mesh, parts, static_cast<std::int32_t>(p), writer.execution);
         if (!piece) return fail(piece.error());
-        const PieceRows numbers_here = rows_of(whole, *piece, &own);
+        const PieceRows part_rows = rows_of(whole, *piece, &own);
         MeshFields fields = MeshFields().with(
-            numbers("partition", Centring::cell, std::vector<std::uint64_t>(numbers_here.cells.size(), p)));
-        fields = std::move(fields).with(numbers(global_nodes, Centring::node, numbers_here.nodes));
-        fields = std::move(fields).with(numbers(global_cells, Centring::cell, numbers_here.cells));
+            numbers("partition", Centring::cell, std::vector<std::uint64_t>(part_rows.cells.size(), p)));
+        fields = std::move(fields).with(numbers(global_nodes, Centring::node, part_rows.nodes));
+        fields = std::move(fields).with(numbers(global_cells, Centring::cell, part_rows.cells));
         if (auto done = writer.write(as_mesh(piece->mesh), fields, names[p]); !done) return done;
     }
     return Done{};
@@ -194,7 +195,7 @@ Outcome<std::vector<std::string>> convert_on_ranks(const Host& host, const std::
 
 bool names_its_pieces(const std::string& path) { return path.ends_with(with_pieces); }
 
-Outcome<Done> in_parts_alone(const std::string& path) {
+Outcome<Done> missing_partition_error(const std::string& path) {
     return fail(ErrorKind::usage, "names files that hold its pieces", path, {}, "say into how many: --partition N");
 }
 
@@ -265,7 +266,7 @@ Outcome<SharedFile> opened(Ranks& ranks, const std::string& path, std::uint64_t 
         first = SharedFile::make(path, bytes);
         draft = *first ? Outcome<std::string>((*first)->draft()) : fail(first->error());
     }
-    draft = told_by_first(ranks, draft);
+    draft = broadcast_from_first(ranks, draft);
     if (!draft) return fail(std::move(draft.error()));
     return first ? std::move(*first) : SharedFile::join(path, *draft);
 }

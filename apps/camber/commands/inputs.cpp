@@ -107,7 +107,7 @@ Error out_of_memory(const config::Cad& cad, const ChildLimits& limits) {
 
 /// The model of a config's file, read by a process of its own: a damaged file that crashes the reader, never ends or
 /// takes all memory is an error of the file (input). Errors also: of read_cad.
-Outcome<CadModel> read_cad_apart(const config::Cad& cad, const Execution& execution) {
+Outcome<CadModel> read_cad_in_child(const config::Cad& cad, const Execution& execution) {
     return guarded([&]() -> Outcome<CadModel> {
         if (auto plain = check_plain(cad.file.path); !plain) return fail(plain.error());
         if (!can_start_itself()) return read_cad(cad.file.path, {cad.unit});
@@ -144,25 +144,25 @@ const typename Values::mapped_type* found(const Values& values, const std::strin
     return at != values.end() ? &at->second : nullptr;
 }
 
-Outcome<DecodedMesh> mesh_named(const std::string& name, config::Flat flat, const Given& given,
+Outcome<DecodedMesh> mesh_named(const std::string& name, config::Flat flat, const MemoryInputs& specified,
                                 const Execution& execution) {
-    if (const DecodedMesh* const mesh = found(given.meshes, name)) return *mesh;
+    if (const DecodedMesh* const mesh = found(specified.meshes, name)) return *mesh;
     return read_mesh(name, flat, execution);
 }
 
-Outcome<run::RowsByNodes> metric_named(const DecodedMesh& mesh, const std::string& name, const Given& given,
+Outcome<run::RowsByNodes> metric_named(const DecodedMesh& mesh, const std::string& name, const MemoryInputs& specified,
                                        std::vector<Notice>& notices, const Execution& execution) {
-    if (const Solution* const rows = found(given.metrics, name))
+    if (const Solution* const rows = found(specified.metrics, name))
         return run::rows_by_nodes(*rows, mesh, without_progress(execution));
     return read_metric_rows(mesh, name, notices, execution);
 }
 
 /// The metric file, and the mesh that it speaks of where that is another, or curved with rows at its nodes.
 Outcome<Solution> read_metric_of(const config::Pipeline& pipeline, const config::FilePath& metric, run::Inputs& inputs,
-                                 const Given& given, const Execution& execution) {
+                                 const MemoryInputs& specified, const Execution& execution) {
     std::vector<Notice>& notices = inputs.mesh.notices;
     if (pipeline.metric_mesh.empty()) {
-        auto rows = metric_named(inputs.mesh, metric.path, given, notices, execution);
+        auto rows = metric_named(inputs.mesh, metric.path, specified, notices, execution);
         if (!rows) return fail(rows.error());
         if (rows->is_at_nodes) {
             inputs.metric_mesh = {inputs.mesh.mesh, run::MetricMesh::Of::input};
@@ -170,16 +170,16 @@ Outcome<Solution> read_metric_of(const config::Pipeline& pipeline, const config:
         }
         return std::move(rows->solution);
     }
-    auto mesh = mesh_named(pipeline.metric_mesh, pipeline.input.flat, given, part_of(execution, 0, 0.6));
+    auto mesh = mesh_named(pipeline.metric_mesh, pipeline.input.flat, specified, part_of(execution, 0, 0.6));
     if (!mesh) return fail(mesh.error());
-    auto rows = metric_named(*mesh, metric.path, given, notices, part_of(execution, 0.6, 1));
+    auto rows = metric_named(*mesh, metric.path, specified, notices, part_of(execution, 0.6, 1));
     if (!rows) return fail(rows.error());
     inputs.metric_mesh = {std::move(mesh->mesh), run::MetricMesh::Of::another};
     return std::move(rows->solution);
 }
 
 /// Fields that cannot be brought along are told, where nobody asked for them by their file.
-void keep_finite(std::vector<run::NamedField>& fields, std::vector<Notice>& notices) {
+void select_finite(std::vector<run::NamedField>& fields, std::vector<Notice>& notices) {
     std::erase_if(fields, [&](const run::NamedField& field) {
         const bool is_finite = std::ranges::all_of(field.field.values, [](double x) { return std::isfinite(x); });
         if (!is_finite)
@@ -189,20 +189,20 @@ void keep_finite(std::vector<run::NamedField>& fields, std::vector<Notice>& noti
 }
 
 /// The fields that go along, and what the config's metrics that are made for them take.
-Outcome<Done> read_solution_of(const config::Pipeline& pipeline, run::Inputs& inputs, const Given& values,
+Outcome<Done> read_solution_of(const config::Pipeline& pipeline, run::Inputs& inputs, const MemoryInputs& values,
                                const Execution& execution) {
-    const config::GivenSolution& given = pipeline.solution;
+    const config::SolutionInput& specified = pipeline.solution;
     std::vector<Notice>& notices = inputs.mesh.notices;
-    if (const auto* const known = found(values.solutions, given.file)) {
-        auto fields = run::named(*known, given.fields, "/solution/fields");
+    if (const auto* const known = found(values.solutions, specified.file)) {
+        auto fields = run::named(*known, specified.fields, "/solution/fields");
         if (!fields) return fail(fields.error());
         inputs.fields = std::move(*fields);
-    } else if (!given.file.empty()) {
-        auto fields = read_nodal_fields(inputs.mesh, given.file, given.fields, notices, execution);
+    } else if (!specified.file.empty()) {
+        auto fields = read_nodal_fields(inputs.mesh, specified.file, specified.fields, notices, execution);
         if (!fields) return fail(fields.error());
         inputs.fields = std::move(*fields);
-    } else if (!given.expression.empty()) {
-        auto field = run::field_of_expression(inputs.mesh.mesh, given.expression, execution);
+    } else if (!specified.expression.empty()) {
+        auto field = run::field_of_expression(inputs.mesh.mesh, specified.expression, execution);
         if (!field) return fail(field.error());
         inputs.fields = {std::move(*field)};
     } else if (!inputs.mesh.fields.empty() && run::plan_size(inputs.mesh.mesh).elements == 0) {
@@ -210,14 +210,14 @@ Outcome<Done> read_solution_of(const config::Pipeline& pipeline, run::Inputs& in
             {fmt::format("{} fields of the file were not kept: they go along in meshes of the volume alone",
                          inputs.mesh.fields.size())});
     } else if (!inputs.mesh.fields.empty()) {
-        auto fields = run::named(fields_at_nodes(inputs.mesh, notices), given.fields, "/solution/fields");
+        auto fields = run::named(fields_at_nodes(inputs.mesh, notices), specified.fields, "/solution/fields");
         if (!fields) return fail(fields.error());
-        keep_finite(*fields, notices);
+        select_finite(*fields, notices);
         inputs.fields = std::move(*fields);
-    } else if (!given.fields.empty()) {
+    } else if (!specified.fields.empty()) {
         return fail(ErrorKind::usage, "the input has no fields", "/solution/fields", {}, "give the file that has them");
     }
-    if (!inputs.fields.empty() && given.expression.empty() && !run::places_by_solution(pipeline) &&
+    if (!inputs.fields.empty() && specified.expression.empty() && !run::places_by_solution(pipeline) &&
         !run::carries_fields(pipeline.output))
         notices.push_back(
             {fmt::format("{} of the input {} not kept: {} has no place for {} (\"output\": {{\"solution\": …}}, "
@@ -230,15 +230,15 @@ Outcome<Done> read_solution_of(const config::Pipeline& pipeline, run::Inputs& in
     for (const run::NamedField& field : inputs.fields)
         if (auto place = check_place_for(pipeline.output.solution, {}, field.kind); !place) return place;
     const auto add = [&](const config::Metric& metric, const std::string& path) -> Outcome<Done> {
-        const auto* const asked = std::get_if<config::SolutionMetric>(&metric);
-        if (asked == nullptr) return Done{};
+        const auto* const requested = std::get_if<config::SolutionMetric>(&metric);
+        if (requested == nullptr) return Done{};
         std::vector<Solution> metrics;
-        for (const config::FilePath& file : asked->intersect) {
+        for (const config::FilePath& file : requested->intersect) {
             auto rows = metric_named(inputs.mesh, file.path, values, notices, execution);
             if (!rows) return fail(rows.error());
             metrics.push_back(run::rows_at_vertices(std::move(*rows), inputs.mesh.mesh));
         }
-        inputs.solution_metrics.push_back({*asked, std::move(metrics), path + "/solution"});
+        inputs.solution_metrics.push_back({*requested, std::move(metrics), path + "/solution"});
         return Done{};
     };
     if (auto done = add(pipeline.metric, "/metric"); !done) return done;
@@ -258,21 +258,21 @@ run::AvailableMemory available_memory() {
 
 std::optional<int> cad_reader(std::span<const char* const> arguments) {
     if (arguments.size() != 5 || arguments[1] != reader) return std::nullopt;
-    keep_limits({std::stod(arguments[3]), static_cast<std::size_t>(std::stod(arguments[4]))});
+    set_limits({std::stod(arguments[3]), static_cast<std::size_t>(std::stod(arguments[4]))});
     const auto bytes = read_and_tried(arguments[2]);
     return hand_over(bytes ? "M" + *bytes : as_bytes_of(bytes.error())) ? 0 : 1;
 }
 
 Outcome<run::GeometrySource> read_geometry(const config::Geometry& geometry, const Execution& execution,
-                                           const Given& given) {
+                                           const MemoryInputs& specified) {
     run::GeometrySource source;
     if (const auto* cad = std::get_if<config::Cad>(&geometry)) {
-        auto model = read_cad_apart(*cad, execution);
+        auto model = read_cad_in_child(*cad, execution);
         if (!model) return fail(model.error());
         source.cad = std::move(*model);
     }
     if (const auto* file = std::get_if<config::FilePath>(&geometry)) {
-        auto mesh = mesh_named(file->path, config::Flat::plane, given, execution);
+        auto mesh = mesh_named(file->path, config::Flat::plane, specified, execution);
         if (!mesh) return fail(mesh.error());
         source.mesh = std::make_shared<const AnyMesh>(std::move(mesh->mesh));
     }
@@ -288,7 +288,7 @@ Error of_file(Error error, const std::string& path) {
 namespace {
 
 /// True if two words differ by one letter, or by two that are swapped.
-bool one_slip_apart(std::string_view a, std::string_view b) {
+bool differ_by_one_edit(std::string_view a, std::string_view b) {
     while (!a.empty() && !b.empty() && a.front() == b.front()) a.remove_prefix(1), b.remove_prefix(1);
     while (!a.empty() && !b.empty() && a.back() == b.back()) a.remove_suffix(1), b.remove_suffix(1);
     if (a.size() == 2 && b.size() == 2) return a[0] == b[1] && a[1] == b[0];
@@ -302,26 +302,26 @@ bool is_beginning(std::string_view word, std::string_view whole) { return word.s
 std::string suggested_file(const std::string& path) {
     namespace fs = std::filesystem;
     constexpr std::size_t most = 10000;  // of a folder's files that are looked at
-    const fs::path given(path);
+    const fs::path specified(path);
     std::vector<std::string> same_stem, near;
     std::error_code error;
-    if (fs::exists(given, error)) return {};
+    if (fs::exists(specified, error)) return {};
     std::size_t n = 0;
-    const fs::path folder = given.parent_path().empty() ? fs::path(".") : given.parent_path();
+    const fs::path folder = specified.parent_path().empty() ? fs::path(".") : specified.parent_path();
     for (auto at = fs::directory_iterator(folder, error); !error && at != fs::directory_iterator() && n < most;
          at.increment(error), ++n) {
         const fs::path name = at->path().filename();
-        if (name.stem() == given.stem()) same_stem.push_back(name.string());
-        if (one_slip_apart(name.string(), given.filename().string())) near.push_back(name.string());
+        if (name.stem() == specified.stem()) same_stem.push_back(name.string());
+        if (differ_by_one_edit(name.string(), specified.filename().string())) near.push_back(name.string());
     }
     auto& found = near.empty() ? same_stem : near;
     if (found.empty()) return {};
     const std::string best = *std::ranges::min_element(found);
-    return fmt::format("did you mean \"{}\"?", (given.parent_path() / best).string());
+    return fmt::format("did you mean \"{}\"?", (specified.parent_path() / best).string());
 }
 
 /// Files that the mesh's file names are read from its folder.
-DecodeOptions with_files_beside(const std::string& path, DecodeOptions options, const Execution& execution) {
+DecodeOptions with_file_reader(const std::string& path, DecodeOptions options, const Execution& execution) {
     const auto folder = std::filesystem::path(path == standard_stream ? std::string() : path).parent_path();
     options.beside = [folder, quiet = without_progress(execution)](const std::string& name) {
         return read_file((folder / name).string(), quiet);
@@ -340,15 +340,15 @@ Outcome<DecodedMesh> read_mesh(const std::string& path, config::Flat flat, const
         if (const std::string near = suggested_file(path); !near.empty()) error.remedy = near;
         return fail(std::move(error));
     }
-    auto decoded = decode_mesh(*bytes, called_input(path), with_files_beside(path, options, execution),
+    auto decoded = decode_mesh(*bytes, called_input(path), with_file_reader(path, options, execution),
                                part_of(execution, of_reading, 1));
-    if (!decoded || flat == config::Flat::surface || !decoded->unheld.empty()) return decoded;
+    if (!decoded || flat == config::Flat::surface || !decoded->unsupported_cells.empty()) return decoded;
     decoded = with_flat_in_2d(std::move(*decoded), without_progress(execution));
     if (decoded && decoded->lift)
         decoded->notices.push_back(
             {fmt::format("the mesh is flat (z = {}): taken as 2D{} (a surface in space: --flat surface, or "
                          "input/flat=surface of a config)",
-                         decoded->lift->z, decoded->always_in_space ? "" : ", and written with its z again")});
+                         decoded->lift->z, decoded->is_always_3d ? "" : ", and written with its z again")});
     return decoded;
 }
 
@@ -362,36 +362,38 @@ Outcome<DecodedSolution> read_solution_for(const DecodedMesh& mesh, const std::s
     return decoded;
 }
 
-Outcome<run::Inputs> read_inputs(const config::Pipeline& pipeline, const Given& given, const Execution& execution) {
+Outcome<run::Inputs> read_inputs(const config::Pipeline& pipeline, const MemoryInputs& specified,
+                                 const Execution& execution) {
     const config::Input& input = pipeline.input;
     const auto* file = std::get_if<config::FilePath>(&input.source);
     const auto* const metric = std::get_if<config::FilePath>(&pipeline.metric);
     const double of_mesh = metric != nullptr ? 0.7 : 1;
     const Execution of_first = part_of(execution, 0, of_mesh);
-    auto mesh = file != nullptr ? mesh_named(file->path, input.flat, given, of_first)
+    auto mesh = file != nullptr ? mesh_named(file->path, input.flat, specified, of_first)
                                 : run::generate_shape(std::get<config::Shape>(input.source), of_first);
     if (!mesh) return fail(mesh.error());
-    name_references(mesh->mesh, given.groups);
+    name_references(mesh->mesh, specified.groups);
     run::Inputs inputs{std::move(*mesh)};
     inputs.memory = available_memory();
-    if (auto read = read_solution_of(pipeline, inputs, given, without_progress(execution)); !read)
+    if (auto read = read_solution_of(pipeline, inputs, specified, without_progress(execution)); !read)
         return fail(read.error());
     if (metric == nullptr && !pipeline.metric_mesh.empty())
         return fail(ErrorKind::usage, "is the mesh of a metric file, and the metric is none", "/metric_mesh", {},
                     "give \"metric\": {\"file\": …}, or leave it out");
     if (metric != nullptr) {
-        auto solution = read_metric_of(pipeline, *metric, inputs, given, part_of(execution, of_mesh, 1));
+        auto solution = read_metric_of(pipeline, *metric, inputs, specified, part_of(execution, of_mesh, 1));
         if (!solution) return fail(solution.error());
         inputs.metric = std::move(*solution);
     }
-    auto geometry = read_geometry(pipeline.geometry, without_progress(execution), given);
+    auto geometry = read_geometry(pipeline.geometry, without_progress(execution), specified);
     if (!geometry) return fail(geometry.error());
     inputs.geometry = std::move(*geometry);
     for (const config::MetricOperation& operation : pipeline.metric_operations) {
         const auto* intersect = std::get_if<config::Intersect>(&operation);
         const auto* operand = intersect != nullptr ? std::get_if<config::FilePath>(&intersect->metric) : nullptr;
         if (operand == nullptr) continue;
-        auto read = metric_named(inputs.mesh, operand->path, given, inputs.mesh.notices, without_progress(execution));
+        auto read =
+            metric_named(inputs.mesh, operand->path, specified, inputs.mesh.notices, without_progress(execution));
         if (!read) return fail(read.error());
         run::MetricFile rows{operand->path, std::move(read->solution)};
         if (read->is_at_nodes) {
@@ -405,7 +407,7 @@ Outcome<run::Inputs> read_inputs(const config::Pipeline& pipeline, const Given& 
 
 std::string suggestion(std::string_view word, const std::vector<std::string>& known) {
     const auto near = std::find_if(known.begin(), known.end(), [&](const std::string& candidate) {
-        return one_slip_apart(word, candidate) || is_beginning(word, candidate);
+        return differ_by_one_edit(word, candidate) || is_beginning(word, candidate);
     });
     if (near != known.end()) return fmt::format("did you mean \"{}\"?", *near);
     return fmt::format("known: {}", fmt::join(known, ", "));

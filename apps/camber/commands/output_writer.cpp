@@ -25,7 +25,7 @@ struct Placed {
     AnyMesh mesh;
     MeshFields fields, carried;
 };
-Outcome<Placed> raised(const run::Run& run, const MeshFields& carried, const Lift& lift, const Around& around) {
+Outcome<Placed> raised(const run::Run& run, const MeshFields& carried, const Lift& lift, const StepWrapper& around) {
     return run_step(around, "raise", [&](const Execution& execution) -> Outcome<Placed> {
         const Execution quiet = without_progress(execution);
         auto mesh = camber::raised(run.mesh, lift, quiet);
@@ -48,7 +48,7 @@ std::vector<Notice> losses_in(const MeshFormat& format, AnyMesh mesh, NamesOfGro
 struct OutputWriter {
     run::Run& run;
     const config::Output& output;
-    const Around& around;
+    const StepWrapper& around;
     Written& written;
     const InputForm& input;
     NamesOfGroups names = {};
@@ -58,19 +58,19 @@ struct OutputWriter {
     std::optional<Placed> in_space = {};
 
     [[nodiscard]] const AnyMesh& mesh_for(const MeshFormat& format) const {
-        return goes_to_space(format) ? in_space->mesh : run.mesh;
+        return writes_3d(format) ? in_space->mesh : run.mesh;
     }
-    [[nodiscard]] bool goes_to_space(const MeshFormat& format) const {
-        return in_space && (format.always_in_space || !input.always_in_space);
+    [[nodiscard]] bool writes_3d(const MeshFormat& format) const {
+        return in_space && (format.is_always_3d || !input.is_always_3d);
     }
 
     /// All fields for viewers; for other formats those of the solution that they have a place for.
     [[nodiscard]] MeshFields fields_for(const MeshFormat& format) const {
-        const bool is_raised = goes_to_space(format);
+        const bool is_raised = writes_3d(format);
         const MeshFields& carried = is_raised ? in_space->carried : carried_fields;
         MeshFields all;
         for (const MeshField& field : carried)
-            if (format.holds_fields && (!format.holds || format.holds(field))) all = std::move(all).with(field);
+            if (format.has_fields && (!format.can_store || format.can_store(field))) all = std::move(all).with(field);
         if (!format.for_viewers) return all;
         for (const MeshField& field : is_raised ? in_space->fields : run.fields) all = std::move(all).with(field);
         return all;
@@ -104,17 +104,17 @@ struct OutputWriter {
 
     /// The mesh as `check` sees it, with the run's fields and figures.
     Outcome<Done> write_page_of_run() {
-        DecodedMesh made{run.mesh, {}};
-        made.fields = run.fields;
-        std::vector<Notice> told_elsewhere;
+        DecodedMesh result{run.mesh, {}};
+        result.fields = run.fields;
+        std::vector<Notice> reported_notices;
         run::PageSource source;
         source.mesh = run.mesh;
-        source.fields = fields_at_nodes(made, told_elsewhere);
+        source.fields = fields_at_nodes(result, reported_notices);
         source.histograms = run.report.histograms;
         if (run.report.boundary) source.distances = run.report.boundary->distances;
         return written.add(output.page, around("write page", [&](const Execution& execution) -> Outcome<Done> {
                                auto checked =
-                                   run::check_mesh(std::move(made), {}, {}, [&](std::string_view, const auto& body) {
+                                   run::check_mesh(std::move(result), {}, {}, [&](std::string_view, const auto& body) {
                                        return body(without_progress(execution));
                                    });
                                if (!checked) return fail(checked.error());
@@ -134,12 +134,12 @@ struct OutputWriter {
 
     /// As a file of that mesh has its rows.
     Outcome<Done> write_solution_of_run() {
-        DecodedMesh made{run.mesh, {}};
-        made.lift = input.lift;
-        made.always_in_space = input.always_in_space;
-        made.format = input.format;
+        DecodedMesh result{run.mesh, {}};
+        result.lift = input.lift;
+        result.is_always_3d = input.is_always_3d;
+        result.format = input.format;
         return written.add(output.solution, around("write fields", [&](const Execution& execution) {
-                               return write_nodal_fields(made, run.solution, output.solution, {}, execution);
+                               return write_nodal_fields(result, run.solution, output.solution, {}, execution);
                            }));
     }
 
@@ -176,7 +176,7 @@ struct OutputWriter {
         const auto fields = run_step(around, "fields", [&](const Execution& execution) {
             const Execution quiet = without_progress(execution);
             auto of_metric = run::solution_fields(metric, path, run.mesh, quiet);
-            return of_metric && goes_to_space(**format) ? camber::raised(*of_metric, quiet) : of_metric;
+            return of_metric && writes_3d(**format) ? camber::raised(*of_metric, quiet) : of_metric;
         });
         if (!fields) return fail(fields.error());
         return write_with(**format, path, *fields);
@@ -212,8 +212,8 @@ Outcome<Done> write_rows(run::Run& run, const Host& host, const config::Output& 
 
 }  // namespace
 
-Outcome<Done> write_outputs(run::Run& run, const config::Output& files, const InputForm& input, const Around& around,
-                            Written& written, const Host& host) {
+Outcome<Done> write_outputs(run::Run& run, const config::Output& files, const InputForm& input,
+                            const StepWrapper& around, Written& written, const Host& host) {
     if (!std::holds_alternative<std::monostate>(run.rows))
         return written.add(files.mesh, around("write", [&](const Execution& execution) {
                                return write_rows(run, host, files, execution);

@@ -36,9 +36,10 @@ struct Subject {
 
 /// Finds the mesh of a run: at its path, or beside the report, if both were moved.
 Outcome<std::string> found_mesh(const std::string& path, const std::string& report) {
-    const std::filesystem::path given(path), beside = std::filesystem::path(report).parent_path() / given.filename();
+    const std::filesystem::path specified(path),
+        beside = std::filesystem::path(report).parent_path() / specified.filename();
     std::error_code ignored;
-    for (const std::filesystem::path& place : {given, beside})
+    for (const std::filesystem::path& place : {specified, beside})
         if (!path.empty() && std::filesystem::exists(place, ignored)) return place.string();
     return fail(ErrorKind::input,
                 path.empty() ? "names no mesh that its run wrote" : "its mesh, " + path + ", is not there", report, {},
@@ -115,7 +116,7 @@ Outcome<std::string> write_report_page(const ReportArguments& a, Written& writte
     source.numbers = run::check_table(*report);
     if (!subject->before_and_after.empty())
         source.numbers = "  before -> after correction\n" + subject->before_and_after + "\n" + source.numbers;
-    for (const std::string& notice : report->notices) tell_note(notice);
+    for (const std::string& notice : report->notices) print_note(notice);
     std::string answer = report->answer();
     source.report = std::move(*report);
     return steps
@@ -169,7 +170,7 @@ std::vector<std::string> plot_files(const std::string& folder) {
 
 Outcome<Done> write_plots(const std::vector<run::Histogram>& histograms, const std::string& folder, Written& written) {
     if (histograms.empty()) return Done{};
-    if (auto made = make_folder(folder); !made) return made;
+    if (auto result = make_folder(folder); !result) return result;
     for (const run::Histogram& h : histograms) {
         const std::string file = plot_file(folder, h.quantity);
         if (auto done = written.add(file, write_text(file, run::svg(h))); !done) return done;
@@ -236,7 +237,7 @@ Outcome<run::PictureInputs> inputs_of(const PictureArguments& a, const Execution
         if (!field) return fail(field.error());
         inputs.solution = std::move(*field);
     }
-    for (const Notice& notice : notices) tell_note(notice.what);
+    for (const Notice& notice : notices) print_note(notice.what);
     return inputs;
 }
 
@@ -265,7 +266,7 @@ Outcome<int> picture_command(const PictureArguments& a) {
     if (!inputs) return fail(inputs.error());
     const auto picture = steps.run("prepare", [&](const Execution& e) { return run::picture_of(*inputs, *choice, e); });
     if (!picture) return fail(of_file(picture.error(), a.input));
-    for (const std::string& notice : picture->notices) tell_note(notice);
+    for (const std::string& notice : picture->notices) print_note(notice);
     Written written;
     auto done = steps.run("draw", [&](const Execution& e) { return write_picture(picture->scene, a.output, e); });
     steps.progress.wipe();

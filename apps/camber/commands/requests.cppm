@@ -62,19 +62,19 @@ void on_cells(const AnyMesh& mesh, F&& f) {
 export namespace camber::app {
 
 /// "camber: …" in a line on standard error. Where that cannot be written there is nobody to tell.
-void tell(const std::string& line);
+void print_line(const std::string& line);
 
 /// The same of what is worth knowing and no error; not said where the program is to be quiet.
-void tell_note(const std::string& note);
+void print_note(const std::string& note);
 
 /// The same of a notice; of a detail with --verbose only.
-void tell_notice(const Notice& notice);
+void print_notice(const Notice& notice);
 
 /// `camber: where: entity: what (remedy)` on standard error, and the exit code of the error's kind.
 int report_error(const Error& error);
 
 /// The last error that was not said, where the program has no voice.
-[[nodiscard]] std::optional<Error> error_not_said();
+[[nodiscard]] std::optional<Error> unreported_error();
 
 /// Prints the whole of what a verb says to standard output, and returns its exit code: 0, or that of the error if the
 /// text cannot be written.
@@ -90,7 +90,7 @@ class Written {
     /// Adds the file if writing it succeeded; otherwise completes the error by the files written before.
     [[nodiscard]] Outcome<Done> add(const std::string& path, Outcome<Done> outcome);
     /// An error that comes after them.
-    [[nodiscard]] Error told(Error error) const;
+    [[nodiscard]] Error error_with_files(Error error) const;
     /// True if one of them is standard output: messages then go to standard error.
     [[nodiscard]] bool takes_standard_output() const;
     [[nodiscard]] const std::vector<std::string>& paths() const { return paths_; }
@@ -142,7 +142,7 @@ export namespace camber::app {
 export namespace camber::app {
 
 /// Values of a caller, by the names that a config or the arguments of a verb use (config::is_in_memory).
-struct Given {
+struct MemoryInputs {
     std::map<std::string, DecodedMesh, std::less<>> meshes = {};
     std::map<std::string, Solution, std::less<>> metrics = {};  ///< rows as a file of the mesh has them
     std::map<std::string, std::vector<run::NamedField>, std::less<>> solutions = {};
@@ -157,10 +157,10 @@ enum class NamesOfGroups : std::uint8_t {
 
 /// The caller of a run: its values in memory, its request to stop, its progress, and the ranks that share the run.
 struct Host {
-    Given given = {};
+    MemoryInputs memory_inputs = {};
     NamesOfGroups names = NamesOfGroups::in_its_file;
     std::stop_token stop = stop_on_signals();
-    ProgressTold told = {};  ///< none: the terminal
+    ProgressCallback progress = {};  ///< none: the terminal
     std::shared_ptr<Ranks> ranks = one_rank();
     GraphPartitioner partition = {};  ///< of what several ranks hold; none: there is none
 };
@@ -175,26 +175,26 @@ struct Host {
 export namespace camber::app {
 
 /// Result of a run.
-struct MadeInMemory {
+struct MemoryResult {
     DecodedMesh mesh;
     std::string report = {};                     ///< JSON: docs/report.md
     std::optional<Solution> metric = {};         ///< at the vertices, where a stage made one
     std::vector<run::NamedField> solution = {};  ///< the input's fields on this mesh
     std::vector<std::string> notices = {};       ///< worth knowing, and no error
-    bool holds_what_was_asked = true;            ///< false: the report lists what it misses
+    bool meets_requirements = true;              ///< false: the report lists what it misses
     bool has_valid_elements = true;              ///< false: elements remain that are not certified valid
 };
 
 /// A config's stages, once; a mesh that begins with curves has no need of `elevate`. Its outputs that are files are
 /// written.
-[[nodiscard]] Outcome<MadeInMemory> run_in_memory(config::Pipeline pipeline, Host host);
+[[nodiscard]] Outcome<MemoryResult> run_in_memory(config::Pipeline pipeline, Host host);
 
 /// The solution on a mesh; `guess`: that of the cycle before, brought to it.
 using Solver = std::function<Outcome<std::vector<run::NamedField>>(
     const DecodedMesh& mesh, const std::vector<run::NamedField>& guess, int cycle)>;
 
 struct AdaptedInMemory {
-    MadeInMemory result;  ///< see run::row_of_result; with the solver's solution, where there is one
+    MemoryResult result;  ///< see run::row_of_result; with the solver's solution, where there is one
     std::string cycles;   ///< JSON: a row a cycle
     std::string reason;   ///< why they ended before their number; empty: they did not
 };

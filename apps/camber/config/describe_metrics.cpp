@@ -20,12 +20,15 @@ namespace camber::config {
 Description Described<SurfaceMetric>::make() {
     return described<SurfaceMetric>(
         "surface",
-        "Thin along the normals of the boundary, wide along it, isotropic in the volume; gradation carries it inwards. "
-        "At ridges and corners every side's normal is thin.");
+        "Small sizes along the normals of the boundary, large sizes along the boundary, isotropic in the volume. "
+        "Gradation extends the small sizes into the volume. At ridges and corners the sizes are small along the "
+        "normals of all sides.");
 }
 
 Description Described<ReferenceSize>::make() {
-    return described<ReferenceSize>("sizes", "A size at the vertices of what has one of the references.");
+    return described<ReferenceSize>("sizes",
+                                    "A size at the vertices of all facets, edges, vertices or elements with "
+                                    "one of the references.");
 }
 Wrapper Described<SizesMetric>::make() {
     return Wrapper(&SizesMetric::sizes, Limits{.min_count = 1, .max_count = 100000}, "array of sizes");
@@ -34,21 +37,21 @@ Wrapper Described<SizesMetric>::make() {
 Description Described<GeometryMetric>::make() {
     return described<GeometryMetric>(
         "geometry-sizes",
-        "Sizes along the boundary by its curvature: that chords stay near to it, and that it turns by no more than an "
-        "angle along one; and across the domain where it is thin.");
+        "Sizes along the boundary by its curvature: they limit the distance of chords from the boundary and the angle "
+        "by which the boundary turns along a chord. Sizes across the domain where it is thin.");
 }
 
 Description Described<SolutionMetric>::make() {
     return described<SolutionMetric>(
         "metric-of-solution",
-        "Of all metrics of a complexity the one that interpolates the run's solution best, as camber metric makes it: "
+        "The metric of the given complexity that interpolates the run's solution best, as computed by camber metric: "
         "docs/algorithms/metric-from-solution.md.",
         [](const SolutionMetric& s) -> std::string {
             if ((s.complexity > 0) + (s.vertices > 0) + (s.elements > 0) > 1)
-                return "give one of \"complexity\", \"vertices\" and \"elements\"";
-            if (s.gradation > 0 && s.gradation <= 1) return "gradation is a ratio above 1";
-            if (s.max_size > 0 && s.max_size < s.min_size) return "max_size is below min_size";
-            if (s.max_anisotropy > 0 && s.max_anisotropy < 1) return "max_anisotropy is a ratio of at least 1";
+                return "give only one of \"complexity\", \"vertices\" and \"elements\"";
+            if (s.gradation > 0 && s.gradation <= 1) return "gradation must be above 1";
+            if (s.max_size > 0 && s.max_size < s.min_size) return "max_size must be at least min_size";
+            if (s.max_anisotropy > 0 && s.max_anisotropy < 1) return "max_anisotropy must be at least 1";
             return {};
         });
 }
@@ -56,43 +59,54 @@ Description Described<SolutionMetric>::make() {
 Description Described<LinearField>::make() {
     return described<LinearField>(
         "linear",
-        "UGAWG's linear: thin across a plane of constant z (2D: y), with min_size + 2 (size - min_size) |z - "
-        "position| across and size along it.");
+        "Metric \"linear\" of UGAWG: small sizes across a plane of constant z (2D: y). The size across it is min_size "
+        "+ 2 (size - min_size) |z - position|, the size along it is size.");
 }
 
 Description Described<PolarOneField>::make() {
     return described<PolarOneField>("polar-1",
-                                    "UGAWG's polar-1: a curved layer, thin along the radius r of the z axis, with "
-                                    "min_size + 2 (size - min_size) |r - radius|, and size elsewhere.");
+                                    "Metric \"polar-1\" of UGAWG: a curved layer with small sizes along the radius r "
+                                    "of the z axis. The size along r is min_size + 2 (size - min_size) |r - radius|, "
+                                    "the other sizes are size.");
 }
 
 Description Described<PolarTwoField>::make() {
     return described<PolarTwoField>("polar-2",
-                                    "UGAWG's polar-2: polar-1 with shorter edges around the circle near the layer.");
+                                    "Metric \"polar-2\" of UGAWG: polar-1 with shorter edges around the circle near "
+                                    "the layer.");
 }
 
 Description Described<PlanarShock>::make() {
-    return described<PlanarShock>("planar-shock", "Thin across a plane, where tanh(distance / width) jumps.");
+    return described<PlanarShock>("planar-shock",
+                                  "Small sizes across a plane, where tanh(distance / width) changes "
+                                  "steeply.");
 }
 
 Description Described<SphericalShock>::make() {
     return described<SphericalShock>("spherical-shock",
-                                     "Thin across a sphere (2D: a circle), where tanh(distance / width) jumps.");
+                                     "Small sizes across a sphere (2D: a circle), where tanh(distance / width) changes "
+                                     "steeply.");
 }
 
 Description Described<RotatingField>::make() {
     return described<RotatingField>(
-        "rotating", "Constant sizes whose axes turn in the x, y plane with x: by a whole turn over the period.");
+        "rotating",
+        "Constant sizes along axes that rotate in the x, y plane with x, by a full rotation over the "
+        "period.");
 }
 
 Choice Described<FieldMetric>::make() {
-    return choice_of<FieldMetric>("field", "An analytic metric field; the defaults are those of the benchmarks.",
-                                  key<LinearField>("linear", "UGAWG: thin across a plane"),
-                                  key<PolarOneField>("polar-1", "UGAWG: thin along the radius"),
-                                  key<PolarTwoField>("polar-2", "UGAWG: the same, finer around the circle"),
-                                  key<PlanarShock>("planar-shock", "thin where tanh jumps across a plane"),
-                                  key<SphericalShock>("spherical-shock", "thin where tanh jumps across a sphere"),
-                                  key<RotatingField>("rotating", "axes that turn with x"));
+    return choice_of<FieldMetric>("field", "An analytic metric field. The defaults are the values of the benchmarks.",
+                                  key<LinearField>("linear", "UGAWG: small sizes across a plane"),
+                                  key<PolarOneField>("polar-1", "UGAWG: small sizes along the radius"),
+                                  key<PolarTwoField>("polar-2", "UGAWG: polar-1, finer around the circle"),
+                                  key<PlanarShock>("planar-shock",
+                                                   "small sizes across a plane, where tanh changes "
+                                                   "steeply"),
+                                  key<SphericalShock>("spherical-shock",
+                                                      "small sizes across a sphere, where tanh "
+                                                      "changes steeply"),
+                                  key<RotatingField>("rotating", "axes that rotate with x"));
 }
 
 Choice Described<MetricExpression>::make() {
@@ -107,23 +121,24 @@ Choice Described<MetricExpression>::make() {
 
 Choice Described<MetricOperation>::make() {
     return choice_of<MetricOperation>(
-        "metric_operations", "One step of what is done to the metric.",
-        key<Intersect>("intersect", "with another metric: the largest sizes that both allow"),
-        key<Gradation>("gradation", "limit how fast sizes grow"), key<Bound>("bound", "limit sizes and anisotropy"),
-        key<Complexity>("complexity", "scale to a wanted number of elements"));
+        "metric_operations", "One operation on the metric.",
+        key<Intersect>("intersect", "intersect with another metric: the largest sizes that both allow"),
+        key<Gradation>("gradation", "limit the growth of sizes"), key<Bound>("bound", "limit sizes and anisotropy"),
+        key<Complexity>("complexity", "scale to a target number of elements"));
 }
 
 Description Described<Gradation>::make() {
-    return described<Gradation>("gradation",
-                                "Limits how fast sizes grow from vertex to vertex, along every edge; sizes only fall.");
+    return described<Gradation>(
+        "gradation", "Limits the growth of sizes between the ends of every edge. Sizes only become smaller.");
 }
 
 Description Described<Bound>::make() {
-    return described<Bound>("bound", "Limits sizes, then anisotropy (long sizes become shorter).",
+    return described<Bound>("bound", "Limits sizes, then anisotropy, by shortening the largest sizes.",
                             [](const Bound& s) -> std::string {
-                                if (s.max_size > 0 && s.max_size < s.min_size) return "max_size is below min_size";
+                                if (s.max_size > 0 && s.max_size < s.min_size)
+                                    return "max_size must be at least min_size";
                                 if (s.max_anisotropy > 0 && s.max_anisotropy < 1)
-                                    return "max_anisotropy is a ratio of at least 1";
+                                    return "max_anisotropy must be at least 1";
                                 return {};
                             });
 }
@@ -131,8 +146,8 @@ Description Described<Bound>::make() {
 Description Described<Complexity>::make() {
     return described<Complexity>(
         "complexity",
-        "Scales all sizes alike, so that the integral of sqrt(det M) over the mesh is the target: a mesh that fits has "
-        "about 12 times as many tetrahedra (2.6 times as many triangles).");
+        "Scales all sizes by one factor, so that the integral of sqrt(det M) over the mesh is the target. A mesh of "
+        "unit edges has about 12 times as many tetrahedra, or 2.6 times as many triangles.");
 }
 
 Wrapper Described<SizeExpression>::make() { return Wrapper(&SizeExpression::size, {}, "expression"); }
@@ -159,20 +174,22 @@ bool has(const std::vector<std::string>& words, std::string_view part) {
 /// Returns the error of a file's name within a folder; empty if there is none.
 std::string wrong_name(const char* what, const std::string& name) {
     if (name.empty() || name.find('/') != std::string::npos || name.front() == '.')
-        return in_quotes(what) + " is the name of a file within a cycle's folder, got " + in_quotes(name);
+        return in_quotes(what) + " must be a file name without a folder, not starting with a dot, got " +
+               in_quotes(name);
     return {};
 }
 
 std::string wrong_with(const Adaptation& a) {
     for (const std::string_view needed : {"{mesh}", "{solution}"})
         if (!a.solve.empty() && !has(a.solve, needed))
-            return "\"solve\" has no " + std::string(needed) + ": the command is to be told which file it " +
+            return "\"solve\" has no " + std::string(needed) + ": it specifies the file that the command " +
                    (needed == "{mesh}" ? "reads" : "writes");
     if (auto wrong = wrong_name("mesh", a.mesh); !wrong.empty()) return wrong;
     if (auto wrong = wrong_name("solution", a.solution); !wrong.empty()) return wrong;
-    if (a.mesh == a.solution) return "\"mesh\" and \"solution\" are one file";
+    if (a.mesh == a.solution) return "\"mesh\" and \"solution\" must be different files";
     if (!format_to_write(mesh_formats(), a.mesh))
-        return "\"mesh\" must end in " + camber::listed(endings_written(mesh_formats())) + ", got " + in_quotes(a.mesh);
+        return "\"mesh\" must end in " + camber::listed(writable_extensions(mesh_formats())) + ", got " +
+               in_quotes(a.mesh);
     return {};
 }
 
@@ -180,9 +197,9 @@ std::string wrong_with(const Adaptation& a) {
 
 Description Described<Adaptation>::make() {
     return described<Adaptation>("adapt",
-                                 "Cycles of the stages, each on the mesh that the one before made, until that has "
-                                 "converged; a solver may be asked for the solution in between. Without a geometry of "
-                                 "its own every cycle takes the boundary of the first mesh.",
+                                 "Repeats the stages in cycles, each on the mesh of the previous cycle, until the "
+                                 "error has converged. A solver can compute the solution of each cycle. If no geometry "
+                                 "is specified, all cycles use the boundary of the first mesh.",
                                  wrong_with);
 }
 

@@ -29,7 +29,7 @@ namespace {
 
 /// Error of a point and a direction that must have one dimension; empty if there is none.
 std::string check_axis(const std::vector<double>& point, const std::vector<double>& axis, const char* name) {
-    if (point.size() != axis.size()) return "its vectors must have the same number of coordinates";
+    if (point.size() != axis.size()) return "the point and the direction must have the same number of coordinates";
     const bool is_zero = std::ranges::all_of(axis, [](double x) { return x == 0; });
     return is_zero ? std::string(name) + " is zero" : std::string();
 }
@@ -38,45 +38,50 @@ std::string check_axis(const std::vector<double>& point, const std::vector<doubl
 
 Description Described<NaturalMetric>::make() {
     return described<NaturalMetric>(
-        "natural", "The mesh-implied metric: in it all edges of an element have length one; averaged at vertices.");
+        "natural",
+        "The mesh-implied metric: all edges of a straight element have length 1 in it. It is averaged at "
+        "vertices.");
 }
 
 Description Described<ConstantMetric>::make() {
-    return described<ConstantMetric>(
-        "constant", "The same metric everywhere: by sizes or by a tensor.", [](const ConstantMetric& s) -> std::string {
-            if (s.sizes.empty() == s.tensor.empty()) return "give either \"sizes\" or \"tensor\"";
-            if (!s.tensor.empty() && s.tensor.size() != 3 && s.tensor.size() != 6)
-                return "a tensor has 3 entries (2D) or 6 (3D), got " + std::to_string(s.tensor.size());
-            return {};
-        });
+    return described<ConstantMetric>("constant", "The same metric everywhere, given by sizes or by a tensor.",
+                                     [](const ConstantMetric& s) -> std::string {
+                                         if (s.sizes.empty() == s.tensor.empty())
+                                             return "give either \"sizes\" or \"tensor\"";
+                                         if (!s.tensor.empty() && s.tensor.size() != 3 && s.tensor.size() != 6)
+                                             return "a tensor has 3 entries (2D) or 6 (3D), got " +
+                                                    std::to_string(s.tensor.size());
+                                         return {};
+                                     });
 }
 
 Choice Described<Metric>::make() {
     return choice_of<Metric>(
-        "metric", "The field of sizes and directions that edges follow.",
-        key<NaturalMetric>("natural", "mesh-implied: the mesh's own"),
+        "metric", "The metric: requested sizes of elements in each direction.",
+        key<NaturalMetric>("natural", "mesh-implied: the sizes of the input mesh"),
         key<FilePath>("file", "symmetric tensors, or sizes, at the vertices or nodes, from a " +
-                                  camber::listed(endings_read(solution_formats())) +
+                                  camber::listed(readable_extensions(solution_formats())) +
                                   " file, or a mesh file with the field metric"),
         key<ConstantMetric>("constant", "the same everywhere"),
-        key<SurfaceMetric>("surface", "thin along the boundary's normals, isotropic in the volume"),
+        key<SurfaceMetric>("surface", "small sizes along the normals of the boundary, isotropic in the volume"),
         key<FieldMetric>("field", "an analytic field, by name"),
         key<MetricExpression>("expression", "sizes or tensors as expressions of x, y, z"),
         key<SizesMetric>("sizes",
-                         "sizes at what has a reference, as large as the domain elsewhere: to intersect others with"),
+                         "sizes at entities with a reference, as large as the domain elsewhere; to be intersected with "
+                         "others"),
         key<GeometryMetric>(
             "geometry",
-            "what the boundary's own surface asks for, as large as the domain elsewhere: to intersect others with"),
-        key<SolutionMetric>("solution", "what interpolates the run's solution best"));
+            "sizes by the curvature of the boundary, as large as the domain elsewhere; to be intersected with others"),
+        key<SolutionMetric>("solution", "the metric that interpolates the run's solution best"));
 }
 
 Description Described<Surrogate>::make() {
     return described<Surrogate>(
-        "surrogate", "A smooth cubic surface through the mesh's own boundary, with ridges and corners kept.");
+        "surrogate", "A smooth cubic surface through the boundary of the mesh. It preserves ridges and corners.");
 }
 
 Description Described<Straight>::make() {
-    return described<Straight>("straight", "The mesh's own flat facets: the boundary stays as it is.");
+    return described<Straight>("straight", "The flat facets of the mesh. The boundary does not change.");
 }
 
 Description Described<Plane>::make() {
@@ -107,27 +112,27 @@ Choice Described<Surface>::make() {
 Description Described<AnalyticSurface>::make() {
     using S = AnalyticSurface;
     return described<S>(
-        "analytic", "An array of surfaces by their equations; boundary facets of other references take the surrogate.",
+        "analytic", "An array of surfaces given by equations. Boundary facets with other references use the surrogate.",
         {field<S>(option_of(&S::references)), inlined(&S::surface)});
 }
 
 Description Described<Cad>::make() {
     return described<Cad>(
         "cad",
-        "A CAD model (3D), read by OpenCASCADE: facets of the boundary lie on its faces, ridges on its edges, by where "
-        "they are; all of them, or those of some references.");
+        "A CAD model (3D), read by OpenCASCADE. Facets of the boundary are associated with its faces and ridges with "
+        "its edges, by their positions. This applies to all facets, or to those with some references.");
 }
 
 Choice Described<Geometry>::make() {
     return choice_of<Geometry>(
-        "geometry", "The shape that boundary nodes are put onto.",
+        "geometry", "The shape onto which boundary nodes are projected.",
         key<Surrogate>("surrogate", "a smooth surface through the mesh's boundary"),
-        key<Straight>("straight", "the flat facets themselves"),
+        key<Straight>("straight", "the flat facets of the mesh"),
         key<FilePath>("mesh",
-                      "the boundary of another mesh of the same body, smooth through its vertices and nodes: give the "
-                      "first mesh where one is remeshed many times"),
-        key<Analytic>("analytic", "spheres, planes, cylinders, tori by reference, the surrogate on all others"),
-        key<Cad>("cad", "the faces and edges of a CAD model, by reference beside the others"));
+                      "the boundary of another mesh of the same body, smooth through its vertices and nodes. Use the "
+                      "first mesh if a body is remeshed repeatedly"),
+        key<Analytic>("analytic", "spheres, planes, cylinders, tori by reference, the surrogate for all others"),
+        key<Cad>("cad", "faces and edges of a CAD model, optionally only for some references"));
 }
 
 Wrapper Described<Analytic>::make() {
@@ -135,7 +140,7 @@ Wrapper Described<Analytic>::make() {
 }
 
 Description Described<BoundaryLayer>::make() {
-    return described<BoundaryLayer>("layer", "Thin layers along a wall, prisms cut to simplices.");
+    return described<BoundaryLayer>("layer", "Thin layers along a boundary: prisms divided into simplices.");
 }
 
 Description Described<ShellOptions<3>>::make() {
@@ -162,35 +167,37 @@ Description Described<BumpOptions>::make() {
 
 Choice Described<Shape>::make() {
     return choice_of<Shape>(
-        "generate", "A domain that Camber meshes itself.", key<ShellOptions<3>>("shell", "between two spheres"),
+        "generate", "A domain that Camber meshes.", key<ShellOptions<3>>("shell", "between two spheres"),
         key<ShellOptions<2>>("annulus", "between two circles (2D)"), key<BoxOptions<3>>("box", "a box"),
         key<BoxOptions<2>>("rectangle", "a rectangle (2D)"), key<BumpOptions>("bump", "a channel with a bump (2D)"));
 }
 
 Choice Described<MeshSource>::make() {
-    const std::string file = "a mesh file (" + camber::listed(endings_read(mesh_formats()), ", ") + ")";
+    const std::string file = "a mesh file (" + camber::listed(readable_extensions(mesh_formats()), ", ") + ")";
     return choice_of<MeshSource>("source", "one of them: " + file + ", or an example domain",
                                  key<FilePath>("mesh", file), key<Shape>("generate", "an example domain"));
 }
 Description Described<Input>::make() {
     using S = Input;
-    return described<S>("input", "Where the mesh comes from.", {inlined(&S::source), field<S>(option_of(&S::flat))},
+    return described<S>("input", "Source of the mesh.", {inlined(&S::source), field<S>(option_of(&S::flat))},
                         [](const S& s) -> std::string {
                             const bool generated = std::holds_alternative<Shape>(s.source);
-                            return generated && s.flat != Flat::plane ? "\"flat\" is for a mesh file" : std::string();
+                            return generated && s.flat != Flat::plane ? "\"flat\" applies only to a mesh file"
+                                                                      : std::string();
                         });
 }
 
-Description Described<GivenSolution>::make() {
-    return described<GivenSolution>(
+Description Described<SolutionInput>::make() {
+    return described<SolutionInput>(
         "solution",
-        "Fields at the nodes of the input's mesh. They go along to the mesh that is made; a metric may be made for "
-        "them, and nodes of edges placed (the objective solution).",
-        [](const GivenSolution& s) -> std::string {
-            if (!s.file.empty() && !s.expression.empty()) return "\"file\" and \"expression\" are two solutions";
+        "Fields at the nodes of the input mesh. They are transferred to the output mesh. A metric can be computed from "
+        "them, and nodes of edges can be placed for them (the objective solution).",
+        [](const SolutionInput& s) -> std::string {
+            if (!s.file.empty() && !s.expression.empty()) return "\"file\" and \"expression\" are mutually exclusive";
             if (!s.expression.empty() && !s.fields.empty())
-                return "\"fields\" are fields of a file, and an expression is one field: leave \"fields\" out";
-            if (!std::ranges::all_of(s.weights, [](double w) { return w >= 0; })) return "\"weights\" are 0 or more";
+                return "\"fields\" selects fields of a file; leave it out with \"expression\"";
+            if (!std::ranges::all_of(s.weights, [](double w) { return w >= 0; }))
+                return "\"weights\" must be 0 or more";
             return {};
         });
 }
@@ -198,14 +205,14 @@ Description Described<GivenSolution>::make() {
 Description Described<Features>::make() {
     return described<Features>(
         "features",
-        "What counts as a ridge where neither the file's edges nor references say so; what required entities of the "
-        "boundary hold.");
+        "Criteria for ridges that are neither listed in the file nor lie between references, and the treatment of "
+        "required entities of the boundary.");
 }
 
 Description Described<BoundaryTolerance>::make() {
     return described<BoundaryTolerance>(
         "geometry_tolerance",
-        "Largest distances from the geometry at which nodes and vertices of the boundary count as being on it. A run "
+        "Largest distances from the geometry at which nodes and vertices of the boundary count as lying on it. A run "
         "whose result exceeds them ends with exit code 1.");
 }
 
@@ -216,17 +223,17 @@ Description Described<Output>::make() {
             auto fields = listed<Output>();
             for (auto& field : fields) {
                 if (field.name == option_of(&Output::mesh).name)
-                    field.doc = "the mesh, in the format of its ending (" +
-                                camber::listed(endings_written(mesh_formats()), ", ") + "); empty: none";
+                    field.doc = "the mesh, in the format of its file extension (" +
+                                camber::listed(writable_extensions(mesh_formats()), ", ") + "); empty: none";
                 if (field.name == option_of(&Output::format).name)
-                    field.doc += " (" + camber::listed(names_written(mesh_formats()), ", ", ", ") + ")";
+                    field.doc += " (" + camber::listed(writable_formats(mesh_formats()), ", ", ", ") + ")";
             }
             return fields;
         }(),
         [](const Output& o) -> std::string {
-            const auto names = names_written(mesh_formats());
+            const auto names = writable_formats(mesh_formats());
             if (o.format.empty() || std::ranges::find(names, o.format) != names.end()) return {};
-            return "\"format\": " + in_quotes(o.format) + " is no format that is written (" +
+            return "\"format\": " + in_quotes(o.format) + " is not a format that Camber writes (" +
                    suggestion(o.format, {names.begin(), names.end()}) + ")";
         });
 }
@@ -239,87 +246,94 @@ Description Described<Pipeline>::make() {
 
 Description Described<Elevate>::make() {
     return described<Elevate>("elevate",
-                              "Linear to quadratic: each edge gets a node at its middle; no point of the mesh moves.");
+                              "Converts a linear mesh to a quadratic one: each edge gets a node at its middle. The "
+                              "shape of the mesh does not change.");
 }
 
 Description Described<Curve>::make() {
     return described<Curve>(
         "curve",
-        "Moves each edge's node: boundary nodes onto the geometry, volume nodes where the objective asks for them: by "
-        "default where what the metric is made for is interpolated best.");
+        "Proposes a position for each edge's node: on the geometry for boundary nodes, by the objective for inner "
+        "nodes. By default the objective minimises the interpolation error of the field that belongs to the metric.");
 }
 
 Description Described<Validate>::make() {
-    return described<Validate>("validate", "Judges every element by certified bounds of its Jacobian's determinant.");
+    return described<Validate>("validate",
+                               "Determines the validity of every element by certified bounds of its "
+                               "Jacobian determinant.");
 }
 
 Description Described<Relax>::make() {
     return described<Relax>("relax",
-                            "Repairs what is not valid, at the least loss of what the stage before wanted: volume "
-                            "edges first, surface edges last.");
+                            "Makes invalid elements valid, with the smallest changes to the node positions that the "
+                            "previous stage proposed. Nodes of volume edges move first, nodes of surface edges last.");
 }
 
-Description Described<Commit>::make() { return described<Commit>("commit", "Makes the planned nodes the mesh's own."); }
+Description Described<Commit>::make() {
+    return described<Commit>("commit",
+                             "Replaces the nodes of the mesh by the "
+                             "proposed nodes.");
+}
 
 Description Described<Reinsert>::make() {
     return described<Reinsert>(
         "reinsert",
-        "The paper's global algorithm: every vertex is put in again where it is, by the cavity operator with its ball "
-        "as the cavity, and the nodes of its edges go to where curve wants them, or a part of the way. No element that "
-        "is valid stops being so at any time. In place of curve, validate, relax and commit. Of the options of relax "
-        "its bounds count.");
+        "The global algorithm of the paper (see docs/README.md). The cavity operator reinserts every vertex at its "
+        "position, with its ball as the cavity. The nodes of its edges move to the target positions of curve, or part "
+        "of the way. A valid element stays valid at any time. The stage replaces curve, validate, relax and commit. "
+        "Only the bounds of relax apply to it.");
 }
 
 Description Described<Collapse>::make() {
     return described<Collapse>("collapse",
-                               "Of a mesh of degree 1 or 2: edges that are short in the metric go, one end into the "
-                               "other, the shortest first.");
+                               "Collapses edges that are short in the metric into one of their ends, the shortest "
+                               "first. The mesh has degree 1 or 2.");
 }
 
 Description Described<Split>::make() {
     return described<Split>(
         "split",
-        "Of a mesh of degree 1 or 2: edges that are long in the metric get a vertex at their middle by length, the "
-        "longest first; those of the boundary on the geometry. The halves of a curved one keep its curve.");
+        "Splits edges that are long in the metric at their middle by length, the longest first. New boundary vertices "
+        "lie on the geometry. The halves of a curved edge follow its curve. The mesh has degree 1 or 2.");
 }
 
 Description Described<Swap>::make() {
     return described<Swap>("swap",
-                           "Of a mesh of degree 1 or 2: edges and faces of bad elements are exchanged where the worst "
-                           "element becomes better for it.");
+                           "Swaps edges and faces of bad elements if this improves the worst element. The mesh has "
+                           "degree 1 or 2.");
 }
 
 Description Described<Smooth>::make() {
     return described<Smooth>(
         "smooth",
-        "Of a mesh of degree 1 or 2: vertices move to where their edges are nearer to unit, as far as the worst "
-        "element around them becomes better; those of smooth surfaces on the geometry.");
+        "Moves vertices to positions where their edges are closer to unit length, if this improves the worst element "
+        "around them. Vertices of smooth surfaces stay on the geometry. The mesh has degree 1 or 2.");
 }
 
 Description Described<Mend>::make() {
     return described<Mend>("improve",
-                           "Of a mesh of degree 1 or 2: swaps and moves for bad elements alone, turn after turn.");
+                           "Repeats swaps and moves of vertices, for bad elements only. The mesh has degree 1 or 2.");
 }
 
 Description Described<Remesh>::make() {
     return described<Remesh>(
         "remesh",
-        "Brings a mesh to the metric, of degree 1, or of degree 2 with its curves (after commit, or as it was read): "
-        "rounds of collapse, split, swap and smooth, until edges are of unit length and nothing changes much; improve "
-        "at last. References, materials, interfaces, ridges, listed curves, corners and whatever is required are kept, "
-        "and no valid element becomes an invalid one. The metric is made of the mesh as it is before; the geometry "
-        "too, and what follows is curved onto it.");
+        "Adapts the mesh to the metric by rounds of collapse, split, swap and smooth, followed by improve. The rounds "
+        "end when edges have unit length and few operations remain. The mesh has degree 1, or degree 2 with curved "
+        "edges (after commit, or from a file). References, materials, interfaces, ridges, listed curves, corners and "
+        "required entities are preserved. No valid element becomes invalid. Metric and geometry are computed from the "
+        "mesh before the stage. Later stages curve the result onto the same geometry.");
 }
 
 Choice Described<Stage>::make() {
     return choice_of<Stage>(
         "stages", "One step of the pipeline.", key<Elevate>("elevate", "linear to quadratic"),
-        key<Curve>("curve", "plan where nodes go"), key<Validate>("validate", "judge every element"),
-        key<Relax>("relax", "repair what is not valid"), key<Commit>("commit", "make the plan the mesh"),
+        key<Curve>("curve", "propose node positions"), key<Validate>("validate", "judge every element"),
+        key<Relax>("relax", "make invalid elements valid"), key<Commit>("commit", "accept the proposed nodes"),
         key<Reinsert>("reinsert", "curve cavity by cavity"), key<Collapse>("collapse", "remove short edges"),
-        key<Split>("split", "divide long edges"), key<Swap>("swap", "exchange edges and faces of bad elements"),
-        key<Smooth>("smooth", "move vertices"), key<Mend>("improve", "swap and move for bad elements alone"),
-        key<Remesh>("remesh", "bring a mesh to the metric"));
+        key<Split>("split", "divide long edges"), key<Swap>("swap", "swap edges and faces of bad elements"),
+        key<Smooth>("smooth", "move vertices"), key<Mend>("improve", "swap and move for bad elements only"),
+        key<Remesh>("remesh", "adapt the mesh to the metric"));
 }
 
 }  // namespace camber::config

@@ -108,7 +108,7 @@ const Alternative* Choice::find(std::string_view key) const {
 }
 
 Json Choice::options(const void* variant) const {
-    const auto [position, value] = held(variant);
+    const auto [position, value] = alternative_of(variant);
     return alternatives[position].codec->write(value);
 }
 

@@ -83,13 +83,15 @@ struct Choice : Codec {
     std::string name, doc;
     std::vector<Alternative> alternatives;  ///< in the variant's order
     /// The position of the variant's alternative, and its address.
-    std::pair<std::size_t, const void*> (*held)(const void* variant) = nullptr;
+    std::pair<std::size_t, const void*> (*alternative_of)(const void* variant) = nullptr;
 
     [[nodiscard]] std::vector<std::string> keys() const;
     /// Null if no alternative has this key.
     [[nodiscard]] const Alternative* find(std::string_view key) const;
     /// The key of the variant's alternative, and its options.
-    [[nodiscard]] const std::string& key(const void* variant) const { return alternatives[held(variant).first].key; }
+    [[nodiscard]] const std::string& key(const void* variant) const {
+        return alternatives[alternative_of(variant).first].key;
+    }
     [[nodiscard]] Json options(const void* variant) const;
     /// Reads the alternative of this key; null stands for the bare key.
     Outcome<Done> read_key(const std::string& key, const Json& options, const Place&, const Limits&, void* into) const;
@@ -111,13 +113,13 @@ struct Wrapper : Codec {
     explicit Wrapper(T S::* only, std::optional<Limits> own_limits = {}, std::string own_name = {})
         : member(only), codec(codec_of<T>), limits(own_limits), type_name(std::move(own_name)) {}
 
-    Outcome<Done> read(const Json& json, const Place& place, const Limits& given, void* into) const override {
-        return codec().read(json, place, limits.value_or(given), member.of(into));
+    Outcome<Done> read(const Json& json, const Place& place, const Limits& specified, void* into) const override {
+        return codec().read(json, place, limits.value_or(specified), member.of(into));
     }
     Json write(const void* value) const override { return codec().write(member.of(value)); }
-    Json schema(const Limits& given) const override { return codec().schema(limits.value_or(given)); }
-    std::string type(const Limits& given) const override {
-        return type_name.empty() ? codec().type(limits.value_or(given)) : type_name;
+    Json schema(const Limits& specified) const override { return codec().schema(limits.value_or(specified)); }
+    std::string type(const Limits& specified) const override {
+        return type_name.empty() ? codec().type(limits.value_or(specified)) : type_name;
     }
 };
 
@@ -162,7 +164,7 @@ CAMBER_DESCRIBED(Torus)
 CAMBER_DESCRIBED(AnalyticSurface)
 CAMBER_DESCRIBED(Cad)
 CAMBER_DESCRIBED(Input)
-CAMBER_DESCRIBED(GivenSolution)
+CAMBER_DESCRIBED(SolutionInput)
 CAMBER_DESCRIBED(Features)
 CAMBER_DESCRIBED(BoundaryTolerance)
 CAMBER_DESCRIBED(Elevate)
@@ -267,7 +269,7 @@ template <class V, class... T>
     choice.alternatives = {{std::move(keys.name), std::move(keys.doc), &codec_of<T>(), [](void* variant) -> void* {
                                 return &static_cast<V*>(variant)->template emplace<T>();
                             }}...};
-    choice.held = [](const void* variant) {
+    choice.alternative_of = [](const void* variant) {
         const V& v = *static_cast<const V*>(variant);
         return std::pair(v.index(), std::visit([](const auto& value) -> const void* { return &value; }, v));
     };

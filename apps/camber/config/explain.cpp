@@ -119,7 +119,7 @@ std::vector<Topic> with_words(std::vector<Topic> topics) {
 /// The stages come after what they use.
 const std::vector<Topic>& all_topics() {
     static const std::vector<Topic> all = with_words(
-        topics_of<Pipeline, Input, GivenSolution, Shape, ShellOptions<3>, ShellOptions<2>, BoxOptions<3>, BoxOptions<2>,
+        topics_of<Pipeline, Input, SolutionInput, Shape, ShellOptions<3>, ShellOptions<2>, BoxOptions<3>, BoxOptions<2>,
                   BumpOptions, BoundaryLayer, Metric, NaturalMetric, ConstantMetric, SurfaceMetric, ReferenceSize,
                   GeometryMetric, SolutionMetric, FieldMetric, LinearField, PolarOneField, PolarTwoField, PlanarShock,
                   SphericalShock, RotatingField, MetricExpression, MetricOperation, Gradation, Bound, Complexity,
@@ -197,7 +197,8 @@ Outcome<Shape> shape_of(const Json& json, const Place& place) {
     auto pipeline = read<Pipeline>(json, place);
     if (!pipeline) return fail(std::move(pipeline.error()));
     if (auto* shape = std::get_if<Shape>(&pipeline->input.source)) return *shape;
-    return bad(place.at("input"), "reads a mesh, it generates none", "use camber convert, or camber run");
+    return bad(place.at("input"), "the config reads a mesh instead of generating one",
+               "use camber convert or camber run");
 }
 
 void put_below(FilePath& file, std::string_view folder) {
@@ -298,7 +299,7 @@ run::PipelineTexts parts_of(const Pipeline& pipeline) {
 std::string pipeline_schema() {
     Json schema{{"$schema", "https://json-schema.org/draft/2020-12/schema"}, {"title", "Camber pipeline"}};
     schema.update(codec_of<Pipeline>().schema({}));
-    schema["properties"]["$schema"] = {{"type", "string"}, {"description", "this schema, for editors"}};
+    schema["properties"]["$schema"] = {{"type", "string"}, {"description", "URL or path of this schema, for editors"}};
     return schema.dump(2) + "\n";
 }
 

@@ -28,14 +28,14 @@ constexpr std::size_t most_keys = 1000;
 class Keys {
   public:
     /// The first of these faults.
-    struct Fault {
+    struct ErrorPosition {
         std::string pointer, what;
     };
 
     /// False for what the parser needs not keep: there is a fault.
-    [[nodiscard]] bool see(nlohmann::detail::parse_event_t event, const Json& parsed) {
+    [[nodiscard]] bool handle(nlohmann::detail::parse_event_t event, const Json& parsed) {
         using Event = nlohmann::detail::parse_event_t;
-        if (fault_) return false;
+        if (error_position_) return false;
         if (event == Event::key) {
             key(parsed.get<std::string>());
         } else if (event == Event::object_start || event == Event::array_start) {
@@ -44,9 +44,9 @@ class Keys {
             if (event != Event::value) frames_.pop_back();
             if (!frames_.empty() && frames_.back().is_array) ++frames_.back().index;
         }
-        return !fault_;
+        return !error_position_;
     }
-    [[nodiscard]] const std::optional<Fault>& fault() const { return fault_; }
+    [[nodiscard]] const std::optional<ErrorPosition>& error_position() const { return error_position_; }
 
   private:
     struct Frame {
@@ -63,11 +63,12 @@ class Keys {
         Place place;
         for (const Frame& f : frames_)
             if (!is_new || &f != &object) place = f.is_array ? place.at(f.index) : place.at(f.current);
-        fault_ = Fault{place.pointer, is_new ? "the object has more than " + std::to_string(most_keys) + " keys"
-                                             : "the key appears twice"};
+        error_position_ =
+            ErrorPosition{place.pointer, is_new ? "the object has more than " + std::to_string(most_keys) + " keys"
+                                                : "the key appears twice"};
     }
     std::vector<Frame> frames_;
-    std::optional<Fault> fault_;
+    std::optional<ErrorPosition> error_position_;
 };
 
 /// Line and column (from 1; columns in bytes) of a byte counted from 1, as the parser counts.
@@ -164,12 +165,13 @@ Outcome<Json> parse_json(std::string_view text, std::string_view name) {
     try {
         Json json = Json::parse(
             text.begin(), text.end(),
-            [&](int, nlohmann::detail::parse_event_t event, Json& parsed) { return keys.see(event, parsed); });
-        if (keys.fault()) return bad({std::string(name), keys.fault()->pointer}, keys.fault()->what);
+            [&](int, nlohmann::detail::parse_event_t event, Json& parsed) { return keys.handle(event, parsed); });
+        if (keys.error_position())
+            return bad({std::string(name), keys.error_position()->pointer}, keys.error_position()->what);
         return json;
     } catch (const nlohmann::json::parse_error& e) {
         return fail(ErrorKind::usage, reason(e.what()), std::string(name) + ": " + line_and_column(text, e.byte), {},
-                    "check quotes, commas and brackets there");
+                    "check quotes, commas and brackets near this position");
     } catch (const nlohmann::json::exception& e) {
         return fail(ErrorKind::usage, reason(e.what()), std::string(name));
     }
@@ -178,7 +180,7 @@ Outcome<Json> parse_json(std::string_view text, std::string_view name) {
 Outcome<Done> override_value(Json& json, std::string_view assignment) {
     const auto equals = assignment.find('=');
     if (equals == std::string_view::npos || equals == 0)
-        return fail(ErrorKind::usage, "expected path=value, for example stages/curve/objective=length",
+        return fail(ErrorKind::usage, "expected PATH=VALUE, for example stages/curve/objective=length",
                     shortened(assignment));
     std::vector<std::string> path(1);
     for (const char letter : assignment.substr(0, equals)) {
@@ -194,7 +196,7 @@ Outcome<Done> override_value(Json& json, std::string_view assignment) {
         at = step(*at, path[k], k + 1 == path.size());
         if (at == nullptr)
             return fail(unknown_word(NameKind::key, path[k], words_of(*before), {{}, shortened(assignment)},
-                                     "the path leads nowhere: there is no " + in_quotes(path[k])));
+                                     "invalid path: there is no " + in_quotes(path[k])));
     }
     const std::string value(assignment.substr(equals + 1));
     auto parsed = Json::parse(value, nullptr, false);
@@ -275,7 +277,7 @@ struct NumberCodec : Codec {
         if (!json.is_number()) return bad(place, "expected a number, got " + kind_of(json));
         const auto x = json.get<double>();
         if (!std::isfinite(x)) return bad(place, "the number is too large");
-        if (!limits.hold(x)) return bad(place, out_of_limits(limits, json.dump()));
+        if (!limits.permit(x)) return bad(place, out_of_limits(limits, json.dump()));
         *static_cast<double*>(into) = x;
         return Done{};
     }
@@ -293,14 +295,14 @@ struct NumberCodec : Codec {
 /// A number, or null where it is only recommended.
 struct BoundCodec : Codec {
     Outcome<Done> read(const Json& json, const Place& place, const Limits& limits, void* into) const override {
-        double asked = 0;
-        auto done = json.is_null() ? Done{} : codec_of<double>().read(json, place, limits, &asked);
-        if (done) *static_cast<JacobianBound*>(into) = json.is_null() ? JacobianBound{} : JacobianBound(asked);
+        double requested = 0;
+        auto done = json.is_null() ? Done{} : codec_of<double>().read(json, place, limits, &requested);
+        if (done) *static_cast<JacobianBound*>(into) = json.is_null() ? JacobianBound{} : JacobianBound(requested);
         return done;
     }
     Json write(const void* value) const override {
         const auto& bound = *static_cast<const JacobianBound*>(value);
-        return bound.is_asked ? Json(bound.value) : Json(nullptr);
+        return bound.is_explicit ? Json(bound.value) : Json(nullptr);
     }
     Json schema(const Limits& limits) const override {
         Json schema = codec_of<double>().schema(limits);
@@ -358,7 +360,7 @@ const Codec& codec_of<FilePath>() {
 
 Outcome<Done> check_integer(const Json& json, const Place& place, const Limits& limits, bool fits) {
     if (!json.is_number_integer()) return bad(place, "expected a whole number, got " + kind_of(json));
-    if (fits && limits.hold(json.get<double>())) return Done{};
+    if (fits && limits.permit(json.get<double>())) return Done{};
     return bad(place, limits.text().empty() ? "must be a smaller number, got " + json.dump()
                                             : out_of_limits(limits, json.dump()));
 }
@@ -404,11 +406,11 @@ Outcome<Done> ListCodec::read(const Json& json, const Place& place, const Limits
     if (!json.is_array()) return bad(place, "expected an array, got " + kind_of(json));
     const auto [least, most] = std::pair(counted(limits).min_count, counted(limits).max_count);
     if (json.size() < least || json.size() > most) {
-        std::string wanted = std::to_string(least);
+        std::string expected = std::to_string(least);
         if (least != most)
-            wanted = most == std::numeric_limits<std::size_t>::max() ? "at least " + wanted
-                                                                     : wanted + " to " + std::to_string(most);
-        return bad(place, "expected " + wanted + " items, got " + std::to_string(json.size()));
+            expected = most == std::numeric_limits<std::size_t>::max() ? "at least " + expected
+                                                                       : expected + " to " + std::to_string(most);
+        return bad(place, "expected " + expected + " items, got " + std::to_string(json.size()));
     }
     renew(into, json.size());
     for (std::size_t i = 0; i < json.size(); ++i)

@@ -44,7 +44,7 @@ void start_itself_by(std::vector<std::string> words);
 
 /// In the child: nothing beyond the limits from now on (under the address sanitizer, which takes all address space, but
 /// for memory).
-void keep_limits(const ChildLimits& limits);
+void set_limits(const ChildLimits& limits);
 
 /// In the child: what the parent gets. Whether it got all of it.
 [[nodiscard]] bool hand_over(std::string_view bytes);
@@ -118,7 +118,7 @@ struct MemoryLimit {
 
 /// From now on large arrays that are let go of leave the process at once, however large those before were (glibc learns
 /// to keep them): a tenth to a seventh of a run's peak, for a few hundredths of its time.
-void give_freed_arrays_back();
+void release_freed_memory();
 
 /// "3.2 GiB", "17.0 MiB".
 [[nodiscard]] std::string readable(std::size_t bytes);
@@ -179,14 +179,14 @@ class RoundsShare {
 };
 
 /// Receives the progress in place of a terminal: the stage, and its part from 0 to 1; from any thread, one at a time.
-using ProgressTold = std::function<void(const std::string& stage, double part)>;
+using ProgressCallback = std::function<void(const std::string& stage, double part)>;
 
 /// One line on standard error that tells how far a stage is: only on a terminal, and only once the stage has taken a
 /// second. Wiped when the next stage begins and at the end.
 class Progress {
   public:
-    /// `told`: empty, the terminal.
-    explicit Progress(ProgressTold told = {});
+    /// `progress`: empty, the terminal.
+    explicit Progress(ProgressCallback progress = {});
     Progress(const Progress&) = delete;
     Progress& operator=(const Progress&) = delete;
     Progress(Progress&&) = delete;
@@ -205,7 +205,7 @@ class Progress {
   private:
     void show(std::size_t done, std::size_t total);
 
-    ProgressTold told_;
+    ProgressCallback callback_;
     bool terminal_;
     bool shown_ = false;
     std::size_t elements_ = 0;
@@ -220,7 +220,7 @@ class Progress {
 [[nodiscard]] std::string progress_line(const std::string& stage, Share share);
 
 /// Steps that are shown while they run, with these threads and this request to stop; missing memory is an error.
-[[nodiscard]] Around steps_shown(Progress& progress, Execution execution);
+[[nodiscard]] StepWrapper steps_shown(Progress& progress, Execution execution);
 
 /// Returns work(). Where the stack of this process is smaller than usual (ulimit -s), the work runs on a thread with
 /// one of the usual size, as all threads do that are made from then on.
@@ -229,7 +229,7 @@ class Progress {
 /// Once, before anything is opened or printed: writing to a closed pipe, or beyond the limit of the size of files,
 /// becomes an error of that write, and a standard stream that the caller closed stays unwritable instead of becoming
 /// the next file that is opened.
-void hold_standard_streams();
+void protect_standard_streams();
 
 /// Standard output, under one rule for all verbs: a reader that goes before all is said (`| head`) is no failure;
 /// whatever else keeps the text from being written is one (a full disk, a closed stream).
@@ -315,7 +315,7 @@ inline constexpr std::size_t beginning_of_stream = std::size_t{1} << 16U;
 [[nodiscard]] Outcome<Column<std::byte>> map_file(const std::string& path);
 
 /// Lets a mapped file's bytes leave this process's memory; those that are looked at again come back.
-void give_back(std::span<const std::byte> of_mapped_file);
+void release_mapping(std::span<const std::byte> of_mapped_file);
 
 /// A file that several processes write to, each at its places, and that has its name when all have done so. Until then
 /// it is a draft beside it, `.camber-….part`: the request to stop (interrupt.cppm) takes it away in whichever process,

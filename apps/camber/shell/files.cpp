@@ -38,11 +38,11 @@ const char* remedy_of(int error) {
         case ENOENT: return "check the path";
         case EACCES:
         case EPERM:
-        case EROFS: return "ask for the permission, or take another place";
+        case EROFS: return "change the permissions, or choose another path";
         case EISDIR: return "name a file";
         case ENOTDIR: return "take another place";
         case ENOSPC:
-        case EDQUOT: return "make room, or take another place";
+        case EDQUOT: return "free disk space, or choose another path";
         case EFBIG: return "raise the limit (ulimit -f)";
         default: return "";
     }
@@ -75,13 +75,13 @@ std::string beside(const std::string& path, const std::string& name) {
 
 /// The request to stop is looked for between two of these.
 constexpr std::size_t largest_transfer = std::size_t{1} << 24;
-constexpr int milliseconds_between_looks = 50;
+constexpr int poll_interval_ms = 50;
 
 /// Waits until the descriptor can be read from or written to; false when asked to stop. Plain files never wait.
 bool wait_for(int fd, short events, const std::stop_token& stop) {
     while (!stop.stop_requested()) {
         struct pollfd one{fd, events, 0};
-        if (::poll(&one, 1, milliseconds_between_looks) != 0) return !stop.stop_requested();
+        if (::poll(&one, 1, poll_interval_ms) != 0) return !stop.stop_requested();
     }
     return false;
 }
@@ -106,7 +106,7 @@ Descriptor open_special(const std::string& path, const std::stop_token& stop) {
         Descriptor file(::open(path.c_str(), O_WRONLY | O_NONBLOCK | O_CLOEXEC));
         if (file || errno != ENXIO) return file;
         if (stop.stop_requested()) return errno = ECANCELED, Descriptor(-1);
-        std::this_thread::sleep_for(std::chrono::milliseconds(milliseconds_between_looks));
+        std::this_thread::sleep_for(std::chrono::milliseconds(poll_interval_ms));
     }
 }
 
@@ -193,7 +193,7 @@ class Watch {
             most_ = *most;
         }
         if (!most_ || bytes.size() <= *most_) return Done{};
-        return fail(ErrorKind::input, "is a stream of more than " + readable(*most_) + ", the most that is read of it",
+        return fail(ErrorKind::input, "is a stream longer than the limit of " + readable(*most_) + " for streams",
                     name_, {}, "give a plain file");
     }
 
@@ -207,12 +207,12 @@ class Watch {
 Outcome<Done> check_folder_of(const std::string& path) {
     const std::string target = target_of(path);
     struct stat status{};
-    const bool is_there = ::stat(folder_of(target).c_str(), &status) == 0;
-    if (is_there && S_ISDIR(status.st_mode)) return Done{};
-    if (!is_there && errno == EACCES) return fail_by_system(ErrorKind::write, path, "written", EACCES);
+    const bool is_present = ::stat(folder_of(target).c_str(), &status) == 0;
+    if (is_present && S_ISDIR(status.st_mode)) return Done{};
+    if (!is_present && errno == EACCES) return fail_by_system(ErrorKind::write, path, "written", EACCES);
     const std::string folder = folder_of(path);
-    if (is_there || errno == ENOTDIR)
-        return fail(ErrorKind::write, "its folder " + folder + (is_there ? " is a file" : " lies below a file"), path,
+    if (is_present || errno == ENOTDIR)
+        return fail(ErrorKind::write, "its folder " + folder + (is_present ? " is a file" : " lies below a file"), path,
                     {}, "take another place");
     return fail(ErrorKind::write, "its folder " + folder + " does not exist", path, {},
                 "make it: mkdir -p " + shell_word(folder));
@@ -234,7 +234,7 @@ Outcome<Done> make_folder(const std::string& folder) {
     std::error_code error;
     std::filesystem::create_directory(folder, error);
     if (!error) return Done{};
-    return fail(ErrorKind::write, "the folder cannot be made: " + error.message(), folder, {}, "take another place");
+    return fail(ErrorKind::write, "the folder cannot be created: " + error.message(), folder, {}, "take another place");
 }
 
 Outcome<std::size_t> bound_of_text(std::span<const std::byte>) { return std::size_t{64} << 20U; }
@@ -272,9 +272,11 @@ Outcome<Buffer<std::byte>> read_file(const std::string& path, const Execution& e
     if (auto allowed = watch.allows(bytes, true); !allowed) return fail(allowed.error());
     return bytes;
 } catch (const std::bad_alloc&) {
-    return fail(ErrorKind::memory, "not enough memory to read the file", called_input(path), {}, "give it more memory");
+    return fail(ErrorKind::memory, "not enough memory to read the file", called_input(path), {},
+                "use a machine with more memory");
 } catch (const std::length_error&) {
-    return fail(ErrorKind::memory, "not enough memory to read the file", called_input(path), {}, "give it more memory");
+    return fail(ErrorKind::memory, "not enough memory to read the file", called_input(path), {},
+                "use a machine with more memory");
 }
 
 Outcome<Done> write_file(const std::string& path, std::span<const std::span<const std::byte>> chunks,
@@ -328,9 +330,9 @@ struct Mapping {
     Mapping& operator=(const Mapping&) = delete;
     Mapping& operator=(Mapping&&) = delete;
     ~Mapping() {
-        if (is_there()) ::munmap(begin, size);
+        if (is_present()) ::munmap(begin, size);
     }
-    [[nodiscard]] bool is_there() const { return begin != MAP_FAILED; }
+    [[nodiscard]] bool is_present() const { return begin != MAP_FAILED; }
 
     void* begin;
     std::size_t size;
@@ -347,17 +349,17 @@ Outcome<Column<std::byte>> map_file(const std::string& path) {
         if (::fstat(file.get(), &status) != 0) return unreadable(errno);
         if (S_ISDIR(status.st_mode)) return unreadable(EISDIR);
         if (!S_ISREG(status.st_mode))
-            return fail(ErrorKind::input, "is no plain file, which is read by several at any place", path, {},
-                        "copy it into one");
+            return fail(ErrorKind::input, "is not a regular file; several processes read it at different positions",
+                        path, {}, "copy it into a regular file");
         if (status.st_size == 0) return Column<std::byte>();
         const auto size = static_cast<std::size_t>(status.st_size);
         const auto mapping = std::make_shared<const Mapping>(file, size);
-        if (!mapping->is_there()) return unreadable(errno);
+        if (!mapping->is_present()) return unreadable(errno);
         return Column<std::byte>({static_cast<const std::byte*>(mapping->begin), size}, mapping);
     });
 }
 
-void give_back(std::span<const std::byte> of_mapped_file) {
+void release_mapping(std::span<const std::byte> of_mapped_file) {
     if (of_mapped_file.empty()) return;
     ::madvise(const_cast<std::byte*>(of_mapped_file.data()), of_mapped_file.size(), MADV_DONTNEED);
 }
@@ -365,7 +367,7 @@ void give_back(std::span<const std::byte> of_mapped_file) {
 struct SharedFile::Open {
     std::string path, target, draft;
     Descriptor file;
-    bool is_makers = false;
+    bool is_draft_owner = false;
     RemovedOnSignals removed;
 };
 
@@ -398,7 +400,7 @@ SharedFile::SharedFile(std::unique_ptr<Open> open) : open_(std::move(open)) {}
 SharedFile::SharedFile(SharedFile&&) noexcept = default;
 SharedFile& SharedFile::operator=(SharedFile&&) noexcept = default;
 SharedFile::~SharedFile() {
-    if (open_ && open_->is_makers && is_of(open_->file, open_->draft)) ::unlink(open_->draft.c_str());
+    if (open_ && open_->is_draft_owner && is_of(open_->file, open_->draft)) ::unlink(open_->draft.c_str());
 }
 
 const std::string& SharedFile::draft() const { return open_->draft; }
@@ -448,12 +450,12 @@ Outcome<Done> SharedFile::flush() const {
 
 Outcome<Done> SharedFile::publish() {
     if (!is_of(open_->file, open_->draft))
-        return fail(ErrorKind::write, "its draft was taken away meanwhile", open_->path, {},
-                    "let one run at a time write it");
+        return fail(ErrorKind::write, "the temporary file was removed by another process", open_->path, {},
+                    "do not write this file in several runs at the same time");
     if (!take_permissions(open_->file.get(), open_->target) ||
         ::rename(open_->draft.c_str(), open_->target.c_str()) != 0)
         return unwritable(open_->path);
-    open_->is_makers = false;
+    open_->is_draft_owner = false;
     open_->removed = {};
     sync_folder_of(open_->target);
     return Done{};

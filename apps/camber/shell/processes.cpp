@@ -128,15 +128,14 @@ Outcome<ChildResult> run_self(const std::vector<std::string>& arguments, const C
     using Clock = std::chrono::steady_clock;
     constexpr int tick = 50;  // ms, between looks at the clock and at the request to stop
     std::array<int, 2> pipe{};
-    if (pipe2(pipe.data(), O_CLOEXEC) != 0) return fail(ErrorKind::internal, "no pipe to another process can be made");
+    if (pipe2(pipe.data(), O_CLOEXEC) != 0) return fail(ErrorKind::internal, "cannot create a pipe to another process");
     pid_t pid = -1;
     const int error = spawn_self(arguments, pipe[1], pid);
     close(pipe[1]);
     const Descriptor from_child(pipe[0]);
     Child child(error == 0 ? pid : -1);
     if (error != 0)
-        return fail(ErrorKind::internal,
-                    "the program cannot be started once more (error " + std::to_string(error) + ")",
+        return fail(ErrorKind::internal, "cannot start the program again (error " + std::to_string(error) + ")",
                     own_words().front());
     const auto until = Clock::now() + std::chrono::duration<double>(limits.seconds);
     std::string bytes;
@@ -157,7 +156,7 @@ Outcome<ChildResult> run_self(const std::vector<std::string>& arguments, const C
     return ChildResult{ChildEnd::done, std::move(bytes), {}};
 }
 
-void keep_limits(const ChildLimits& limits) {
+void set_limits(const ChildLimits& limits) {
     const auto set = [](auto resource, double limit) {
         const auto most = static_cast<rlim_t>(limit);
         const rlimit both{most, most};
@@ -240,14 +239,14 @@ int spawn(const std::vector<std::string>& words, const std::string& output, pid_
 
 Outcome<CommandResult> run_command_line(const std::vector<std::string>& words, double seconds,
                                         const std::string& output, const Execution& execution) {
-    if (words.empty()) return fail(ErrorKind::internal, "a command of no words");
+    if (words.empty()) return fail(ErrorKind::internal, "the command has no words");
     if (auto writable = check_writable(output); !writable) return fail(writable.error());
     const auto begin = Clock::now();
     const auto passed = [&] { return std::chrono::duration<double>(Clock::now() - begin).count(); };
     pid_t pid = -1;
     if (const int error = spawn(words, output, pid); error != 0)
         return fail(ErrorKind::usage, "cannot be started: " + std::generic_category().message(error), words.front(), {},
-                    "give a program that is on the PATH, or its file");
+                    "check that the program exists and is on the PATH");
     Group group(pid);
     for (;;) {
         if (const auto status = group.status()) {
@@ -295,7 +294,7 @@ std::stop_source& source() {
 }
 
 /// Names that a handler may read whenever it comes: in memory that is never given back.
-enum class Place : std::uint8_t { free, taken, told };
+enum class Place : std::uint8_t { free, taken, registered };
 struct Name {
     std::atomic<Place> place = Place::free;
     std::array<char, PATH_MAX> path = {};
@@ -306,7 +305,7 @@ std::array<Name, 8> to_remove;
 /// unlink.
 extern "C" void request_stop(int) {
     for (const Name& name : to_remove)
-        if (name.place.load() == Place::told) ::unlink(name.path.data());
+        if (name.place.load() == Place::registered) ::unlink(name.path.data());
     source().request_stop();
 }
 
@@ -330,7 +329,7 @@ RemovedOnSignals::RemovedOnSignals(std::string_view path) {
         if (!to_remove[i].place.compare_exchange_strong(free, Place::taken)) continue;
         std::memcpy(to_remove[i].path.data(), path.data(), path.size());
         to_remove[i].path[path.size()] = '\0';
-        to_remove[i].place = Place::told;
+        to_remove[i].place = Place::registered;
         place_ = i;
     }
 }
@@ -349,7 +348,7 @@ bool has_usual_stack() {
     return ::getrlimit(RLIMIT_STACK, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY || limit.rlim_cur >= usual_stack;
 }
 
-void give_threads_usual_stacks() {
+void set_default_thread_stacks() {
     pthread_attr_t attributes;
     if (::pthread_attr_init(&attributes) != 0) return;
     if (::pthread_attr_setstacksize(&attributes, usual_stack) == 0) (void)::pthread_setattr_default_np(&attributes);
@@ -360,7 +359,7 @@ void give_threads_usual_stacks() {
 
 int with_usual_stack(const std::function<int()>& work) {
     if (has_usual_stack()) return work();
-    give_threads_usual_stacks();
+    set_default_thread_stacks();
     int code = 0;
     std::exception_ptr failure;
     const auto run = [&] {

@@ -82,8 +82,8 @@ std::string short_count(double count) {
 
 }  // namespace
 
-Progress::Progress(ProgressTold told)
-    : told_(std::move(told)), terminal_(!told_ && ::isatty(STDERR_FILENO) == 1 && prints_notes()) {
+Progress::Progress(ProgressCallback progress)
+    : callback_(std::move(progress)), terminal_(!callback_ && ::isatty(STDERR_FILENO) == 1 && prints_notes()) {
     begin({});
 }
 
@@ -95,7 +95,7 @@ void Progress::begin(std::string stage) {
     stage_ = std::move(stage);
     share_ = StageShare(elements_);
     start_ = last_ = std::chrono::steady_clock::now();
-    if (told_ && !stage_.empty()) told_(stage_, 0);
+    if (callback_ && !stage_.empty()) callback_(stage_, 0);
 }
 
 void Progress::begin_in_rounds(std::string_view stage, const std::string& step) {
@@ -109,7 +109,7 @@ void Progress::begin_in_rounds(std::string_view stage, const std::string& step) 
 }
 
 std::function<void(std::size_t, std::size_t)> Progress::ticks() {
-    if (!terminal_ && !told_) return {};
+    if (!terminal_ && !callback_) return {};
     return [this](std::size_t done, std::size_t total) { show(done, total); };
 }
 
@@ -123,7 +123,7 @@ void Progress::show(std::size_t done, std::size_t total) {
         total = static_cast<std::size_t>(parts);
     }
     const Share share = share_.tick(done, total, seconds);
-    if (told_) return told_(stage_, share.part);
+    if (callback_) return callback_(stage_, share.part);
     if (seconds < shown_from || (shown_ && now - last_ < 100ms)) return;
     last_ = now;
     shown_ = true;
@@ -158,8 +158,8 @@ double RoundsShare::tick(double part) {
 
 Share StageShare::tick(std::size_t done, std::size_t total, double seconds) {
     constexpr double enough_to_judge = 0.02, almost_all = 0.99;
-    const double told = total > 0 ? static_cast<double>(done) / static_cast<double>(total) : 0.0;
-    part_ = std::clamp(told, part_, almost_all);
+    const double progress = total > 0 ? static_cast<double>(done) / static_cast<double>(total) : 0.0;
+    part_ = std::clamp(progress, part_, almost_all);
     if (part_ < enough_to_judge) return {part_};
     const double a_second = seconds > 0 ? part_ * static_cast<double>(elements_) / seconds : 0;
     return {part_, seconds * (1 - part_) / part_, a_second};
@@ -175,7 +175,7 @@ std::string progress_line(const std::string& stage, Share share) {
     return line;
 }
 
-Around steps_shown(Progress& progress, Execution execution) {
+StepWrapper steps_shown(Progress& progress, Execution execution) {
     return [&progress, execution](std::string_view stage, const std::function<Outcome<Done>(const Execution&)>& body) {
         progress.begin(std::string(stage));
         Execution shown = execution;
@@ -184,7 +184,7 @@ Around steps_shown(Progress& progress, Execution execution) {
     };
 }
 
-void hold_standard_streams() {
+void protect_standard_streams() {
     std::signal(SIGPIPE, SIG_IGN);
     std::signal(SIGXFSZ, SIG_IGN);
     int fd = 0;  // the lowest that is free; opened for reading only, so that writing fails as on a closed one
@@ -290,7 +290,7 @@ std::size_t resident_bytes() {
     return resident * static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
 }
 
-void give_freed_arrays_back() {
+void release_freed_memory() {
 #ifdef __GLIBC__
     constexpr int large = 1 << 22;
     ::mallopt(M_MMAP_THRESHOLD, large);

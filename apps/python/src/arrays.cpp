@@ -74,10 +74,10 @@ Doubles doubles_of(const py::handle& value, const std::string& name) {
     return py::reinterpret_borrow<Doubles>(Doubles::ensure(array));
 }
 
-[[noreturn]] void refuse(const std::string& name, const py::array& array, const std::string& wanted) {
+[[noreturn]] void refuse(const std::string& name, const py::array& array, const std::string& expected) {
     std::string shape;
     for (py::ssize_t d = 0; d < array.ndim(); ++d) shape += (d > 0 ? ", " : "") + std::to_string(array.shape(d));
-    raise({ErrorKind::input, "has the shape (" + shape + ")", name, {}, wanted});
+    raise({ErrorKind::input, "has the shape (" + shape + ")", name, {}, expected});
 }
 
 /// Field kind that matches the array's shape; none for other shapes.
@@ -105,7 +105,8 @@ bool is_immutable(const py::array& array) {
 py::array read_only(py::array array) {
     const std::vector<py::ssize_t> shape(array.shape(), array.shape() + array.ndim());
     const std::vector<py::ssize_t> strides(array.strides(), array.strides() + array.ndim());
-    const py::capsule owner(new py::array(array), [](void* held) { delete static_cast<py::array*>(held); });
+    const py::capsule owner(new py::array(array),
+                            [](void* owned_array) { delete static_cast<py::array*>(owned_array); });
     py::array view(array.dtype(), shape, strides, array.data(), owner);
     py::detail::array_proxy(view.ptr())->flags &= ~py::detail::npy_api::NPY_ARRAY_WRITEABLE_;
     return view;
@@ -113,9 +114,9 @@ py::array read_only(py::array array) {
 
 std::shared_ptr<const void> owner_of(const py::array& array) {
     if (!is_immutable(array)) return nullptr;
-    return {new py::array(array), [](const void* held) {
+    return {new py::array(array), [](const void* owned_array) {
                 const py::gil_scoped_acquire locked;
-                delete static_cast<const py::array*>(held);
+                delete static_cast<const py::array*>(owned_array);
             }};
 }
 
@@ -150,11 +151,11 @@ std::vector<run::NamedField> fields_of(const py::dict& fields, int dimension, st
         const auto name = key.cast<std::string>();
         const Doubles array = doubles_of(value, name);
         const auto rows = array.ndim() > 0 ? static_cast<std::size_t>(array.shape(0)) : 0;
-        const std::string wanted = "give a row for each of the " + std::to_string(vertices) + " vertices" +
-                                   (nodes > vertices ? " or " + std::to_string(nodes) + " nodes" : "") +
-                                   ": (n,), of vectors (n, " + d + "), of tensors (n, " + d + ", " + d + ")";
+        const std::string expected = "give a row for each of the " + std::to_string(vertices) + " vertices" +
+                                     (nodes > vertices ? " or " + std::to_string(nodes) + " nodes" : "") +
+                                     ": (n,), of vectors (n, " + d + "), of tensors (n, " + d + ", " + d + ")";
         const auto kind = array.ndim() > 0 ? kind_of(array, n) : std::nullopt;
-        if (!kind || (rows != vertices && rows != nodes)) refuse(name, array, wanted);
+        if (!kind || (rows != vertices && rows != nodes)) refuse(name, array, expected);
         const bool is_packed = *kind == FieldKind::symmetric_tensor;
         out.push_back({name, *kind,
                        TransferField{values_per_vertex(*kind, dimension), rows == vertices ? 1 : 2,
@@ -163,11 +164,11 @@ std::vector<run::NamedField> fields_of(const py::dict& fields, int dimension, st
     return out;
 }
 
-Solution metric_of(const py::array& given, int dimension, const std::string& name) {
+Solution metric_of(const py::array& specified, int dimension, const std::string& name) {
     constexpr double rounding = 1e-8;
     const auto n = static_cast<std::size_t>(dimension);
     const std::string d = std::to_string(dimension);
-    const Doubles array = doubles_of(given, name);
+    const Doubles array = doubles_of(specified, name);
     const auto rows = array.ndim() > 0 ? static_cast<std::size_t>(array.shape(0)) : 0;
     if (array.ndim() == 1) return {dimension, {FieldKind::scalar}, rows, column_of<double>(array)};
     const bool are_tensors = array.ndim() == 3 && static_cast<std::size_t>(array.shape(1)) == n &&

@@ -153,7 +153,7 @@ MeshArrays<D> arrays_in(const Array<double>& points, const py::dict& cells, cons
 /// Precondition: the shapes of the arrays are checked. `flat`: triangles in one plane become a 2D mesh.
 MeshHandle from_arrays(const Array<double>& points, const py::dict& cells, const py::dict& references,
                        const std::vector<std::tuple<int, Reference, std::string>>& names, bool flat) {
-    const auto made = [&]() -> Outcome<DecodedMesh> {
+    const auto result = [&]() -> Outcome<DecodedMesh> {
         if (points.shape(1) == 2) {
             auto arrays = arrays_in<2>(points, cells, references, names);
             const py::gil_scoped_release without_lock;
@@ -164,7 +164,7 @@ MeshHandle from_arrays(const Array<double>& points, const py::dict& cells, const
         auto in_space = mesh_of_arrays<3>(std::move(arrays), {});
         return in_space && flat ? with_flat_in_2d(std::move(*in_space), {}) : std::move(in_space);
     }();
-    return handle_of(value_of(made));
+    return handle_of(value_of(result));
 }
 
 /// Row of each node in the input; -1 for a new node.
@@ -172,7 +172,7 @@ py::array given_rows(const MeshHandle& mesh) {
     py::array_t<std::int64_t> rows(static_cast<py::ssize_t>(mesh.nodes()));
     std::int64_t* const to = rows.mutable_data();
     for (std::size_t n = 0; n < mesh.nodes(); ++n)
-        to[n] = mesh.given_as.empty() ? static_cast<std::int64_t>(n) : std::int64_t{mesh.given_as[n]} - 1;
+        to[n] = mesh.input_numbers.empty() ? static_cast<std::int64_t>(n) : std::int64_t{mesh.input_numbers[n]} - 1;
     return std::move(rows);
 }
 
@@ -229,8 +229,8 @@ std::size_t MeshHandle::nodes() const {
 }
 
 MeshHandle handle_of(DecodedMesh mesh) {
-    auto given_as = std::exchange(mesh.node_numbers, {});
-    return {std::move(mesh), std::move(given_as)};
+    auto input_numbers = std::exchange(mesh.node_numbers, {});
+    return {std::move(mesh), std::move(input_numbers)};
 }
 
 void bind_mesh(py::module_& module) {

@@ -21,71 +21,71 @@ import camber.commands;
 namespace camber::python {
 
 void raise(const Error& error) {
-    const py::object made = py::module_::import("camber.exceptions")
-                                .attr("of")(static_cast<int>(error.kind), error.what, error.where,
-                                            error.entity ? error.entity->kind : std::string(),
-                                            error.entity ? error.entity->number : 0, error.remedy);
-    PyErr_SetObject(reinterpret_cast<PyObject*>(Py_TYPE(made.ptr())), made.ptr());
+    const py::object result = py::module_::import("camber.exceptions")
+                                  .attr("of")(static_cast<int>(error.kind), error.what, error.where,
+                                              error.entity ? error.entity->kind : std::string(),
+                                              error.entity ? error.entity->number : 0, error.remedy);
+    PyErr_SetObject(reinterpret_cast<PyObject*>(Py_TYPE(result.ptr())), result.ptr());
     throw py::error_already_set();
 }
 
-app::Host Watched::host() {
+app::Host BackgroundTask::host() {
     app::Host host{.stop = stop_.get_token()};
-    host.told = [this](const std::string& stage, double part) {
+    host.progress = [this](const std::string& stage, double part) {
         const std::scoped_lock lock(mutex_);
-        told_ = std::pair(stage, part);
+        pending_progress_ = std::pair(stage, part);
     };
     return host;
 }
 
-void Watched::look_after() {
+void BackgroundTask::look_after() {
     using namespace std::chrono_literals;
     constexpr auto tick = 50ms;
     std::unique_lock lock(mutex_);
     while (!done_) {
-        changed_.wait_for(lock, tick, [&] { return done_ || asked_; });
+        changed_.wait_for(lock, tick, [&] { return done_ || pending_call_; });
         lock.unlock();
         visit_python();
         lock.lock();
     }
 }
 
-void Watched::visit_python() {
-    std::function<void()> asked;
-    std::optional<std::pair<std::string, double>> told;
+void BackgroundTask::visit_python() {
+    std::function<void()> requested;
+    std::optional<std::pair<std::string, double>> progress;
     {
         const std::scoped_lock lock(mutex_);
-        asked = asked_;
-        told = std::exchange(told_, std::nullopt);
+        requested = pending_call_;
+        progress = std::exchange(pending_progress_, std::nullopt);
     }
     if (!raised_) {
         const py::gil_scoped_acquire locked;
         try {
             if (PyErr_CheckSignals() != 0) throw py::error_already_set();
-            if (told && !progress_.is_none()) {
+            if (progress && !progress_.is_none()) {
                 // If the callback returns None, the work continues; False stops it, also a NumPy False.
-                const py::object answer = progress_(told->first, told->second);
-                const int goes_on = answer.is_none() ? 1 : PyObject_IsTrue(answer.ptr());
-                if (goes_on < 0) throw py::error_already_set();
-                if (goes_on == 0) stop_.request_stop();
+                const py::object answer = progress_(progress->first, progress->second);
+                const int is_continuing = answer.is_none() ? 1 : PyObject_IsTrue(answer.ptr());
+                if (is_continuing < 0) throw py::error_already_set();
+                if (is_continuing == 0) stop_.request_stop();
             }
-            if (asked) asked();
+            if (requested) requested();
         } catch (...) {
             raised_ = std::current_exception();
             stop_.request_stop();
         }
     }
-    if (!asked) return;
+    if (!requested) return;
     const std::scoped_lock lock(mutex_);
-    asked_ = nullptr;
+    pending_call_ = nullptr;
     changed_.notify_all();
 }
 
-bool Watched::call(std::function<void()> f) {
+bool BackgroundTask::call(std::function<void()> f) {
     std::unique_lock lock(mutex_);
-    asked_ = std::move(f);
+    pending_call_ = std::move(f);
     changed_.notify_all();
-    changed_.wait(lock, [&] { return !asked_; });
+    changed_.wait(lock, [&] { return !pending_call_; });
     return !raised_;
 }
 

@@ -45,21 +45,21 @@ T value_of(Outcome<T> outcome) {
 
 /// Runs work on its own thread, without the interpreter's lock. Meanwhile the calling thread handles signals, reports
 /// the progress, and runs Python callbacks.
-class Watched {
+class BackgroundTask {
   public:
     /// `progress`: None or a function of stage and share (0 to 1); if it returns False, the work stops.
-    explicit Watched(py::object progress) : progress_(std::move(progress)) {}
+    explicit BackgroundTask(py::object progress) : progress_(std::move(progress)) {}
 
     /// Runs f(host) on another thread. Raises exceptions of Python callbacks (KeyboardInterrupt, `progress`), else the
     /// error of f.
     template <class F>
     auto run(F&& f) {
         using Result = std::invoke_result_t<F, app::Host>;
-        std::optional<Result> made;
+        std::optional<Result> result;
         {
             const py::gil_scoped_release without_lock;
             const std::jthread worker([&] {
-                made = guarded([&]() -> Result { return f(host()); });
+                result = guarded([&]() -> Result { return f(host()); });
                 const std::scoped_lock lock(mutex_);
                 done_ = true;
                 changed_.notify_all();
@@ -67,7 +67,7 @@ class Watched {
             look_after();
         }
         if (raised_) std::rethrow_exception(raised_);
-        return value_of(std::move(*made));
+        return value_of(std::move(*result));
     }
 
     /// The work calls this to run f on the calling thread, with the interpreter's lock. Returns false if f raised; then
@@ -83,8 +83,8 @@ class Watched {
     std::mutex mutex_;
     std::condition_variable changed_;
     bool done_ = false;
-    std::function<void()> asked_;  ///< callback that waits for the calling thread
-    std::optional<std::pair<std::string, double>> told_;
+    std::function<void()> pending_call_;  ///< callback that waits for the calling thread
+    std::optional<std::pair<std::string, double>> pending_progress_;
     std::stop_source stop_;
     std::exception_ptr raised_;
 };
@@ -97,7 +97,8 @@ py::array view_of(const Column<T>& column, std::size_t width) {
     const auto rows = static_cast<py::ssize_t>(column.size());
     std::vector<py::ssize_t> shape{rows};
     if (width > 0) shape.push_back(static_cast<py::ssize_t>(width));
-    const py::capsule owner(new Column<T>(column), [](void* held) { delete static_cast<Column<T>*>(held); });
+    const py::capsule owner(new Column<T>(column),
+                            [](void* owned_array) { delete static_cast<Column<T>*>(owned_array); });
     py::array view(py::dtype::of<Number>(), shape, reinterpret_cast<const Number*>(column.data()), owner);
     py::detail::array_proxy(view.ptr())->flags &= ~py::detail::npy_api::NPY_ARRAY_WRITEABLE_;
     return view;
@@ -133,7 +134,7 @@ py::array array_of(const Solution& metric);
 struct MeshHandle {
     DecodedMesh value;
     /// Number of each node in the input (from 1), 0 for a new node; empty if the numbers are 1, 2, 3 …
-    Column<std::uint32_t> given_as = {};
+    Column<std::uint32_t> input_numbers = {};
 
     [[nodiscard]] int dimension() const;
     [[nodiscard]] int degree() const;
@@ -142,7 +143,7 @@ struct MeshHandle {
     [[nodiscard]] std::size_t nodes() const;
 };
 
-/// Moves `node_numbers` to `given_as`, so that messages use the node numbers of the mesh.
+/// Moves `node_numbers` to `input_numbers`, so that messages use the node numbers of the mesh.
 [[nodiscard]] MeshHandle handle_of(DecodedMesh mesh);
 
 void bind_mesh(py::module_& module);

@@ -45,53 +45,53 @@ struct InMemory {
     py::dict meshes, metrics, solutions;
 };
 
-app::Given given_of(const InMemory& values, const MeshHandle* of) {
-    app::Given given;
+app::MemoryInputs memory_inputs_of(const InMemory& values, const MeshHandle* of) {
+    app::MemoryInputs specified;
     for (const auto& [name, mesh] : values.meshes)
-        given.meshes[name.cast<std::string>()] = mesh.cast<const MeshHandle&>().value;
+        specified.meshes[name.cast<std::string>()] = mesh.cast<const MeshHandle&>().value;
     for (const auto& [name, rows] : values.metrics)
-        given.metrics[name.cast<std::string>()] =
+        specified.metrics[name.cast<std::string>()] =
             metric_of(rows.cast<py::array>(), of ? of->dimension() : 3, name.cast<std::string>());
     for (const auto& [name, fields] : values.solutions)
-        given.solutions[name.cast<std::string>()] =
+        specified.solutions[name.cast<std::string>()] =
             of ? solution_on(*of, fields.cast<py::dict>()) : fields_of(fields.cast<py::dict>(), 3, 0, 0);
-    return given;
+    return specified;
 }
 
-py::dict dict_of(app::MadeInMemory made) {
+py::dict dict_of(app::MemoryResult outcome) {
     py::dict out;
-    made.mesh.fields = run::as_mesh_fields(made.mesh.mesh, made.solution);
-    const MeshHandle mesh = handle_of(std::move(made.mesh));
-    out["solution"] = arrays_of(made.solution, mesh.dimension());
-    out["metric"] = made.metric ? py::object(array_of(*made.metric)) : py::object(py::none());
-    out["report"] = made.report;
-    out["notices"] = made.notices;
-    out["success"] = made.holds_what_was_asked;
+    outcome.mesh.fields = run::as_mesh_fields(outcome.mesh.mesh, outcome.solution);
+    const MeshHandle mesh = handle_of(std::move(outcome.mesh));
+    out["solution"] = arrays_of(outcome.solution, mesh.dimension());
+    out["metric"] = outcome.metric ? py::object(array_of(*outcome.metric)) : py::object(py::none());
+    out["report"] = outcome.report;
+    out["notices"] = outcome.notices;
+    out["success"] = outcome.meets_requirements;
     out["mesh"] = mesh;
     return out;
 }
 
 Outcome<config::Pipeline> pipeline_of(const app::Call& call) {
     auto pipeline = call.work.pipeline();
-    if (!pipeline || !pipeline->adapt.is_asked()) return pipeline;
+    if (!pipeline || !pipeline->adapt.is_requested()) return pipeline;
     // Arguments are validated like a config file.
     return config::with_values(*pipeline, {}, "arguments");
 }
 
-py::dict run_pipeline(config::Pipeline pipeline, app::Given given, const py::object& progress) {
-    return dict_of(Watched(progress).run([&](app::Host host) {
-        host.given = std::move(given);
+py::dict run_pipeline(config::Pipeline pipeline, app::MemoryInputs specified, const py::object& progress) {
+    return dict_of(BackgroundTask(progress).run([&](app::Host host) {
+        host.memory_inputs = std::move(specified);
         return app::run_in_memory(std::move(pipeline), std::move(host));
     }));
 }
 
 py::dict run_words(const Words& words, const InMemory& values, const MeshHandle& mesh, const py::object& progress) {
     auto pipeline = value_of(pipeline_of(*value_of(app::call_of(words))));
-    return run_pipeline(std::move(pipeline), given_of(values, &mesh), progress);
+    return run_pipeline(std::move(pipeline), memory_inputs_of(values, &mesh), progress);
 }
 
 /// `solver`: None or a function of a mesh, the solution transferred to it, and the cycle number.
-py::dict adapt_pipeline(config::Pipeline pipeline, int degree, app::Given given, const py::object& solver,
+py::dict adapt_pipeline(config::Pipeline pipeline, int degree, app::MemoryInputs specified, const py::object& solver,
                         const py::object& progress) {
     if (solver.is_none() && !pipeline.adapt.solve.empty())
         raise({ErrorKind::usage,
@@ -99,26 +99,26 @@ py::dict adapt_pipeline(config::Pipeline pipeline, int degree, app::Given given,
                "/adapt/solve",
                {},
                "give a function as solve, or use camber run"});
-    Watched watched(progress);
+    BackgroundTask watched(progress);
     const app::Solver solve = [&](const DecodedMesh& on, const std::vector<run::NamedField>& guess,
                                   int cycle) -> Outcome<std::vector<run::NamedField>> {
         std::vector<run::NamedField> fields;
-        const bool went_well = watched.call([&] {
+        const bool succeeded = watched.call([&] {
             const MeshHandle handle = handle_of(on);
-            const py::dict made = solver(handle, arrays_of(guess, handle.dimension()), cycle);
-            fields = solution_on(handle, made);
+            const py::dict outcome = solver(handle, arrays_of(guess, handle.dimension()), cycle);
+            fields = solution_on(handle, outcome);
         });
-        if (!went_well) return fail(ErrorKind::stopped, "the solver raised");
+        if (!succeeded) return fail(ErrorKind::stopped, "the solver raised");
         return fields;
     };
-    auto made = watched.run([&](app::Host host) {
-        host.given = std::move(given);
+    auto outcome = watched.run([&](app::Host host) {
+        host.memory_inputs = std::move(specified);
         return app::adapt_in_memory(std::move(pipeline), degree, solver.is_none() ? app::Solver() : solve,
                                     std::move(host));
     });
-    py::dict out = dict_of(std::move(made.result));
-    out["cycles"] = made.cycles;
-    out["reason"] = made.reason;
+    py::dict out = dict_of(std::move(outcome.result));
+    out["cycles"] = outcome.cycles;
+    out["reason"] = outcome.reason;
     return out;
 }
 
@@ -128,15 +128,16 @@ py::dict adapt_words(const Words& words, const InMemory& values, const MeshHandl
     auto pipeline = value_of(pipeline_of(*call));
     const int degree = call->arguments.adapt.degree == 1 ? 1 : 0;
     if (!solver.is_none()) pipeline.adapt.solve = {"memory:solver"};
-    return adapt_pipeline(std::move(pipeline), degree, given_of(values, &mesh), solver, progress);
+    return adapt_pipeline(std::move(pipeline), degree, memory_inputs_of(values, &mesh), solver, progress);
 }
 
 py::dict run_config(const std::string& json, const InMemory& values, const MeshHandle* mesh, const py::object& solver,
                     const py::object& progress) {
     auto pipeline = value_of(config::read_pipeline(json, "config"));
-    app::Given given = given_of(values, mesh);
-    if (pipeline.adapt.is_asked()) return adapt_pipeline(std::move(pipeline), 0, std::move(given), solver, progress);
-    return run_pipeline(std::move(pipeline), std::move(given), progress);
+    app::MemoryInputs specified = memory_inputs_of(values, mesh);
+    if (pipeline.adapt.is_requested())
+        return adapt_pipeline(std::move(pipeline), 0, std::move(specified), solver, progress);
+    return run_pipeline(std::move(pipeline), std::move(specified), progress);
 }
 
 py::dict check(const Words& words, const MeshHandle& mesh, const std::optional<py::array>& metric,
@@ -144,7 +145,7 @@ py::dict check(const Words& words, const MeshHandle& mesh, const std::optional<p
     const auto call = value_of(app::call_of(words));
     std::optional<Solution> rows;
     if (metric) rows = metric_of(*metric, mesh.dimension(), "metric");
-    const auto found = Watched(progress).run([&](app::Host host) {
+    const auto found = BackgroundTask(progress).run([&](app::Host host) {
         return app::check_in_memory(mesh.value, rows, call->arguments.check.options, std::move(host));
     });
     py::dict out, elements;
@@ -160,7 +161,7 @@ py::dict check(const Words& words, const MeshHandle& mesh, const std::optional<p
 
 std::string page(const MeshHandle& mesh, const py::dict& fields, const std::string& title, const py::object& progress) {
     const auto known = fields_of(fields, mesh.dimension(), mesh.vertices(), mesh.nodes());
-    return Watched(progress).run(
+    return BackgroundTask(progress).run(
         [&](app::Host host) { return app::page_in_memory(mesh.value, known, title, {}, std::move(host)); });
 }
 
@@ -168,31 +169,31 @@ std::string geometry(const Words& words, const MeshHandle& mesh, const py::dict&
     const auto call = value_of(app::call_of(words));
     config::Pipeline pipeline;
     value_of(app::set_geometry(call->arguments.geometry.geometry, pipeline));
-    app::Given given = given_of({meshes, {}, {}}, nullptr);
-    return Watched(progress).run([&](app::Host host) {
-        host.given = std::move(given);
+    app::MemoryInputs specified = memory_inputs_of({meshes, {}, {}}, nullptr);
+    return BackgroundTask(progress).run([&](app::Host host) {
+        host.memory_inputs = std::move(specified);
         return app::geometry_in_memory(mesh.value, pipeline.geometry, call->arguments.geometry.options,
                                        std::move(host));
     });
 }
 
-py::dict metric_of_config(config::Pipeline pipeline, app::Given given, const py::object& progress) {
-    auto made = Watched(progress).run([&](app::Host host) {
-        host.given = std::move(given);
+py::dict metric_of_config(config::Pipeline pipeline, app::MemoryInputs specified, const py::object& progress) {
+    auto outcome = BackgroundTask(progress).run([&](app::Host host) {
+        host.memory_inputs = std::move(specified);
         return app::metric_in_memory(pipeline, std::move(host));
     });
     py::dict out;
-    out["metric"] = array_of(made.metric);
-    out["complexity"] = made.complexity;
-    out["largest_anisotropy"] = made.largest_anisotropy;
-    out["notices"] = made.notices;
+    out["metric"] = array_of(outcome.metric);
+    out["complexity"] = outcome.complexity;
+    out["largest_anisotropy"] = outcome.largest_anisotropy;
+    out["notices"] = outcome.notices;
     return out;
 }
 
 py::dict metric_json(const std::string& json, const InMemory& values, const MeshHandle& mesh,
                      const py::object& progress) {
     auto pipeline = value_of(config::read_pipeline(json, "config"));
-    return metric_of_config(std::move(pipeline), given_of(values, &mesh), progress);
+    return metric_of_config(std::move(pipeline), memory_inputs_of(values, &mesh), progress);
 }
 
 py::dict metric_words(const Words& words, const InMemory& values, const MeshHandle& mesh, const py::object& progress) {
@@ -203,15 +204,15 @@ py::dict metric_words(const Words& words, const InMemory& values, const MeshHand
     pipeline.solution.file = a.solution;
     pipeline.solution.fields = a.metric.fields;
     pipeline.threads = a.threads;
-    config::SolutionMetric asked = a.metric;
-    asked.sizes = value_of(app::read_sizes(a.sizes)).sizes;
-    pipeline.metric = std::move(asked);
-    return metric_of_config(std::move(pipeline), given_of(values, &mesh), progress);
+    config::SolutionMetric requested = a.metric;
+    requested.sizes = value_of(app::read_sizes(a.sizes)).sizes;
+    pipeline.metric = std::move(requested);
+    return metric_of_config(std::move(pipeline), memory_inputs_of(values, &mesh), progress);
 }
 
 py::array hessian(const MeshHandle& mesh, const py::dict& fields) {
     const auto known = solution_on(mesh, fields);
-    return array_of(Watched(py::none()).run([&](app::Host host) {
+    return array_of(BackgroundTask(py::none()).run([&](app::Host host) {
         return app::hessians_in_memory(mesh.value, known.front(), std::move(host));
     }));
 }
@@ -220,16 +221,16 @@ py::dict transfer(const Words& words, const MeshHandle& old_mesh, const MeshHand
                   const py::object& progress) {
     const auto call = value_of(app::call_of(words));
     auto known = solution_on(old_mesh, fields);
-    const auto made = Watched(progress).run([&](app::Host host) {
+    const auto outcome = BackgroundTask(progress).run([&](app::Host host) {
         return app::transfer_in_memory(old_mesh.value, new_mesh.value, std::move(known),
                                        call->arguments.transfer.options, std::move(host));
     });
-    return arrays_of(made, new_mesh.dimension());
+    return arrays_of(outcome, new_mesh.dimension());
 }
 
 MeshHandle read(const std::string& path, const std::string& flat, const Words& words, const py::object& progress) {
     const auto call = value_of(app::call_of(words));
-    auto mesh = Watched(progress).run([&](app::Host host) {
+    auto mesh = BackgroundTask(progress).run([&](app::Host host) {
         return app::read_into_memory(path, flat == "surface" ? config::Flat::surface : config::Flat::plane,
                                      call->arguments.info.read, std::move(host));
     });
@@ -239,13 +240,13 @@ MeshHandle read(const std::string& path, const std::string& flat, const Words& w
 Words write(const MeshHandle& mesh, const py::dict& fields, const std::string& path, const std::string& format,
             const py::object& progress) {
     const auto known = fields_of(fields, mesh.dimension(), mesh.vertices(), mesh.nodes());
-    return Watched(progress).run(
+    return BackgroundTask(progress).run(
         [&](app::Host host) { return app::write_from_memory(mesh.value, known, path, format, std::move(host)); });
 }
 
 MeshHandle generate(const Words& words, const py::object& progress) {
     const auto call = value_of(app::call_of(words));
-    return handle_of(Watched(progress).run(
+    return handle_of(BackgroundTask(progress).run(
         [&](const app::Host& host) { return app::generate_in_memory(call->arguments.generate, host); }));
 }
 

@@ -82,7 +82,7 @@ class Kernel {
     /// Parameters of the closest point on the untrimmed surface.
     [[nodiscard]] virtual std::array<double, 2> nearest_parameters(std::size_t face, const Point& p) const = 0;
     /// True if the point at (u, v) is on the face; empty if only OpenCASCADE can decide.
-    [[nodiscard]] virtual std::optional<bool> has_at_once(std::size_t face, double u, double v) const = 0;
+    [[nodiscard]] virtual std::optional<bool> has_if_known(std::size_t face, double u, double v) const = 0;
     [[nodiscard]] virtual bool has(std::size_t face, double u, double v) const = 0;
 };
 
@@ -91,7 +91,7 @@ enum class Format { step, iges, brep };
 
 struct Opened {
     std::unique_ptr<Kernel> kernel;
-    std::string fault, remedy;  ///< reason of a failure, and its remedy
+    std::string error_text, remedy;  ///< reason of a failure, and its remedy
     bool is_out_of_memory = false;
 };
 

@@ -62,28 +62,28 @@ double millimetres_of(std::string name) {
 }
 
 /// Suppresses output of the readers during its lifetime.
-class Quiet {
+class OutputSilencer {
   public:
-    Quiet() : out_(std::cout.rdbuf(nothing_.rdbuf())), err_(std::cerr.rdbuf(nothing_.rdbuf())) {
+    OutputSilencer() : out_(std::cout.rdbuf(null_stream_.rdbuf())), err_(std::cerr.rdbuf(null_stream_.rdbuf())) {
         Message::DefaultMessenger()->ChangePrinters().Clear();
     }
-    Quiet(const Quiet&) = delete;
-    Quiet& operator=(const Quiet&) = delete;
-    Quiet(Quiet&&) = delete;
-    Quiet& operator=(Quiet&&) = delete;
-    ~Quiet() {
+    OutputSilencer(const OutputSilencer&) = delete;
+    OutputSilencer& operator=(const OutputSilencer&) = delete;
+    OutputSilencer(OutputSilencer&&) = delete;
+    OutputSilencer& operator=(OutputSilencer&&) = delete;
+    ~OutputSilencer() {
         std::cout.rdbuf(out_);
         std::cerr.rdbuf(err_);
     }
 
   private:
-    std::ostringstream nothing_;
+    std::ostringstream null_stream_;
     std::streambuf *out_, *err_;
 };
 
-Read failed(std::string why) {
+Read failed(std::string reason) {
     Read out;
-    out.fault = std::move(why);
+    out.error_text = std::move(reason);
     return out;
 }
 
@@ -165,9 +165,9 @@ Read read_brep(const char* path) {
 
 Read read(const char* path, Format format) {
     Read out = format == Format::step ? read_step(path) : format == Format::iges ? read_iges(path) : read_brep(path);
-    if (out.fault.empty() && out.shape.IsNull()) return failed("it contains no shape");
-    if (out.fault.empty()) BRepLib::BuildCurves3d(out.shape);
-    if (out.fault.empty()) out.losses.open_shells = open_shells_of(out.shape);
+    if (out.error_text.empty() && out.shape.IsNull()) return failed("it contains no shape");
+    if (out.error_text.empty()) BRepLib::BuildCurves3d(out.shape);
+    if (out.error_text.empty()) out.losses.open_shells = open_shells_of(out.shape);
     return out;
 }
 
@@ -193,11 +193,11 @@ Read unpacked(const std::string& bytes) {
     std::string word;
     in >> word >> read.millimetres >> read.losses.faces >> read.losses.entities >> read.losses.open_shells;
     if (!in || word != magic || in.get() != ' ' || !std::getline(in, read.unit)) {
-        read.fault = "the serialised model is incomplete";
+        read.error_text = "the serialised model is incomplete";
         return read;
     }
     BinTools::Read(read.shape, in);
-    if (read.shape.IsNull()) read.fault = "it contains no shape";
+    if (read.shape.IsNull()) read.error_text = "it contains no shape";
     return read;
 }
 
@@ -213,18 +213,18 @@ void open_with(camber::occ::Opened& opened, double millimetres, Make&& make) {
     CAMBER_OCC_KEEPS;
     opened.remedy = "export the model again";
     try {
-        const camber::occ::Quiet quiet;
+        const camber::occ::OutputSilencer quiet;
         camber::occ::Read read = make();
-        opened.fault = read.fault;
-        if (read.fault.empty()) opened.kernel = camber::occ::kernel_of(std::move(read), millimetres);
+        opened.error_text = read.error_text;
+        if (read.error_text.empty()) opened.kernel = camber::occ::kernel_of(std::move(read), millimetres);
     } catch (const Standard_OutOfMemory&) {
         opened.is_out_of_memory = true;
     } catch (const std::bad_alloc&) {
         opened.is_out_of_memory = true;
     } catch (const Standard_Failure& failure) {
-        opened.fault = std::string("OpenCASCADE failed: ") + failure.GetMessageString();
+        opened.error_text = std::string("OpenCASCADE failed: ") + failure.GetMessageString();
     } catch (const std::exception& failure) {
-        opened.fault = std::string("it cannot be read: ") + failure.what();
+        opened.error_text = std::string("it cannot be read: ") + failure.what();
     }
 }
 
@@ -233,7 +233,7 @@ void open_with(camber::occ::Opened& opened, double millimetres, Make&& make) {
 extern "C" void camber_occ_open(const char* path, camber::occ::Format format, double millimetres,
                                 camber::occ::Opened& opened) {
     if (!std::ifstream(path)) {
-        opened.fault = "cannot be opened";
+        opened.error_text = "cannot be opened";
         opened.remedy = "check the path";
         return;
     }

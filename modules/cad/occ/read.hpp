@@ -25,7 +25,7 @@ struct Read {
     std::string unit;        ///< unit's name in the file; empty: none
     double millimetres = 1;  ///< length of the file's unit
     Losses losses;
-    std::string fault;  ///< reason if reading failed
+    std::string error_text;  ///< reason if reading failed
 };
 [[nodiscard]] Read read(const char* path, Format format);
 

@@ -78,7 +78,7 @@ class Domain {
     Domain(const TopoDS_Face& face, const FaceFacts& facts);
 
     /// True if (u, v) is inside the face; empty if only OpenCASCADE can decide, which is 100 times slower.
-    [[nodiscard]] std::optional<bool> has_at_once(double u, double v) const;
+    [[nodiscard]] std::optional<bool> has_if_known(double u, double v) const;
     /// Uses OpenCASCADE. Throws Standard_Failure.
     [[nodiscard]] bool has(double u, double v) const;
 
@@ -201,7 +201,7 @@ void DomainGrid::decide(const std::vector<std::size_t>& group, BRepTopAdaptor_FC
 Domain::Domain(const TopoDS_Face& face, const FaceFacts& facts)
     : face_(face), facts_(facts), classifier_(face, Precision::PConfusion()), coarse_(face, facts, classifier_, 1) {}
 
-std::optional<bool> Domain::has_at_once(double u, double v) const {
+std::optional<bool> Domain::has_if_known(double u, double v) const {
     constexpr std::size_t fineness = 4;
     if (const auto known = coarse_.has(u, v)) return known;
     std::call_once(refined_, [&] {
@@ -321,7 +321,7 @@ std::size_t cells_of(const GeomAdaptor_Curve& kind) {
 
 /// Returns f(), or `none` if OpenCASCADE fails, for example for derivatives at an apex.
 template <class T, class F>
-T told_or(const T& none, F&& f) {
+T value_or_none(const T& none, F&& f) {
     try {
         return f();
     } catch (const Standard_Failure&) {
@@ -329,7 +329,7 @@ T told_or(const T& none, F&& f) {
     }
 }
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-constexpr Point nowhere{nan, nan, nan};
+constexpr Point undefined_point{nan, nan, nan};
 
 class Shape final : public Kernel {
   public:
@@ -363,18 +363,20 @@ class Shape final : public Kernel {
     [[nodiscard]] SurfaceJet on_surface(std::size_t face, double u, double v) const override {
         if (const auto& spline = surfaces_[face].spline) return spline->evaluate(u, v);
         if (const auto& revolved = surfaces_[face].revolved) return revolved->evaluate(u, v);
-        return told_or<SurfaceJet>({nowhere, nowhere, nowhere, nowhere, nowhere, nowhere}, [&]() -> SurfaceJet {
-            gp_Pnt p;
-            gp_Vec du, dv, duu, dvv, duv;
-            surfaces_[face].geometry->D2(u, v, p, du, dv, duu, dvv, duv);
-            const auto s = [&](const gp_XYZ& x) { return scaled(x, scale_); };
-            return {s(p.XYZ()), s(du.XYZ()), s(dv.XYZ()), s(duu.XYZ()), s(duv.XYZ()), s(dvv.XYZ())};
-        });
+        return value_or_none<SurfaceJet>(
+            {undefined_point, undefined_point, undefined_point, undefined_point, undefined_point, undefined_point},
+            [&]() -> SurfaceJet {
+                gp_Pnt p;
+                gp_Vec du, dv, duu, dvv, duv;
+                surfaces_[face].geometry->D2(u, v, p, du, dv, duu, dvv, duv);
+                const auto s = [&](const gp_XYZ& x) { return scaled(x, scale_); };
+                return {s(p.XYZ()), s(du.XYZ()), s(dv.XYZ()), s(duu.XYZ()), s(duv.XYZ()), s(dvv.XYZ())};
+            });
     }
 
     [[nodiscard]] CurveJet on_curve(std::size_t edge, double t) const override {
         if (const auto& spline = curves_[edge].spline) return spline->evaluate(t);
-        return told_or<CurveJet>({nowhere, nowhere, nowhere}, [&]() -> CurveJet {
+        return value_or_none<CurveJet>({undefined_point, undefined_point, undefined_point}, [&]() -> CurveJet {
             gp_Pnt p;
             gp_Vec first, second;
             curves_[edge].geometry->D2(t, p, first, second);
@@ -396,15 +398,15 @@ class Shape final : public Kernel {
         return {u, v};
     }
 
-    [[nodiscard]] std::optional<bool> has_at_once(std::size_t face, double u, double v) const override {
+    [[nodiscard]] std::optional<bool> has_if_known(std::size_t face, double u, double v) const override {
         const auto& domain = surfaces_[face].domain;
         if (!domain) return is_within(faces[face], {u, v});
-        return told_or(std::optional<bool>(), [&] { return domain->has_at_once(u, v); });
+        return value_or_none(std::optional<bool>(), [&] { return domain->has_if_known(u, v); });
     }
 
     [[nodiscard]] bool has(std::size_t face, double u, double v) const override {
-        if (const auto known = has_at_once(face, u, v)) return *known;
-        return told_or(false, [&] { return surfaces_[face].domain->has(u, v); });
+        if (const auto known = has_if_known(face, u, v)) return *known;
+        return value_or_none(false, [&] { return surfaces_[face].domain->has(u, v); });
     }
 
   private:
@@ -487,7 +489,7 @@ class Shape final : public Kernel {
     void add_turn(EdgeFacts& facts, const TopoDS_Edge& edge, const TopTools_IndexedMapOfShape& all_faces) const {
         constexpr std::array<double, 7> shares{0.02, 0.15, 0.35, 0.5, 0.65, 0.85, 0.98};
         if (facts.faces.size() != 2) return;
-        facts.turn = told_or(EdgeFacts::half_turn, [&] {
+        facts.turn = value_or_none(EdgeFacts::half_turn, [&] {
             double largest = 0;
             for (const double share : shares) {
                 std::array<std::optional<gp_Dir>, 2> normals;

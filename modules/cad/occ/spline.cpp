@@ -138,11 +138,11 @@ std::optional<SplineSurface> SplineSurface::of(const Handle(Geom_Surface) & surf
         out.is_rational_ = bezier->IsURational() || bezier->IsVRational();
         return out;
     }
-    const auto given = Handle(Geom_BSplineSurface)::DownCast(surface);
-    if (given.IsNull()) return std::nullopt;
-    const double u_period = given->IsUPeriodic() ? given->UPeriod() : 0;
-    const double v_period = given->IsVPeriodic() ? given->VPeriod() : 0;
-    const auto spline = Handle(Geom_BSplineSurface)::DownCast(given->Copy());
+    const auto input = Handle(Geom_BSplineSurface)::DownCast(surface);
+    if (input.IsNull()) return std::nullopt;
+    const double u_period = input->IsUPeriodic() ? input->UPeriod() : 0;
+    const double v_period = input->IsVPeriodic() ? input->VPeriod() : 0;
+    const auto spline = Handle(Geom_BSplineSurface)::DownCast(input->Copy());
     if (u_period > 0) spline->SetUNotPeriodic();
     if (v_period > 0) spline->SetVNotPeriodic();
     SplineSurface out(basis_of(spline->UDegree(), spline->UKnotSequence(), u_period),
@@ -198,10 +198,10 @@ std::optional<SplineCurve> SplineCurve::of(const Handle(Geom_Curve) & curve, dou
         out.is_rational_ = bezier->IsRational();
         return out;
     }
-    const auto given = Handle(Geom_BSplineCurve)::DownCast(curve);
-    if (given.IsNull()) return std::nullopt;
-    const double period = given->IsPeriodic() ? given->Period() : 0;
-    const auto spline = Handle(Geom_BSplineCurve)::DownCast(given->Copy());
+    const auto input = Handle(Geom_BSplineCurve)::DownCast(curve);
+    if (input.IsNull()) return std::nullopt;
+    const double period = input->IsPeriodic() ? input->Period() : 0;
+    const auto spline = Handle(Geom_BSplineCurve)::DownCast(input->Copy());
     if (period > 0) spline->SetNotPeriodic();
     SplineCurve out(basis_of(spline->Degree(), spline->KnotSequence(), period));
     out.poles_ = poles_of_curve(*spline, scale);

@@ -11,7 +11,7 @@ import camber.recipes;
 
 using namespace camber;
 
-static Outcome<bool> pipeline(const Around& around) {
+static Outcome<bool> pipeline(const StepWrapper& around) {
     const auto mesh = generate(ShellOptions<3>{.outer_radius = 2, .inner_size = 0.5, .outer_size = 0.6});
     if (!mesh) return fail(mesh.error());
     const auto curved = curve_mesh<3>(as_mesh(*mesh), {}, {.repair = {.min_scaled_jacobian = 0.2}}, around);
@@ -20,11 +20,11 @@ static Outcome<bool> pipeline(const Around& around) {
     std::printf("%zu tetrahedra, %zu edges: %zu elements below 0.2 when curved, %zu now; the smallest has %.3f\n",
                 count_elements(curved->mesh), curved->mesh.entities.edges.size(), before.below_bound, after.below_bound,
                 after.smallest);
-    return curved->report.holds_what_was_asked();
+    return curved->report.meets_requirements();
 }
 
 int main() {
-    const auto right = pipeline(plainly(Execution{}));
+    const auto right = pipeline(without_wrapper(Execution{}));
     if (!right) std::fprintf(stderr, "%s\n", describe(right.error()).c_str());
     return right && *right ? 0 : 1;
 }

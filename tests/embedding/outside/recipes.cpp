@@ -19,7 +19,7 @@ import camber.recipes;
 
 using namespace camber;
 
-static Outcome<Mesh<3>> made(const std::string& verb, Mesh<3> mesh, const Around& around) {
+static Outcome<Mesh<3>> run_recipe(const std::string& verb, Mesh<3> mesh, const StepWrapper& around) {
     const auto taken = [](auto of) { return std::move(of.mesh); };
     if (verb == "curve") return curve_mesh<3>(std::move(mesh), {}, {}, around).map(taken);
     if (verb == "repair")
@@ -38,7 +38,7 @@ int main(int, char** arguments) {
     const std::string text{std::istreambuf_iterator<char>(file), {}};
     const auto bytes = std::as_bytes(std::span(text));
     const auto decoded = decode_mesh(bytes, in, all);
-    const auto mesh = made(verb, std::get<Mesh<3>>(decoded.value().mesh), plainly(all));
+    const auto mesh = run_recipe(verb, std::get<Mesh<3>>(decoded.value().mesh), without_wrapper(all));
     if (!mesh) {
         std::fprintf(stderr, "%s\n", describe(mesh.error()).c_str());
         return 1;

@@ -43,7 +43,7 @@ std::optional<SegmentInterval> feasible(std::span<const AffineConstraint> constr
     return interval;
 }
 
-double highest_minimum(std::span<const AffineConstraint> constraints, SegmentInterval within) {
+double max_min_parameter(std::span<const AffineConstraint> constraints, SegmentInterval within) {
     if (constraints.empty()) return within.high;
     // The maximum is the crossing of a rising and a falling line; iterates with the lowest line at each crossing.
     const AffineConstraint* rising = &lowest(constraints, within.low);
@@ -186,7 +186,7 @@ class DualSimplex {
     }
     [[nodiscard]] double t() const { return z_[M]; }
 
-    void list_active(HighestPoint<M>& point) const {
+    void list_active(MaxMinPoint<M>& point) const {
         for (int i = 0; i <= M; ++i)
             if (basis_[i] < functions_ && multiplier_[i] > 0x1p-40) point.active[point.active_count++] = basis_[i];
     }
@@ -257,11 +257,11 @@ class DualSimplex {
 }  // namespace
 
 template <int M>
-std::optional<HighestPoint<M>> highest_point(std::span<const RaisedFunction<M>> functions, double reach, double least) {
+std::optional<MaxMinPoint<M>> max_min_point(std::span<const RaisedFunction<M>> functions, double reach, double least) {
     const Frame<M> frame = frame_of(functions);
     DualSimplex<M> simplex(functions, frame, reach);
     if (!simplex.start() || !simplex.run(least)) return {};
-    HighestPoint<M> highest;
+    MaxMinPoint<M> highest;
     highest.x = frame.point(simplex.y());
     highest.upper = simplex.t();
     highest.lower = std::numeric_limits<double>::infinity();
@@ -272,9 +272,9 @@ std::optional<HighestPoint<M>> highest_point(std::span<const RaisedFunction<M>> 
     return highest;
 }
 
-template std::optional<HighestPoint<1>> highest_point<1>(std::span<const RaisedFunction<1>>, double, double);
-template std::optional<HighestPoint<2>> highest_point<2>(std::span<const RaisedFunction<2>>, double, double);
-template std::optional<HighestPoint<3>> highest_point<3>(std::span<const RaisedFunction<3>>, double, double);
+template std::optional<MaxMinPoint<1>> max_min_point<1>(std::span<const RaisedFunction<1>>, double, double);
+template std::optional<MaxMinPoint<2>> max_min_point<2>(std::span<const RaisedFunction<2>>, double, double);
+template std::optional<MaxMinPoint<3>> max_min_point<3>(std::span<const RaisedFunction<3>>, double, double);
 
 namespace {
 
@@ -487,10 +487,10 @@ CAMBER_INSTANTIATE(3)
 #undef CAMBER_INSTANTIATE
 
 template <int D>
-LowestPoint<D> lowest_point(const BoundedJacobian<D>& jacobian) {
+MinJacobianPoint<D> min_jacobian_point(const BoundedJacobian<D>& jacobian) {
     constexpr int max_parts = 4000;
     constexpr int max_depth = 40;
-    LowestPoint<D> lowest;
+    MinJacobianPoint<D> lowest;
     lowest.at[0] = 1;
     lowest.jacobian = jacobian.coefficients[corner_coefficients<D>[0]];
     std::vector<JacobianPart<D>> open{whole(jacobian)};
@@ -512,7 +512,7 @@ LowestPoint<D> lowest_point(const BoundedJacobian<D>& jacobian) {
     return lowest;
 }
 
-#define CAMBER_INSTANTIATE(D) template LowestPoint<D> lowest_point<D>(const BoundedJacobian<D>&);
+#define CAMBER_INSTANTIATE(D) template MinJacobianPoint<D> min_jacobian_point<D>(const BoundedJacobian<D>&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

@@ -109,11 +109,10 @@ double slack_scale(const QuadraticSimplex<D, D>& element) {
 
 /// P_i = p_i + δ_i and P_ij = p_ij + 2 m_ij + (δ_i + δ_j)/2: the node n_ij + m_ij + (δ_i + δ_j)/2 in Bézier form.
 template <int D>
-QuadraticSimplex<D, D> displaced(const typename JointProgramme<D>::Element& element,
-                                 const std::vector<Vec<D>>& offsets) {
+QuadraticSimplex<D, D> displaced(const typename JointProblem<D>::Element& element, const std::vector<Vec<D>>& offsets) {
     const auto moved = [&](int node) {
         const int unknown = element.unknowns[node];
-        return unknown == JointProgramme<D>::fixed ? Vec<D>{} : offsets[static_cast<std::size_t>(unknown)];
+        return unknown == JointProblem<D>::fixed ? Vec<D>{} : offsets[static_cast<std::size_t>(unknown)];
     };
     QuadraticSimplex<D, D> out = element.bezier;
     for (int i = 0; i <= D; ++i) out.control[i] += moved(i);
@@ -177,11 +176,11 @@ constexpr double largest_penalty = 1e8;
 template <int D>
 class Descent {
   public:
-    using Programme = JointProgramme<D>;
+    using Problem = JointProblem<D>;
     using Offsets = std::vector<Vec<D>>;
 
-    Descent(const Programme& p, Offsets start)
-        : programme_(p), offsets_(std::move(start)), multipliers_(p.elements.size()), penalty_(p.first_penalty) {
+    Descent(const Problem& p, Offsets start)
+        : problem_(p), offsets_(std::move(start)), multipliers_(p.elements.size()), penalty_(p.first_penalty) {
         scales_.reserve(p.elements.size());
         for (const auto& e : p.elements) scales_.push_back(slack_scale<D>(e.bezier));
         slacks_ = slacks(offsets_);
@@ -215,9 +214,9 @@ class Descent {
     };
 
     [[nodiscard]] std::vector<Slacks<D>> slacks(const Offsets& offsets) const {
-        std::vector<Slacks<D>> all(programme_.elements.size());
+        std::vector<Slacks<D>> all(problem_.elements.size());
         for (std::size_t e = 0; e < all.size(); ++e) {
-            const auto& element = programme_.elements[e];
+            const auto& element = problem_.elements[e];
             all[e] = slacks_of<D>(displaced<D>(element, offsets), {element.floor, element.least}, scales_[e]);
         }
         return all;
@@ -231,10 +230,10 @@ class Descent {
     void add_element(std::size_t e, Model& model) const;
 
     [[nodiscard]] double work_of_all_elements() const {
-        return element_work * static_cast<double>(programme_.elements.size());
+        return element_work * static_cast<double>(problem_.elements.size());
     }
 
-    const Programme& programme_;
+    const Problem& problem_;
     double work_ = 0;
     std::vector<double> scales_;
     Offsets offsets_;
@@ -247,7 +246,7 @@ class Descent {
 template <int D>
 double Descent<D>::merit(const Offsets& offsets, const std::vector<Slacks<D>>& slacks) const {
     double sum = 0;
-    for (std::size_t u = 0; u < offsets.size(); ++u) sum += programme_.unknowns[u](offsets[u]);
+    for (std::size_t u = 0; u < offsets.size(); ++u) sum += problem_.unknowns[u](offsets[u]);
     for (std::size_t e = 0; e < slacks.size(); ++e)
         for (int k = 0; k < coefficients; ++k) {
             const double f = force(e, k, slacks[e][k]);
@@ -258,7 +257,7 @@ double Descent<D>::merit(const Offsets& offsets, const std::vector<Slacks<D>>& s
 
 template <int D>
 void Descent<D>::add_element(std::size_t e, Model& model) const {
-    const auto& element = programme_.elements[e];
+    const auto& element = problem_.elements[e];
     Slacks<D> forces;
     for (int k = 0; k < coefficients; ++k) forces[k] = force(e, k, slacks_[e][k]);
     if (std::ranges::none_of(forces, [](double f) { return f > 0; })) return;
@@ -268,12 +267,12 @@ void Descent<D>::add_element(std::size_t e, Model& model) const {
         if (!(forces[k] > 0)) continue;
         for (int m = 0; m < nodes; ++m) {
             const int u = element.unknowns[m];
-            if (u == Programme::fixed) continue;
+            if (u == Problem::fixed) continue;
             const Vec<D>& g = gradients[k][m];
             for (int i = 0; i < D; ++i) model.gradient[u * D + i] -= forces[k] * g[i];
             for (int l = 0; l < nodes; ++l) {
                 const int v = element.unknowns[l];
-                if (v == Programme::fixed || v > u) continue;
+                if (v == Problem::fixed || v > u) continue;
                 const Vec<D>& h = gradients[k][l];
                 for (int i = 0; i < D; ++i)
                     for (int j = 0; j < D; ++j) model.hessian(u * D + i, v * D + j) += penalty_ * g[i] * h[j];
@@ -287,14 +286,14 @@ typename Descent<D>::Model Descent<D>::model() const {
     const auto n = static_cast<Eigen::Index>(offsets_.size()) * D;
     Model out{Eigen::VectorXd::Zero(n), Eigen::MatrixXd::Zero(n, n)};
     for (int u = 0; u < static_cast<int>(offsets_.size()); ++u) {
-        const auto& [centre, hessian] = programme_.unknowns[u];
+        const auto& [centre, hessian] = problem_.unknowns[u];
         const Vec<D> pull = hessian * (offsets_[u] - centre);
         for (int i = 0; i < D; ++i) {
             out.gradient[u * D + i] += pull[i];
             for (int j = 0; j < D; ++j) out.hessian(u * D + i, u * D + j) += hessian(i, j);
         }
     }
-    for (std::size_t e = 0; e < programme_.elements.size(); ++e) add_element(e, out);
+    for (std::size_t e = 0; e < problem_.elements.size(); ++e) add_element(e, out);
     return out;
 }
 
@@ -326,12 +325,12 @@ bool Descent<D>::step() {
 }  // namespace
 
 template <int D>
-JointSolution<D> solve(const JointProgramme<D>& programme, std::vector<Vec<D>> start) {
-    Descent<D> descent(programme, std::move(start));
+JointSolution<D> solve(const JointProblem<D>& problem, std::vector<Vec<D>> start) {
+    Descent<D> descent(problem, std::move(start));
     double largest = descent.shortfall();
     double before = largest;
     double shortfall = largest;
-    const auto is_spent = [&] { return descent.work() >= programme.max_work; };
+    const auto is_spent = [&] { return descent.work() >= problem.max_work; };
     for (int update = 0; update < max_updates; ++update) {
         for (int i = 0; i < max_steps && !is_spent(); ++i)
             if (!descent.step()) break;
@@ -347,7 +346,7 @@ JointSolution<D> solve(const JointProgramme<D>& programme, std::vector<Vec<D>> s
     return {descent.offsets(), shortfall, descent.work()};
 }
 
-#define CAMBER_INSTANTIATE(D) template JointSolution<D> solve<D>(const JointProgramme<D>&, std::vector<Vec<D>>);
+#define CAMBER_INSTANTIATE(D) template JointSolution<D> solve<D>(const JointProblem<D>&, std::vector<Vec<D>>);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

@@ -109,10 +109,10 @@ class Reach {
 };
 
 /// Change of the unknowns and new group targets.
-struct LeastChange {
+struct SmallestChange {
     Buffer<double> change;
-    std::vector<double> moved;           ///< per group: change of the target integral
-    std::size_t spread = 0, unkept = 0;  ///< see TransferStatistics
+    std::vector<double> moved;                          ///< per group: change of the target integral
+    std::size_t spread = 0, unconserved_materials = 0;  ///< see TransferStatistics
 };
 
 template <int D, int K>
@@ -161,8 +161,8 @@ class Changes {
 
     /// Smallest change of the integrals by `gap`. Parts that a patch cannot reach use the smallest change of all nodes,
     /// by material.
-    [[nodiscard]] LeastChange least(const std::vector<double>& gap) const {
-        LeastChange out{.change = Buffer<double>(matrix_.size(), 0), .moved = std::vector<double>(gap.size(), 0)};
+    [[nodiscard]] SmallestChange least(const std::vector<double>& gap) const {
+        SmallestChange out{.change = Buffer<double>(matrix_.size(), 0), .moved = std::vector<double>(gap.size(), 0)};
         std::vector<double> lambda(gap.size());
         Eigen::VectorXd missing = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(materials_));
         for (std::size_t p = 0; p < patches_.patches; ++p) {
@@ -194,9 +194,9 @@ class Changes {
                         of_patches_[p].square()(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j));
         return Reach(all);
     }
-    void spread(const Eigen::VectorXd& missing, std::vector<double>& lambda, LeastChange& out) const {
+    void spread(const Eigen::VectorXd& missing, std::vector<double>& lambda, SmallestChange& out) const {
         const Eigen::VectorXd of_material = of_materials_.multipliers(missing);
-        for (const double rest : of_materials_.rest(missing)) out.unkept += rest != 0 ? 1 : 0;
+        for (const double rest : of_materials_.rest(missing)) out.unconserved_materials += rest != 0 ? 1 : 0;
         for (std::size_t p = 0; p < patches_.patches; ++p) {
             Eigen::VectorXd own(static_cast<Eigen::Index>(groups_of(p)));
             for (std::size_t k = 0; k < groups_of(p); ++k)
@@ -246,7 +246,7 @@ class Changes {
 }  // namespace
 
 template <int D, int K>
-Outcome<std::vector<Sum>> integrals_before(const TransferScene<D>& scene,
+Outcome<std::vector<Sum>> integrals_before(const ProjectionInput<D>& scene,
                                            const typename PatchSearch<D>::Patches& patches,
                                            const Projection<D, K>& projection, const Execution& execution) {
     return integrals_by_group<D, K>(
@@ -256,7 +256,7 @@ Outcome<std::vector<Sum>> integrals_before(const TransferScene<D>& scene,
 }
 
 template <int D, int K>
-Outcome<std::vector<double>> missing_integrals(const TransferScene<D>& scene,
+Outcome<std::vector<double>> missing_integrals(const ProjectionInput<D>& scene,
                                                const typename PatchSearch<D>::Patches& patches,
                                                const Projection<D, K>& projection, const Execution& execution) {
     const std::size_t components = projection.block.components;
@@ -274,12 +274,12 @@ Outcome<std::vector<double>> missing_integrals(const TransferScene<D>& scene,
     if (!after) return fail(after.error());
     const std::vector<Sum>& before = projection.before;
     // A new material has no integral to preserve.
-    std::vector<std::uint8_t> was_there(patches.groups.size(), 0);
+    std::vector<std::uint8_t> existed(patches.groups.size(), 0);
     for (const std::uint32_t group : patches.group_of_old)
-        if (group != no_group) was_there[group] = 1;
+        if (group != no_group) existed[group] = 1;
     std::vector<double> missing(before.size(), 0);
     for (std::size_t i = 0; i < missing.size(); ++i) {
-        if (was_there[i / components] == 0) continue;
+        if (existed[i / components] == 0) continue;
         const double gap = (before[i].total - (*after)[i].total) + (before[i].rest - (*after)[i].rest);
         constexpr double rounding = 1e-14;
         missing[i] = std::abs(gap) > rounding * std::max(before[i].size, (*after)[i].size) ? gap : 0;
@@ -288,8 +288,8 @@ Outcome<std::vector<double>> missing_integrals(const TransferScene<D>& scene,
 }
 
 template <int D, int K>
-Outcome<Done> keep_integrals(const TransferScene<D>& scene, const typename PatchSearch<D>::Patches& patches,
-                             Projection<D, K>& projection, const Execution& execution) {
+Outcome<Done> conserve_integrals(const ProjectionInput<D>& scene, const typename PatchSearch<D>::Patches& patches,
+                                 Projection<D, K>& projection, const Execution& execution) {
     Changes<D, K> changes(patches, scene.materials.size(), projection.matrix);
     const std::size_t components = projection.block.components;
     // The repetitions correct the errors of the columns.
@@ -299,27 +299,27 @@ Outcome<Done> keep_integrals(const TransferScene<D>& scene, const typename Patch
         if (!missing) return fail(missing.error());
         if (std::ranges::all_of(*missing, [](double gap) { return gap == 0; })) return Done{};
         if (round == 0)
-            if (auto made = changes.make(execution); !made) return made;
+            if (auto result = changes.make(execution); !result) return result;
         for (std::size_t c = 0; c < components; ++c) {
             std::vector<double> gap(patches.groups.size());
             for (std::size_t g = 0; g < gap.size(); ++g) gap[g] = (*missing)[g * components + c];
-            const LeastChange least = changes.least(gap);
+            const SmallestChange least = changes.least(gap);
             projection.add(c, least.change);
             for (std::size_t g = 0; g < gap.size(); ++g) projection.before[g * components + c].add(least.moved[g]);
             projection.spread = std::max(projection.spread, least.spread);
-            projection.unkept = std::max(projection.unkept, least.unkept);
+            projection.unconserved_materials = std::max(projection.unconserved_materials, least.unconserved_materials);
         }
     }
     return Done{};
 }
 
-#define CAMBER_INSTANTIATE(D, K)                                                                                       \
-    template Outcome<std::vector<Sum>> integrals_before<D, K>(const TransferScene<D>&, const PatchSearch<D>::Patches&, \
-                                                              const Projection<D, K>&, const Execution&);              \
-    template Outcome<std::vector<double>> missing_integrals<D, K>(                                                     \
-        const TransferScene<D>&, const PatchSearch<D>::Patches&, const Projection<D, K>&, const Execution&);           \
-    template Outcome<Done> keep_integrals<D, K>(const TransferScene<D>&, const PatchSearch<D>::Patches&,               \
-                                                Projection<D, K>&, const Execution&);
+#define CAMBER_INSTANTIATE(D, K)                                                                               \
+    template Outcome<std::vector<Sum>> integrals_before<D, K>(                                                 \
+        const ProjectionInput<D>&, const PatchSearch<D>::Patches&, const Projection<D, K>&, const Execution&); \
+    template Outcome<std::vector<double>> missing_integrals<D, K>(                                             \
+        const ProjectionInput<D>&, const PatchSearch<D>::Patches&, const Projection<D, K>&, const Execution&); \
+    template Outcome<Done> conserve_integrals<D, K>(const ProjectionInput<D>&, const PatchSearch<D>::Patches&, \
+                                                    Projection<D, K>&, const Execution&);
 
 CAMBER_INSTANTIATE(2, 1)
 CAMBER_INSTANTIATE(2, 2)
@@ -343,15 +343,15 @@ Outcome<Movable<D, K>> movable(const typename PatchSearch<D>::Patches& patches, 
     const auto part = [&](std::size_t slot) { return matrix.integrals(slot); };
     auto done = matrix.assemble(part, out.weight, execution);
     if (!done) return fail(done.error());
-    Buffer<std::uint8_t> is_seen(matrix.size(), 0);
+    Buffer<std::uint8_t> is_visited(matrix.size(), 0);
     for (std::size_t slot = 0; slot < patches.group_of_new.size(); ++slot)
         for (const std::uint32_t u : matrix.unknowns(slot)) {
             if (u == none) continue;
-            if (is_seen[u] != 0 && out.group[u] != patches.group_of_new[slot])
+            if (is_visited[u] != 0 && out.group[u] != patches.group_of_new[slot])
                 out.group[u] = no_group;
-            else if (is_seen[u] == 0)
+            else if (is_visited[u] == 0)
                 out.group[u] = patches.group_of_new[slot];
-            is_seen[u] = 1;
+            is_visited[u] = 1;
         }
     return out;
 }
@@ -359,8 +359,8 @@ Outcome<Movable<D, K>> movable(const typename PatchSearch<D>::Patches& patches, 
 }  // namespace
 
 template <int D, int K>
-Outcome<Done> keep_limits(const TransferScene<D>& scene, const typename PatchSearch<D>::Patches& patches,
-                          Projection<D, K>& projection, const Execution& execution) {
+Outcome<Done> clip_to_limits(const ProjectionInput<D>& scene, const typename PatchSearch<D>::Patches& patches,
+                             Projection<D, K>& projection, const Execution& execution) {
     const std::size_t unknowns = projection.matrix.size(), components = projection.block.components;
     const auto value = [&](std::size_t u, std::size_t c) -> double& {
         return projection.block.values[projection.matrix.node_of()[u] * components + c];
@@ -404,9 +404,9 @@ Outcome<Done> keep_limits(const TransferScene<D>& scene, const typename PatchSea
     return Done{};
 }
 
-#define CAMBER_INSTANTIATE(D, K)                                                                      \
-    template Outcome<Done> keep_limits<D, K>(const TransferScene<D>&, const PatchSearch<D>::Patches&, \
-                                             Projection<D, K>&, const Execution&);
+#define CAMBER_INSTANTIATE(D, K)                                                                           \
+    template Outcome<Done> clip_to_limits<D, K>(const ProjectionInput<D>&, const PatchSearch<D>::Patches&, \
+                                                Projection<D, K>&, const Execution&);
 
 CAMBER_INSTANTIATE(2, 1)
 CAMBER_INSTANTIATE(2, 2)

@@ -129,7 +129,7 @@ template <int D>
 struct LinearAnswer {
     Vec<D> x;
     double lower = 0, upper = 0;
-    std::vector<Place> held_by;  ///< active, but no values of det J
+    std::vector<Place> active_places;  ///< active, but no values of det J
 };
 
 template <int D>
@@ -143,27 +143,27 @@ std::optional<LinearAnswer<D>> raise(const Parts<D>& parts, const EdgeShell<D>& 
     Place capped;
     double largest = 1;
     for (std::size_t p = 0; p < parts.size(); ++p) {
-        const auto& keep = shell.elements[parts.parts[p].element].keep;
+        const auto& required_jacobian = shell.elements[parts.parts[p].element].required_jacobian;
         for (int k = 0; k < jacobian_coefficients<D>; ++k) {
             if (!takes_part<D>(admits, k)) continue;
             const Place place{static_cast<std::uint16_t>(p), static_cast<std::uint16_t>(k)};
             AffineFunction<D> f = parts.parts[p].coefficients[k];
             if (is_constant(f)) {
-                if (!keep && f.offset < cap) cap = f.offset, capped = place;
+                if (!required_jacobian && f.offset < cap) cap = f.offset, capped = place;
                 continue;
             }
-            if (keep) f.offset -= *keep;
+            if (required_jacobian) f.offset -= *required_jacobian;
             largest = std::max(largest, std::abs(f.offset));
-            functions.push_back({f, keep ? 0.0 : 1.0});
+            functions.push_back({f, required_jacobian ? 0.0 : 1.0});
             places.push_back(place);
         }
     }
     if (cap <= least) return {};
-    const auto highest = highest_point<D>(functions, volume_reach * largest, least);
+    const auto highest = max_min_point<D>(functions, volume_reach * largest, least);
     if (!highest) return {};
     LinearAnswer<D> answer{highest->x, std::min(highest->lower, cap), std::min(highest->upper, cap), {}};
     const auto hold = [&](Place place) {
-        if (!is_corner<D>[place.coefficient]) answer.held_by.push_back(place);
+        if (!is_corner<D>[place.coefficient]) answer.active_places.push_back(place);
     };
     if (cap <= highest->lower) {
         answer.x = min_change<D>(functions, cap, highest->x);
@@ -174,22 +174,23 @@ std::optional<LinearAnswer<D>> raise(const Parts<D>& parts, const EdgeShell<D>& 
     return answer;
 }
 
-/// Bisects parts whose coefficients are too weak to prove `keep` at x.
+/// Bisects parts whose coefficients are too weak to prove `required_jacobian` at x.
 template <int D>
-void loosen_kept(Parts<D>& parts, const EdgeShell<D>& shell, const Vec<D>& x, int max_cuts) {
+void bisect_weak_parts(Parts<D>& parts, const EdgeShell<D>& shell, const Vec<D>& x, int max_cuts) {
     std::vector<Place> weak;
     do {
         weak.clear();
         for (std::size_t p = 0; p < parts.size(); ++p) {
-            const auto& keep = shell.elements[parts.parts[p].element].keep;
-            if (!keep) continue;
+            const auto& required_jacobian = shell.elements[parts.parts[p].element].required_jacobian;
+            if (!required_jacobian) continue;
             double corner = infinity;
             double other = infinity;
             for (int k = 0; k < jacobian_coefficients<D>; ++k) {
                 double& least = is_corner<D>[k] ? corner : other;
                 least = std::min(least, parts.parts[p].coefficients[k](x));
             }
-            if (other < *keep && corner >= *keep) weak.push_back({static_cast<std::uint16_t>(p), 0});
+            if (other < *required_jacobian && corner >= *required_jacobian)
+                weak.push_back({static_cast<std::uint16_t>(p), 0});
         }
     } while (parts.bisect(weak, x, max_cuts));
 }
@@ -197,18 +198,18 @@ void loosen_kept(Parts<D>& parts, const EdgeShell<D>& shell, const Vec<D>& x, in
 /// The bound in the scale of element e, plus `slack` times the rounding error.
 template <int D>
 double floor_of(const Parts<D>& parts, const EdgeShell<D>& shell, std::size_t e, double bound, double slack) {
-    const double asked = std::max(0.0, shell.elements[e].keep.value_or(bound));
+    const double required = std::max(0.0, shell.elements[e].required_jacobian.value_or(bound));
     // Stored coordinates are rounded by half a unit in the last place.
     double stored = 0;
     for (int c = 0; c < D; ++c) stored = std::max(stored, std::abs(shell.node.point[c]));
-    const double rounding = parts.error[e] * (1 + asked) + parts.sharpest[e] * stored * 0x1p-52 + 0x1p-50 * asked;
-    return asked * parts.straight[e] + slack * rounding;
+    const double rounding = parts.error[e] * (1 + required) + parts.sharpest[e] * stored * 0x1p-52 + 0x1p-50 * required;
+    return required * parts.straight[e] + slack * rounding;
 }
 
 template <int D>
 struct QuadraticAnswer {
     NearestPoint<D> nearest;
-    std::vector<Place> held_by;
+    std::vector<Place> active_places;
 };
 
 template <int D>
@@ -230,24 +231,24 @@ QuadraticAnswer<D> approach(const Parts<D>& parts, std::span<const double> floor
     QuadraticAnswer<D> answer{nearest_point<D>(model, functions), {}};
     for (int i = 0; i < answer.nearest.active_count; ++i) {
         const Place place = places[answer.nearest.active[i]];
-        if (!is_corner<D>[place.coefficient]) answer.held_by.push_back(place);
+        if (!is_corner<D>[place.coefficient]) answer.active_places.push_back(place);
     }
     return answer;
 }
 
 template <int D>
 std::optional<NearestPoint<D>> approach_with_cuts(Parts<D>& parts, std::span<const double> floors,
-                                                  const QuadraticModel<D>& model, const EdgeProgrammeOptions& options) {
+                                                  const QuadraticModel<D>& model, const EdgeProgramOptions& options) {
     for (;;) {
         auto answer = approach(parts, floors, model, Admits::safe);
         const NearestPoint<D>& safe = answer.nearest;
         const auto found = safe.feasible ? std::optional(safe) : std::nullopt;
-        if (answer.held_by.empty()) return found;
+        if (answer.active_places.empty()) return found;
         const NearestPoint<D> all = approach(parts, floors, model, Admits::all).nearest;
         if (!all.feasible) return {};
         const double scale = std::max({std::abs(model.value), safe.cost, std::numeric_limits<double>::min()});
         if (safe.feasible && safe.cost - all.cost <= options.tolerance * scale) return found;
-        if (!parts.bisect(answer.held_by, safe.x, options.max_cuts)) return found;
+        if (!parts.bisect(answer.active_places, safe.x, options.max_cuts)) return found;
     }
 }
 
@@ -263,7 +264,7 @@ std::vector<double> floors_of(const Parts<D>& parts, const EdgeShell<D>& shell, 
 template <int D>
 bool holds(const EdgeShell<D>& shell, const LagrangeNode<D>& node, double bound) {
     return std::all_of(shell.elements.begin(), shell.elements.end(), [&](const ShellElement<D>& s) {
-        return decide(with_node(s, node), s.keep.value_or(bound)) == Verdict::valid;
+        return decide(with_node(s, node), s.required_jacobian.value_or(bound)) == Verdict::valid;
     });
 }
 
@@ -271,7 +272,7 @@ template <int D>
 double smallest_scaled_jacobian(const EdgeShell<D>& shell, const LagrangeNode<D>& node, double enough) {
     double smallest = infinity;
     for (const ShellElement<D>& s : shell.elements) {
-        if (s.keep) continue;
+        if (s.required_jacobian) continue;
         const NodalSimplex<D> element = with_node(s, node);
         double value = smallest_scaled_coefficient(bounded_jacobian(element));
         // At the requested value `decide` is a sharper certificate.
@@ -287,12 +288,12 @@ double smallest_scaled_jacobian(const EdgeShell<D>& shell, const LagrangeNode<D>
 
 namespace {
 
-/// Does not check elements with `keep`.
+/// Does not check elements with `required_jacobian`.
 template <int D>
-std::optional<HighestNode<D>> highest_by_programmes(const EdgeShell<D>& shell, const EdgeProgrammeOptions& options) {
+std::optional<MaxMinNode<D>> max_min_by_linear_programs(const EdgeShell<D>& shell, const EdgeProgramOptions& options) {
     Parts<D> parts(shell);
-    loosen_kept(parts, shell, Vec<D>{}, options.max_cuts);
-    HighestNode<D> best;
+    bisect_weak_parts(parts, shell, Vec<D>{}, options.max_cuts);
+    MaxMinNode<D> best;
     const double least = options.max_cuts == 0 ? options.least : -infinity;
     double upper = infinity;
     double before = -infinity;
@@ -300,7 +301,7 @@ std::optional<HighestNode<D>> highest_by_programmes(const EdgeShell<D>& shell, c
         auto answer = raise(parts, shell, Admits::safe, least);
         if (!answer) return {};
         best = {{shell.node.point + answer->x}, answer->lower, 0, parts.cuts};
-        if (answer->held_by.empty() || options.max_cuts == 0) {
+        if (answer->active_places.empty() || options.max_cuts == 0) {
             upper = answer->upper;
             break;
         }
@@ -313,11 +314,11 @@ std::optional<HighestNode<D>> highest_by_programmes(const EdgeShell<D>& shell, c
             if (upper - best.lower <= close) break;
         }
         before = best.lower;
-        if (!parts.bisect(answer->held_by, answer->x, options.max_cuts)) break;
+        if (!parts.bisect(answer->active_places, answer->x, options.max_cuts)) break;
     }
     // The certificate refers to the stored node; this is slightly less than the program's value because of rounding.
-    const double claimed = best.lower - 1e-9 * std::max(1.0, std::abs(best.lower));
-    best.lower = smallest_scaled_jacobian(shell, best.node, parts.cuts == 0 ? -infinity : claimed);
+    const double claimed_bound = best.lower - 1e-9 * std::max(1.0, std::abs(best.lower));
+    best.lower = smallest_scaled_jacobian(shell, best.node, parts.cuts == 0 ? -infinity : claimed_bound);
     best.upper = std::max(upper, best.lower);
     return best;
 }
@@ -325,21 +326,22 @@ std::optional<HighestNode<D>> highest_by_programmes(const EdgeShell<D>& shell, c
 }  // namespace
 
 template <int D>
-std::optional<HighestNode<D>> highest_node(const EdgeShell<D>& shell, const EdgeProgrammeOptions& options) {
-    const auto highest = highest_by_programmes(shell, options);
+std::optional<MaxMinNode<D>> max_min_node(const EdgeShell<D>& shell, const EdgeProgramOptions& options) {
+    const auto highest = max_min_by_linear_programs(shell, options);
     if (!highest) return {};
     for (const ShellElement<D>& s : shell.elements) {
-        if (!s.keep) continue;
+        if (!s.required_jacobian) continue;
         const auto element = with_node(s, highest->node);
-        const double slack = 0x1p-40 * (1 + std::abs(*s.keep));
-        if (check_element(element, 0).min_scaled_jacobian < *s.keep - scaled_jacobian_tolerance - slack) return {};
+        const double slack = 0x1p-40 * (1 + std::abs(*s.required_jacobian));
+        if (check_element(element, 0).min_scaled_jacobian < *s.required_jacobian - scaled_jacobian_tolerance - slack)
+            return {};
     }
     return highest;
 }
 
 template <int D>
 std::optional<NearestNode<D>> nearest_node(const EdgeShell<D>& shell, const QuadraticModel<D>& model, double bound,
-                                           const EdgeProgrammeOptions& options) {
+                                           const EdgeProgramOptions& options) {
     Parts<D> parts(shell);
     QuadraticModel<D> relative_model = model;
     relative_model.centre -= shell.node.point;
@@ -356,9 +358,9 @@ std::optional<NearestNode<D>> nearest_node(const EdgeShell<D>& shell, const Quad
 #define CAMBER_INSTANTIATE(D)                                                                                     \
     template bool holds<D>(const EdgeShell<D>&, const LagrangeNode<D>&, double);                                  \
     template double smallest_scaled_jacobian<D>(const EdgeShell<D>&, const LagrangeNode<D>&, double);             \
-    template std::optional<HighestNode<D>> highest_node<D>(const EdgeShell<D>&, const EdgeProgrammeOptions&);     \
+    template std::optional<MaxMinNode<D>> max_min_node<D>(const EdgeShell<D>&, const EdgeProgramOptions&);        \
     template std::optional<NearestNode<D>> nearest_node<D>(const EdgeShell<D>&, const QuadraticModel<D>&, double, \
-                                                           const EdgeProgrammeOptions&);
+                                                           const EdgeProgramOptions&);
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)
 #undef CAMBER_INSTANTIATE

@@ -33,7 +33,7 @@ bool are_clear(const DynamicMesh<D>& mesh, const NodalFacet<D>& first, const Nod
 }  // namespace
 
 template <int D>
-FacetGrid<D> walls_of(const DynamicMesh<D>& mesh) {
+FacetGrid<D> facet_grid_of(const DynamicMesh<D>& mesh) {
     FacetGrid<D> walls;
     for (std::size_t f = 0; f < mesh.facets.size(); ++f)
         if (!mesh.is_free(FacetId(f)) && !mesh.is_at_infinity(FacetId(f)))
@@ -42,7 +42,7 @@ FacetGrid<D> walls_of(const DynamicMesh<D>& mesh) {
 }
 
 template <int D>
-void follow_walls(FacetGrid<D>& walls, const DynamicMesh<D>& mesh, const IdChanges<FacetId>& facets) {
+void update_facet_grid(FacetGrid<D>& walls, const DynamicMesh<D>& mesh, const IdChanges<FacetId>& facets) {
     for (const FacetId f : facets.removed) walls.remove(f);
     for (const FacetId f : facets.created)
         if (!mesh.is_free(f) && !mesh.is_at_infinity(f)) walls.insert(f, box_of_wall(mesh, nodal_facet(mesh, f)));
@@ -50,12 +50,12 @@ void follow_walls(FacetGrid<D>& walls, const DynamicMesh<D>& mesh, const IdChang
 
 template <int D>
 std::vector<NodalFacet<D>> new_facets(const DynamicMesh<D>& mesh, const Patch<D>& patch) {
-    std::vector<NodalFacet<D>> made;
-    made.reserve(patch.star.facets.size());
+    std::vector<NodalFacet<D>> added_facets;
+    added_facets.reserve(patch.star.facets.size());
     const Vec<D> place = place_of_point(mesh, patch);
     for (const JoinedFacet& joined : patch.star.facets)
-        if (!mesh.is_at_infinity(joined.facet)) made.push_back(nodal_facet(mesh, patch, joined, place));
-    return made;
+        if (!mesh.is_at_infinity(joined.facet)) added_facets.push_back(nodal_facet(mesh, patch, joined, place));
+    return added_facets;
 }
 
 namespace {
@@ -73,7 +73,7 @@ int shared_coordinates(const Vec<D>& place, std::span<const Vec<D>> points) {
 
 /// True if removed and new lines lie on parallels to the axes through the point.
 template <int D>
-bool keeps_its_axes(const DynamicMesh<D>& mesh, const Patch<D>& patch, const Vec<D>& place) {
+bool preserves_axes(const DynamicMesh<D>& mesh, const Patch<D>& patch, const Vec<D>& place) {
     const auto lies_on_axis = [&](std::span<const Vec<D>> points) {
         return shared_coordinates<D>(place, points) >= D - 1;
     };
@@ -83,25 +83,25 @@ bool keeps_its_axes(const DynamicMesh<D>& mesh, const Patch<D>& patch, const Vec
             mesh.is_curved() ? mesh.nodes[mesh.lines[l]].point : midpoint(mesh.points[a], mesh.points[b]);
         return lies_on_axis(std::array{mesh.points[a], node, mesh.points[b]});
     };
-    const auto is_made_there = [&](const JoinedLine& joined) {
+    const auto is_created = [&](const JoinedLine& joined) {
         const VertexId end = mesh.edges[mesh.lines[joined.line]][1 - joined.opposite];
         if (!mesh.is_curved()) return lies_on_axis(std::array{mesh.points[end]});
         const auto at = std::ranges::find(patch.star.boundary, end) - patch.star.boundary.begin();
         return lies_on_axis(std::array{mesh.points[end], patch.nodes[static_cast<std::size_t>(at)].point});
     };
-    return std::ranges::all_of(patch.removed.lines, stays) && std::ranges::all_of(patch.star.lines, is_made_there);
+    return std::ranges::all_of(patch.removed.lines, stays) && std::ranges::all_of(patch.star.lines, is_created);
 }
 
 }  // namespace
 
 template <int D>
-bool keeps_its_planes(const DynamicMesh<D>& mesh, const Patch<D>& patch, std::span<const NodalFacet<D>> made) {
+bool preserves_planes(const DynamicMesh<D>& mesh, const Patch<D>& patch, std::span<const NodalFacet<D>> added_facets) {
     const Vec<D> place = place_of_point(mesh, patch);
     const auto lies_in_plane = [&](const NodalFacet<D>& facet) {
         return shared_coordinates<D>(place, facet.nodes) > 0;
     };
     const auto stays = [&](FacetId f) { return mesh.is_at_infinity(f) || lies_in_plane(nodal_facet(mesh, f)); };
-    return keeps_its_axes(mesh, patch, place) && std::ranges::all_of(made, lies_in_plane) &&
+    return preserves_axes(mesh, patch, place) && std::ranges::all_of(added_facets, lies_in_plane) &&
            std::ranges::all_of(patch.removed.facets, stays);
 }
 
@@ -128,42 +128,42 @@ struct NearFacet {
 }  // namespace
 
 template <int D>
-bool are_walls_clear(const Adaptation<D>& r, const Patch<D>& patch, std::span<const NodalFacet<D>> made) {
+bool are_facets_clear(const Adaptation<D>& r, const Patch<D>& patch, std::span<const NodalFacet<D>> added_facets) {
     std::vector<Box<D>> boxes;
-    boxes.reserve(made.size());
-    for (const NodalFacet<D>& facet : made) boxes.push_back(box_of_wall(r.mesh, facet));
+    boxes.reserve(added_facets.size());
+    for (const NodalFacet<D>& facet : added_facets) boxes.push_back(box_of_wall(r.mesh, facet));
     std::vector<NearFacet<D>> near;
     for (const FacetId f : facets_beside<D>(r.walls, patch, boxes))
         near.push_back({r.walls.box(f), nodal_facet(r.mesh, f)});
-    for (std::size_t i = 0; i < made.size(); ++i) {
-        if (r.mesh.is_curved() && crossing_of_itself(made[i]) != Crossing::disjoint) return false;
+    for (std::size_t i = 0; i < added_facets.size(); ++i) {
+        if (r.mesh.is_curved() && crossing_of_itself(added_facets[i]) != Crossing::disjoint) return false;
         for (std::size_t j = 0; j < i; ++j)
-            if (!are_clear(r.mesh, made[i], made[j])) return false;
+            if (!are_clear(r.mesh, added_facets[i], added_facets[j])) return false;
         for (const auto& [box, facet] : near)
-            if (box.meets(boxes[i]) && !are_clear(r.mesh, made[i], facet)) return false;
+            if (box.meets(boxes[i]) && !are_clear(r.mesh, added_facets[i], facet)) return false;
     }
     return true;
 }
 
 template <int D>
-void NewWalls<D>::clear() {
+void NewFacets<D>::clear() {
     if (facets_.empty()) return;
     grid_ = {};
     facets_.clear();
 }
 
 template <int D>
-bool NewWalls<D>::take(const DynamicMesh<D>& mesh, const Patch<D>& patch) {
+bool NewFacets<D>::take(const DynamicMesh<D>& mesh, const Patch<D>& patch) {
     if (patch.star.facets.empty()) return true;
-    const auto made = new_facets(mesh, patch);
-    if (made.empty() || keeps_its_planes<D>(mesh, patch, made))
+    const auto added_facets = new_facets(mesh, patch);
+    if (added_facets.empty() || preserves_planes<D>(mesh, patch, added_facets))
         return true;  // removed facets cover the same area, and other patches do not cross them
-    for (const NodalFacet<D>& facet : made) {
+    for (const NodalFacet<D>& facet : added_facets) {
         grid_.meeting(box_of_wall(mesh, facet), near_);
         for (const FacetId f : near_)
             if (!are_clear(mesh, facet, facets_[f.index()])) return false;
     }
-    for (const NodalFacet<D>& facet : made) {
+    for (const NodalFacet<D>& facet : added_facets) {
         grid_.insert(FacetId(facets_.size()), box_of_wall(mesh, facet));
         facets_.push_back(facet);
     }
@@ -208,7 +208,7 @@ std::vector<FacetAtPoint<D>> facets_at_point(const DynamicMesh<D>& mesh, const P
     };
     for (const auto& [facet, opposite] : patch.star.facets)
         add(facet, [at = static_cast<int>(opposite)](int k) { return k == at; });
-    for (const auto& [element, opposite] : patch.star.kept)
+    for (const auto& [element, opposite] : patch.star.preserved)
         if (const FaceNeighbour across = mesh.face_neighbours[element][opposite]; across.valid() && across.is_facet())
             add(across.facet(), [&](int k) { return mesh.facets.vertices[across.facet()][k] == patch.point.vertex; });
     return found;
@@ -221,7 +221,7 @@ bool breaks_at(const DynamicMesh<D>& mesh, const Patch<D>& patch, VertexId v) {
         return patch.point.vertex.valid() && mesh.states[patch.point.vertex].place == VertexPlace::corner;
     for (const auto& [line, opposite] : patch.star.lines)
         if (mesh.edges[mesh.lines[line]][1 - opposite] == v) return !mesh.is_embedded(line);
-    for (const auto& [element, opposite] : patch.star.kept) {
+    for (const auto& [element, opposite] : patch.star.preserved) {
         const auto& vertices = mesh.elements.vertices[element];
         const int p = local_vertex(vertices, patch.point.vertex);
         const int q = local_vertex(vertices, v);
@@ -232,8 +232,8 @@ bool breaks_at(const DynamicMesh<D>& mesh, const Patch<D>& patch, VertexId v) {
 
 /// True if the new element at the face `open` has two facets on one smooth surface.
 template <int D>
-bool becomes_wall_element(const DynamicMesh<D>& mesh, const Patch<D>& patch, const ElementFace& open,
-                          std::span<const FacetAtPoint<D>> at_point) {
+bool becomes_two_facet_element(const DynamicMesh<D>& mesh, const Patch<D>& patch, const ElementFace& open,
+                               std::span<const FacetAtPoint<D>> at_point) {
     const auto& vertices = mesh.elements.vertices[open.element];
     const int point = static_cast<int>(open.opposite);
     std::array<const FacetAtPoint<D>*, D + 1> found{};  // index: local vertex opposite the facet
@@ -272,7 +272,7 @@ bool is_plane(const AdaptationGoal<D>& goal, const DynamicMesh<D>& mesh, FacetId
 }  // namespace
 
 template <int D>
-bool is_wall_element(const DynamicMesh<D>& mesh, ElementId e) {
+bool is_two_facet_element(const DynamicMesh<D>& mesh, ElementId e) {
     for (int i = 0; i <= D; ++i) {
         const FaceNeighbour a = mesh.face_neighbours[e][i];
         if (!a.valid() || !a.is_facet()) continue;
@@ -287,28 +287,28 @@ bool is_wall_element(const DynamicMesh<D>& mesh, ElementId e) {
 }
 
 template <int D>
-bool adds_wall_elements(const Adaptation<D>& r, const AdaptationGoal<D>& goal, const Patch<D>& patch) {
+bool adds_two_facet_elements(const Adaptation<D>& r, const AdaptationGoal<D>& goal, const Patch<D>& patch) {
     if (!goal.geometry || r.mesh.is_surface()) return false;
     const auto at_point = facets_at_point(r.mesh, patch);
     if (at_point.empty()) return false;
     std::size_t before = 0, after = 0;
     for (const ElementFace& open : patch.star.joined)
-        after += becomes_wall_element<D>(r.mesh, patch, open, at_point) ? 1 : 0;
+        after += becomes_two_facet_element<D>(r.mesh, patch, open, at_point) ? 1 : 0;
     if (after == 0) return false;
-    for (const ElementId e : patch.removed.elements) before += is_wall_element(r.mesh, e) ? 1 : 0;
+    for (const ElementId e : patch.removed.elements) before += is_two_facet_element(r.mesh, e) ? 1 : 0;
     if (after <= before) return false;
     return std::ranges::any_of(at_point, [&](const FacetAtPoint<D>& f) { return !is_plane(goal, r.mesh, f.like); });
 }
 
 #define CAMBER_INSTANTIATE(D)                                                                                  \
-    template bool keeps_its_planes<D>(const DynamicMesh<D>&, const Patch<D>&, std::span<const NodalFacet<D>>); \
-    template FacetGrid<D> walls_of<D>(const DynamicMesh<D>&);                                                  \
-    template void follow_walls<D>(FacetGrid<D>&, const DynamicMesh<D>&, const IdChanges<FacetId>&);            \
+    template bool preserves_planes<D>(const DynamicMesh<D>&, const Patch<D>&, std::span<const NodalFacet<D>>); \
+    template FacetGrid<D> facet_grid_of<D>(const DynamicMesh<D>&);                                             \
+    template void update_facet_grid<D>(FacetGrid<D>&, const DynamicMesh<D>&, const IdChanges<FacetId>&);       \
     template std::vector<NodalFacet<D>> new_facets<D>(const DynamicMesh<D>&, const Patch<D>&);                 \
-    template bool are_walls_clear<D>(const Adaptation<D>&, const Patch<D>&, std::span<const NodalFacet<D>>);   \
-    template class NewWalls<D>;                                                                                \
-    template bool is_wall_element<D>(const DynamicMesh<D>&, ElementId);                                        \
-    template bool adds_wall_elements<D>(const Adaptation<D>&, const AdaptationGoal<D>&, const Patch<D>&);
+    template bool are_facets_clear<D>(const Adaptation<D>&, const Patch<D>&, std::span<const NodalFacet<D>>);  \
+    template class NewFacets<D>;                                                                               \
+    template bool is_two_facet_element<D>(const DynamicMesh<D>&, ElementId);                                   \
+    template bool adds_two_facet_elements<D>(const Adaptation<D>&, const AdaptationGoal<D>&, const Patch<D>&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

@@ -21,9 +21,9 @@ namespace camber {
 
 namespace {
 
-constexpr int max_turns = 60;
+constexpr int max_sweeps = 60;
 constexpr int max_slides = 6;
-constexpr int return_turns = 2;
+constexpr int return_sweeps = 2;
 constexpr double farthest_share = 0.4;  ///< displacement limit, as a share of the chord
 
 struct Freedom {
@@ -33,11 +33,11 @@ struct Freedom {
 constexpr Freedom all_of_space{{Vec<3>{{1, 0, 0}}, Vec<3>{{0, 1, 0}}, Vec<3>{{0, 0, 1}}}, 3};
 
 /// Tangential directions; none for a node that must not slide.
-Freedom along_geometry(const Sym<3>& across) {
-    const double rank = trace(across);
+Freedom along_geometry(const Sym<3>& normal_projector) {
+    const double rank = trace(normal_projector);
     if (rank > 2.5) return {};
     const bool is_curve = rank > 1.5;
-    const Sym<3> projector = is_curve ? Sym<3>::identity() - across : across;
+    const Sym<3> projector = is_curve ? Sym<3>::identity() - normal_projector : normal_projector;
     int axis = 0;
     for (int i = 1; i < 3; ++i)
         if (projector(i, i) > projector(axis, axis)) axis = i;
@@ -58,23 +58,23 @@ struct Move {
 
 class Surface {
   public:
-    Surface(const JudgedProposal<3>& wanted, const RepairGuide<3>& guide, const RepairOptions& options,
-            const SurfaceLeave& leave, Incidence<FacetId> triangles)
-        : mesh_(wanted.mesh()),
-          before_(wanted.proposal()),
+    Surface(const JudgedProposal<3>& input, const RepairGuide<3>& guide, const RepairOptions& options,
+            const SurfaceLimits& leave, Incidence<FacetId> triangles)
+        : mesh_(input.mesh()),
+          before_(input.proposal()),
           nodes_(before_.mid_nodes.begin(), before_.mid_nodes.end()),
           onto_(guide.onto),
           options_(options),
           leave_(leave),
           triangles_(std::move(triangles)),
-          verdicts_(wanted.validation().verdicts.begin(), wanted.validation().verdicts.end()) {
+          verdicts_(input.validation().verdicts.begin(), input.validation().verdicts.end()) {
         for (std::size_t t = 0; t < verdicts_.size(); ++t)
             if (verdicts_[t] != Verdict::valid) bad_.push_back(t);
         mesh_.linear.points = before_.points;
     }
 
     Outcome<Done> repair(const Execution& execution) {
-        for (int turn = 0; turn < max_turns && !bad_.empty(); ++turn) {
+        for (int turn = 0; turn < max_sweeps && !bad_.empty(); ++turn) {
             if (is_stopped(execution)) return fail(ErrorKind::stopped, "stopped");
             std::vector<std::size_t> looked_at;
             std::swap(looked_at, bad_);
@@ -83,8 +83,8 @@ class Surface {
             sort_unique(bad_);
             std::erase_if(bad_, [&](std::size_t t) { return verdicts_[t] == Verdict::valid; });
         }
-        for (int turn = 0; turn < return_turns && options_.method != RepairMethod::backtracking; ++turn)
-            for (const EdgeId edge : pulled_) give_back(edge);
+        for (int turn = 0; turn < return_sweeps && options_.method != RepairMethod::backtracking; ++turn)
+            for (const EdgeId edge : pulled_) restore_move(edge);
         return Done{};
     }
 
@@ -102,7 +102,7 @@ class Surface {
 
     [[nodiscard]] double bound() const { return options_.min_scaled_jacobian; }
     /// Bound for moves that leave the geometry.
-    [[nodiscard]] double hard_bound() const { return options_.min_scaled_jacobian.is_asked ? bound() : min_bound; }
+    [[nodiscard]] double hard_bound() const { return options_.min_scaled_jacobian.is_explicit ? bound() : min_bound; }
 
     [[nodiscard]] bool is_free(EdgeId e) const {
         return before_.kinds[e] != EdgeKind::fixed && before_.kinds[e] != EdgeKind::volume;
@@ -115,7 +115,7 @@ class Surface {
         const auto& [a, b] = mesh_.edges.vertices[e];
         return midpoint(mesh_.linear.points[a], mesh_.linear.points[b]);
     }
-    [[nodiscard]] bool may_go_to(EdgeId e, const Vec<3>& p) const {
+    [[nodiscard]] bool may_move_to(EdgeId e, const Vec<3>& p) const {
         if (!is_finite(p)) return false;
         return !(leave_.most > 0) || distance(p, before_.mid_nodes[e].point) <= leave_.most;
     }
@@ -168,11 +168,11 @@ class Surface {
         functions.reserve(12);
         for (const FacetId f : triangles_[edge]) {
             const auto here = scaled(triangle(f.index(), edge, at));
-            const double kept = f.index() == of ? floor : std::min(floor, std::ranges::min(here));
+            const double preserved = f.index() == of ? floor : std::min(floor, std::ranges::min(here));
             std::array<std::array<double, 6>, M> there{};
             for (int m = 0; m < M; ++m) there[m] = scaled(triangle(f.index(), edge, at + unit * freedom.basis[m]));
             for (int i = 0; i < 6; ++i) {
-                AffineFunction<M> function{{}, here[i] - kept};
+                AffineFunction<M> function{{}, here[i] - preserved};
                 for (int m = 0; m < M; ++m) function.gradient[m] = there[m][i] - here[i];
                 if (!std::isfinite(function.offset) || !is_finite(function.gradient)) return std::nullopt;
                 functions.push_back(function);
@@ -209,20 +209,21 @@ class Surface {
         const Vec<3>& present = nodes_[edge.index()].point;
         GeometryFoot<3> foot = onto_(edge, present);
         for (int step = 0; step < max_slides; ++step) {
-            const auto displacement = min_displacement(t, edge, foot.point, along_geometry(foot.across), floor);
+            const auto displacement =
+                min_displacement(t, edge, foot.point, along_geometry(foot.normal_projector), floor);
             if (!displacement) return std::nullopt;
             foot = onto_(edge, foot.point + *displacement);
-            if (!may_go_to(edge, foot.point) || distance(foot.point, present) > farthest_share * chord(edge))
+            if (!may_move_to(edge, foot.point) || distance(foot.point, present) > farthest_share * chord(edge))
                 return std::nullopt;
             if (helps(t, edge, foot.point, bound())) return move_to(edge, foot.point);
         }
         return std::nullopt;
     }
 
-    [[nodiscard]] std::optional<Move> home(std::size_t t, EdgeId edge) const {
+    [[nodiscard]] std::optional<Move> restoring_move(std::size_t t, EdgeId edge) const {
         if (!onto_) return std::nullopt;
         const GeometryFoot<3> foot = onto_(edge, middle(edge));
-        const bool slides = along_geometry(foot.across).size > 0;
+        const bool slides = along_geometry(foot.normal_projector).size > 0;
         if (!slides || !is_finite(foot.point) || !helps(t, edge, foot.point, bound())) return std::nullopt;
         return move_to(edge, foot.point);
     }
@@ -232,7 +233,7 @@ class Surface {
         const auto displacement = min_displacement(t, edge, present, all_of_space, floor);
         if (!displacement) return std::nullopt;
         const Vec<3> p = present + *displacement;
-        if (!may_go_to(edge, p) || !helps(t, edge, p, hard_bound())) return std::nullopt;
+        if (!may_move_to(edge, p) || !helps(t, edge, p, hard_bound())) return std::nullopt;
         return move_to(edge, p);
     }
 
@@ -252,12 +253,12 @@ class Surface {
         const auto& edges = mesh_.edges.of_facets[t];
         for (int correction = 0; correction <= options_.max_corrections; ++correction) {
             if (correction > 0 && decide(triangle(t), hard_bound()) == Verdict::valid) break;
-            const double kept = correction == options_.max_corrections ? 0 : options_.theta;
+            const double preserved = correction == options_.max_corrections ? 0 : options_.theta;
             for (const EdgeId edge : edges) {
                 if (!is_free(edge)) continue;
                 const Vec<3> m = middle(edge);
-                const Vec<3> p = kept == 0 ? m : m + kept * (nodes_[edge.index()].point - m);
-                if (may_go_to(edge, p)) nodes_[edge.index()].point = p;
+                const Vec<3> p = preserved == 0 ? m : m + preserved * (nodes_[edge.index()].point - m);
+                if (may_move_to(edge, p)) nodes_[edge.index()].point = p;
             }
         }
         for (const EdgeId edge : edges) {
@@ -269,7 +270,7 @@ class Surface {
     }
 
     /// Moves a node back as far as the coefficients allow, which are affine along the way.
-    void give_back(EdgeId edge) {
+    void restore_move(EdgeId edge) {
         const Vec<3> from = nodes_[edge.index()].point;
         const Vec<3> to = before_.mid_nodes[edge].point;
         double share = 1;
@@ -296,7 +297,7 @@ class Surface {
         if (!by_chords) {
             for (const double floor : floors(bound()))
                 if (by_shortest(t, [&](EdgeId e) { return slide(t, e, floor); })) return true;
-            if (by_shortest(t, [&](EdgeId e) { return home(t, e); })) return true;
+            if (by_shortest(t, [&](EdgeId e) { return restoring_move(t, e); })) return true;
         }
         if (!leave_.may_leave || decide(triangle(t), hard_bound()) == Verdict::valid) return false;
         if (!by_chords)
@@ -310,7 +311,7 @@ class Surface {
     std::vector<LagrangeNode<3>> nodes_;
     const FootOnGeometry<3>& onto_;
     const RepairOptions& options_;
-    SurfaceLeave leave_;
+    SurfaceLimits leave_;
     Incidence<FacetId> triangles_;
     std::vector<Verdict> verdicts_;
     std::vector<std::size_t> bad_;
@@ -320,30 +321,30 @@ class Surface {
 
 }  // namespace
 
-Outcome<Repaired<3>> repair_surface(const JudgedProposal<3>& wanted, const RepairGuide<3>& guide,
-                                    const RepairOptions& options, const SurfaceLeave& leave,
+Outcome<Repaired<3>> repair_surface(const JudgedProposal<3>& input, const RepairGuide<3>& guide,
+                                    const RepairOptions& options, const SurfaceLimits& leave,
                                     const Execution& execution) {
     if (auto fits = check_limits(options); !fits) return fail(fits.error());
     const double bound = options.min_scaled_jacobian;
-    if (wanted.validation().bound != bound) {
-        const auto again = validate(wanted.mesh(), wanted.proposal(), bound, without_progress(execution));
+    if (input.validation().bound != bound) {
+        const auto again = validate(input.mesh(), input.proposal(), bound, without_progress(execution));
         if (!again) return fail(again.error());
         return repair_surface(*again, guide, options, leave, execution);
     }
-    if (wanted.validation().all_valid()) return Repaired<3>{wanted};
-    auto triangles = facet_shells(wanted.mesh().edges, without_progress(execution));
+    if (input.validation().all_valid()) return Repaired<3>{input};
+    auto triangles = facet_shells(input.mesh().edges, without_progress(execution));
     if (!triangles) return fail(triangles.error());
     return guarded([&]() -> Outcome<Repaired<3>> {
-        Surface surface(wanted, guide, options, leave, std::move(*triangles));
+        Surface surface(input, guide, options, leave, std::move(*triangles));
         if (auto done = surface.repair(execution); !done) return fail(done.error());
-        Proposal<3> proposal = wanted.proposal();
+        Proposal<3> proposal = input.proposal();
         proposal.mid_nodes = surface.nodes();
-        proposal.changes = changes_after(wanted.mesh(), wanted.proposal(), proposal.points, proposal.mid_nodes);
-        auto judged = validate(wanted.mesh(), std::move(proposal), bound, without_progress(execution));
+        proposal.changes = changes_after(input.mesh(), input.proposal(), proposal.points, proposal.mid_nodes);
+        auto judged = validate(input.mesh(), std::move(proposal), bound, without_progress(execution));
         if (!judged) return fail(judged.error());
         Repaired<3> repaired{std::move(*judged)};
         repaired.statistics.work = surface.work();
-        return with_all_changes(wanted, std::move(repaired));
+        return with_all_changes(input, std::move(repaired));
     });
 }
 
@@ -374,22 +375,22 @@ namespace {
 /// Maximum number of iterations that fix nodes beyond the tolerance.
 constexpr int max_rounds = 12;
 
-Column<EdgeKind> with_held(const Column<EdgeKind>& kinds, const std::vector<std::uint8_t>& held) {
+Column<EdgeKind> with_fixed_edges(const Column<EdgeKind>& kinds, const std::vector<std::uint8_t>& is_fixed) {
     Buffer<EdgeKind> all(kinds.begin(), kinds.end());
     for (std::size_t e = 0; e < all.size(); ++e)
-        if (all[e] != EdgeKind::volume && held[e] != 0) all[e] = EdgeKind::fixed;
+        if (all[e] != EdgeKind::volume && is_fixed[e] != 0) all[e] = EdgeKind::fixed;
     return all;
 }
 
 /// Marks boundary nodes displaced by more than the tolerance; false if none.
 template <int D>
-bool hold_beyond(const Proposal<D>& before, const Proposal<D>& after, double tolerance,
-                 std::vector<std::uint8_t>& held) {
+bool fix_beyond_tolerance(const Proposal<D>& before, const Proposal<D>& after, double tolerance,
+                          std::vector<std::uint8_t>& is_fixed) {
     bool any = false;
-    for (std::size_t e = 0; e < held.size(); ++e) {
+    for (std::size_t e = 0; e < is_fixed.size(); ++e) {
         if (before.kinds[e] == EdgeKind::volume) continue;
         if (!(norm(after.mid_nodes[e].point - before.mid_nodes[e].point) > tolerance)) continue;
-        held[e] = 1;
+        is_fixed[e] = 1;
         any = true;
     }
     return any;
@@ -398,95 +399,100 @@ bool hold_beyond(const Proposal<D>& before, const Proposal<D>& after, double tol
 /// Attempts of `repair_within`, which share one work limit.
 template <int D>
 struct Within {
-    const JudgedProposal<D>& wanted;
+    const JudgedProposal<D>& input;
     const RepairGuide<D>& guide;
     RepairOptions options;
     double work_left = 0;
     const Execution& execution;
 
-    Outcome<Repaired<D>> tried(const JudgedProposal<D>& start, const std::vector<std::uint8_t>& held,
+    Outcome<Repaired<D>> tried(const JudgedProposal<D>& start, const std::vector<std::uint8_t>& is_fixed,
                                SurfaceMoves surface = SurfaceMoves::off_geometry) {
         options.max_work = work_left;
         RepairGuide<D> by = guide;
         by.surface = surface;
-        auto repaired = repair(start.with_kinds(with_held(wanted.proposal().kinds, held)), by, options, execution);
+        auto repaired =
+            repair(start.with_kinds(with_fixed_edges(input.proposal().kinds, is_fixed)), by, options, execution);
         if (repaired) work_left -= repaired->statistics.work;
         return repaired;
     }
 };
 
-/// Repairs after a slide in planes; returns `kept` if that is better.
-Outcome<Repaired<3>> repair_after_slide(Within<3>& within, Repaired<3> kept, const std::vector<std::uint8_t>& held,
-                                        double tolerance, SurfaceMoves surface) {
+/// Repairs after a slide in planes; returns `preserved` if that is better.
+Outcome<Repaired<3>> repair_after_slide(Within<3>& within, Repaired<3> preserved,
+                                        const std::vector<std::uint8_t>& is_fixed, double tolerance,
+                                        SurfaceMoves surface) {
     // Restores the boundary kinds, because fixed edges would not slide.
-    auto slid = slid_in_planes(kept.judged.with_kinds(within.wanted.proposal().kinds), tolerance, within.execution);
+    auto slid = slid_in_planes(preserved.judged.with_kinds(within.input.proposal().kinds), tolerance, within.execution);
     if (!slid) return fail(slid.error());
-    const auto start = validate(kept.judged.mesh(), std::move(*slid), kept.judged.validation().bound, within.execution);
+    const auto start =
+        validate(preserved.judged.mesh(), std::move(*slid), preserved.judged.validation().bound, within.execution);
     if (!start) return fail(start.error());
-    auto repaired = within.tried(*start, held, surface);
-    if (!repaired || repaired->judged.validation().not_valid() < kept.judged.validation().not_valid()) return repaired;
-    return kept;
+    auto repaired = within.tried(*start, is_fixed, surface);
+    if (!repaired || repaired->judged.validation().not_valid() < preserved.judged.validation().not_valid())
+        return repaired;
+    return preserved;
 }
 
 /// Slides in planes first, then from the initial positions if that leaves invalid elements.
 template <int D>
-Outcome<Repaired<D>> repair_on_geometry(Within<D>& within, Repaired<D> kept) {
-    const std::vector<std::uint8_t> none(within.wanted.proposal().kinds.size(), 0);
+Outcome<Repaired<D>> repair_on_geometry(Within<D>& within, Repaired<D> preserved) {
+    const std::vector<std::uint8_t> none(within.input.proposal().kinds.size(), 0);
     if constexpr (D == 3) {
-        constexpr double anywhere = std::numeric_limits<double>::infinity();
-        auto slid = repair_after_slide(within, kept, none, anywhere, SurfaceMoves::on_geometry);
+        constexpr double unbounded = std::numeric_limits<double>::infinity();
+        auto slid = repair_after_slide(within, preserved, none, unbounded, SurfaceMoves::on_geometry);
         if (!slid || slid->judged.validation().all_valid()) return slid;
-        auto direct = within.tried(kept.judged, none, SurfaceMoves::on_geometry);
+        auto direct = within.tried(preserved.judged, none, SurfaceMoves::on_geometry);
         if (!direct || direct->judged.validation().not_valid() <= slid->judged.validation().not_valid()) return direct;
         return slid;
     } else {
-        return within.tried(kept.judged, none, SurfaceMoves::on_geometry);
+        return within.tried(preserved.judged, none, SurfaceMoves::on_geometry);
     }
 }
 
 template <int D>
 Outcome<Repaired<D>> repair_to_bound(Within<D>& within) {
-    const Proposal<D>& proposal = within.wanted.proposal();
+    const Proposal<D>& proposal = within.input.proposal();
     const double tolerance = within.options.boundary_tolerance;
-    std::vector<std::uint8_t> held(proposal.kinds.size(), 1);
-    auto kept = within.tried(within.wanted, held);
-    if (!kept) return kept;
-    const auto done = [&] { return kept->judged.validation().all_valid() || tolerance == 0; };
-    if (within.guide.onto && !kept->judged.validation().all_valid()) {
-        kept = repair_on_geometry(within, std::move(*kept));
-        if (!kept) return kept;
+    std::vector<std::uint8_t> is_fixed(proposal.kinds.size(), 1);
+    auto preserved = within.tried(within.input, is_fixed);
+    if (!preserved) return preserved;
+    const auto done = [&] { return preserved->judged.validation().all_valid() || tolerance == 0; };
+    if (within.guide.onto && !preserved->judged.validation().all_valid()) {
+        preserved = repair_on_geometry(within, std::move(*preserved));
+        if (!preserved) return preserved;
     }
-    if (done()) return with_all_changes(within.wanted, std::move(*kept));
+    if (done()) return with_all_changes(within.input, std::move(*preserved));
     if constexpr (D == 3) {
-        auto better = repair_after_slide(within, std::move(*kept), held, tolerance, SurfaceMoves::off_geometry);
+        auto better =
+            repair_after_slide(within, std::move(*preserved), is_fixed, tolerance, SurfaceMoves::off_geometry);
         if (!better) return better;
-        kept = std::move(better);
-        if (done()) return with_all_changes(within.wanted, std::move(*kept));
+        preserved = std::move(better);
+        if (done()) return with_all_changes(within.input, std::move(*preserved));
     }
-    std::ranges::fill(held, std::uint8_t{0});
+    std::ranges::fill(is_fixed, std::uint8_t{0});
     for (int round = 0; round < max_rounds; ++round) {
-        auto freed = within.tried(kept->judged, held);
+        auto freed = within.tried(preserved->judged, is_fixed);
         if (!freed) return freed;
-        if (!hold_beyond(proposal, freed->judged.proposal(), tolerance, held))
-            return with_all_changes(within.wanted, std::move(*freed));
+        if (!fix_beyond_tolerance(proposal, freed->judged.proposal(), tolerance, is_fixed))
+            return with_all_changes(within.input, std::move(*freed));
     }
-    return with_all_changes(within.wanted, std::move(*kept));
+    return with_all_changes(within.input, std::move(*preserved));
 }
 
 }  // namespace
 
 template <int D>
-Outcome<Repaired<D>> repair_within(const JudgedProposal<D>& wanted, const RepairGuide<D>& guide,
+Outcome<Repaired<D>> repair_within(const JudgedProposal<D>& input, const RepairGuide<D>& guide,
                                    const RepairOptions& options, const Execution& execution) {
     if constexpr (D == 3)
-        if (is_surface_alone(wanted.mesh().linear)) {
+        if (is_standalone_surface(input.mesh().linear)) {
             const double most = options.boundary_tolerance;
-            if (guide.onto || most > 0) return repair_surface(wanted, guide, options, {most > 0, most}, execution);
-            return Repaired<D>{wanted};
+            if (guide.onto || most > 0) return repair_surface(input, guide, options, {most > 0, most}, execution);
+            return Repaired<D>{input};
         }
     if (raises(options))
-        return repair_then_raise(wanted, guide, options, execution, [&](const RepairOptions& by, const Execution& e) {
-            return repair_within(wanted, guide, by, e);
+        return repair_then_raise(input, guide, options, execution, [&](const RepairOptions& by, const Execution& e) {
+            return repair_within(input, guide, by, e);
         });
     const auto to = [&](const JudgedProposal<D>& judged, const RepairOptions& by) -> Outcome<Repaired<D>> {
         const auto start = validate(judged.mesh(), judged.proposal(), by.min_scaled_jacobian, execution);
@@ -494,12 +500,12 @@ Outcome<Repaired<D>> repair_within(const JudgedProposal<D>& wanted, const Repair
         Within<D> within{*start, guide, by, allowed_work(start->validation().not_valid(), by.effort), execution};
         return repair_to_bound(within);
     };
-    auto kept = min_invalid(wanted, to(wanted, options), options, execution, to);
-    if (!kept) return kept;
+    auto preserved = min_invalid(input, to(input, options), options, execution, to);
+    if (!preserved) return preserved;
     RepairOptions demanded = options;
     // Boundary nodes slide on the geometry only for validity (`min_bound`).
     if (guide.onto && options.min_scaled_jacobian > min_bound) demanded.min_scaled_jacobian = min_bound;
-    return restore_input(wanted, std::move(*kept), demanded, without_progress(execution));
+    return restore_input(input, std::move(*preserved), demanded, without_progress(execution));
 }
 
 #define CAMBER_INSTANTIATE(D)                                                                       \

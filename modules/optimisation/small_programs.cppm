@@ -3,7 +3,7 @@ module;
 #include <limits>
 #include <optional>
 #include <span>
-export module camber.optimisation:programmes;
+export module camber.optimisation:small_programs;
 import camber.core;
 import camber.bezier;
 import camber.validity;
@@ -26,7 +26,7 @@ struct SegmentInterval {
 [[nodiscard]] std::optional<SegmentInterval> feasible(std::span<const AffineConstraint> constraints);
 
 /// Returns the largest maximiser of min (value − floor), a concave piecewise linear function, up to rounding.
-[[nodiscard]] double highest_minimum(std::span<const AffineConstraint> constraints, SegmentInterval within);
+[[nodiscard]] double max_min_parameter(std::span<const AffineConstraint> constraints, SegmentInterval within);
 
 /// function(x) ≥ weight · t. Weight 1: raised; weight 0: stays non-negative.
 template <int M>
@@ -36,7 +36,7 @@ struct RaisedFunction {
 };
 
 template <int M>
-struct HighestPoint {
+struct MaxMinPoint {
     Vec<M> x;
     double lower = 0;  ///< min function(x) / weight over the raised functions
     double upper = 0;  ///< upper bound for any x, up to rounding (weak duality)
@@ -53,8 +53,8 @@ struct HighestPoint {
 /// Bland's rule prevents cycles. Linear time in practice. Deterministic, and independent of the order of the functions
 /// except for ties.
 template <int M>
-[[nodiscard]] std::optional<HighestPoint<M>> highest_point(std::span<const RaisedFunction<M>> functions, double reach,
-                                                           double least = -std::numeric_limits<double>::infinity());
+[[nodiscard]] std::optional<MaxMinPoint<M>> max_min_point(std::span<const RaisedFunction<M>> functions, double reach,
+                                                          double least = -std::numeric_limits<double>::infinity());
 
 /// value + ½ (x − centre)ᵀ hessian (x − centre), strictly convex.
 template <int M>
@@ -85,7 +85,7 @@ template <int M>
                                             std::span<const AffineFunction<M>> functions);
 
 template <int D>
-struct LowestPoint {
+struct MinJacobianPoint {
     Barycentric<D> at{};
     double jacobian = 0;  ///< det J there
 };
@@ -93,6 +93,6 @@ struct LowestPoint {
 /// Returns a point with det J within 1e-3 · max(|det of the straight element|, |minimum|) of the minimum, for messages.
 /// `jacobian` is accurate to the error of the coefficients; the minimum is not certified.
 template <int D>
-[[nodiscard]] LowestPoint<D> lowest_point(const BoundedJacobian<D>& jacobian);
+[[nodiscard]] MinJacobianPoint<D> min_jacobian_point(const BoundedJacobian<D>& jacobian);
 
 }  // namespace camber

@@ -5,11 +5,11 @@ module;
 #include <optional>
 #include <span>
 #include <vector>
-export module camber.optimisation:edge_programme;
+export module camber.optimisation:edge_program;
 import camber.core;
 import camber.bezier;
 import camber.validity;
-import :programmes;
+import :small_programs;
 
 export namespace camber {
 
@@ -18,7 +18,7 @@ struct ShellElement {
     NodalSimplex<D> element;
     int edge = 0;  ///< local number of the shell's edge
     /// Scaled Jacobian that this element must keep; nothing: the problem's bound.
-    std::optional<double> keep;
+    std::optional<double> required_jacobian;
 };
 
 /// The elements around one edge.
@@ -51,7 +51,7 @@ template <int D>
 
 /// Accuracy and effort of cuts: if the coefficient test is too weak, an element is bisected; the coefficients of its
 /// parts, also affine in the node, replace its own.
-struct EdgeProgrammeOptions {
+struct EdgeProgramOptions {
     double tolerance = 1e-3;  ///< of the optimum, relative to max(1, |optimum|)
     int max_cuts = 60;        ///< total bisections; 0: plain coefficient test
     /// Cuts end when the maximum is certainly above or below this.
@@ -61,9 +61,9 @@ struct EdgeProgrammeOptions {
 };
 
 template <int D>
-struct HighestNode {
+struct MaxMinNode {
     LagrangeNode<D> node;
-    /// Certified lower bound of det J / |det straight| in elements without `keep`.
+    /// Certified lower bound of det J / |det straight| in elements without `required_jacobian`.
     double lower = 0;
     /// Upper bound for any node, up to rounding (without cuts: by coefficients); ∞ if `enough` was reached at once.
     double upper = 0;
@@ -77,25 +77,26 @@ struct NearestNode {
     int cuts = 0;
 };
 
-/// Maximises the minimum of det J / |det straight| over the elements without `keep`; the others stay above theirs. A
-/// linear program, then cuts until `lower` and `upper` agree to the tolerance or lie on one side of `enough`. Nothing
-/// if infeasible or if all elements have `keep`.
+/// Maximises the minimum of det J / |det straight| over the elements without `required_jacobian`; the others stay above
+/// theirs. A linear program, then cuts until `lower` and `upper` agree to the tolerance or lie on one side of `enough`.
+/// Nothing if infeasible or if all elements have `required_jacobian`.
 template <int D>
-[[nodiscard]] std::optional<HighestNode<D>> highest_node(const EdgeShell<D>& shell,
-                                                         const EdgeProgrammeOptions& options = {});
+[[nodiscard]] std::optional<MaxMinNode<D>> max_min_node(const EdgeShell<D>& shell,
+                                                        const EdgeProgramOptions& options = {});
 
-/// Minimises the model subject to validity of all elements by `decide`: above `bound`, or above their `keep`. A
-/// quadratic program, then cuts where active coefficients are no values of det J. Nothing if no such node was found.
+/// Minimises the model subject to validity of all elements by `decide`: above `bound`, or above their
+/// `required_jacobian`. A quadratic program, then cuts where active coefficients are no values of det J. Nothing if no
+/// such node was found.
 template <int D>
 [[nodiscard]] std::optional<NearestNode<D>> nearest_node(const EdgeShell<D>& shell, const QuadraticModel<D>& model,
-                                                         double bound, const EdgeProgrammeOptions& options = {});
+                                                         double bound, const EdgeProgramOptions& options = {});
 
-/// True if all elements are valid by `decide`: above `bound`, or above their `keep`.
+/// True if all elements are valid by `decide`: above `bound`, or above their `required_jacobian`.
 template <int D>
 [[nodiscard]] bool holds(const EdgeShell<D>& shell, const LagrangeNode<D>& node, double bound);
 
-/// Certified lower bound of det J / |det straight| in elements without `keep`: from coefficients or `enough` if these
-/// suffice, else within scaled_jacobian_tolerance.
+/// Certified lower bound of det J / |det straight| in elements without `required_jacobian`: from coefficients or
+/// `enough` if these suffice, else within scaled_jacobian_tolerance.
 template <int D>
 [[nodiscard]] double smallest_scaled_jacobian(const EdgeShell<D>& shell, const LagrangeNode<D>& node, double enough);
 
@@ -114,7 +115,7 @@ struct OffsetModel {
 /// Joint problem of edge nodes and vertices with their elements. Nodes move with half of the displacement of their
 /// edge's vertices; their own unknowns are additional offsets.
 template <int D>
-struct JointProgramme {
+struct JointProblem {
     static constexpr int fixed = -1;
 
     struct Element {
@@ -154,6 +155,6 @@ struct JointSolution {
 /// det J. Augmented Lagrangian (Hestenes, Powell, Rockafellar) with Gauss–Newton steps; `start` may be infeasible.
 /// Scaled constraints do not penalise thin elements. Returns a local minimum; deterministic; single-threaded.
 template <int D>
-[[nodiscard]] JointSolution<D> solve(const JointProgramme<D>& programme, std::vector<Vec<D>> start);
+[[nodiscard]] JointSolution<D> solve(const JointProblem<D>& problem, std::vector<Vec<D>> start);
 
 }  // namespace camber
