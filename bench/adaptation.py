@@ -1,22 +1,22 @@
 #!/usr/bin/env python3
-"""Does curvature pay in adaptation? Fields, each adapted to itself by the same loop (`camber adapt --field`), three ways; errors of interpolants.
+"""Unknowns and errors of adapted meshes, linear, quadratic with straight elements and quadratic with curved ones (`camber adapt --field`).
 
     bench/adaptation.py build/bin/camber                                         2D, then 3D
     bench/adaptation.py build/bin/camber --fields circle,planar --complexities 200,400,800
-    bench/adaptation.py build/bin/camber --fields 2D --json adaptation.json      with everything that was measured
+    bench/adaptation.py build/bin/camber --fields 2D --json adaptation.json      with all measurements
     bench/adaptation.py build/bin/camber --set curved:stages/curve/min_jacobian=0.05
 
-The ways:
-    linear      straight meshes by the metric of second derivatives; the interpolant of degree 1
-    straight    straight meshes by the metric of third derivatives; the interpolant of degree 2 on them (on a curved wall: elements that are
-                straight inside and follow the wall, `curve --objective shape`)
-    curved      curved meshes; the interpolant of degree 2
+Kinds of meshes (ways):
+    linear      straight meshes, metric of second derivatives, interpolant of degree 1
+    straight    straight meshes, metric of third derivatives, interpolant of degree 2 (on curved walls: elements that are straight
+                inside and follow the wall, `curve --objective shape`)
+    curved      curved meshes, interpolant of degree 2
 
-Unknowns are vertices of degree 1, nodes of degree 2. A cell has the last cycle's errors in L2 and H1, the smallest and largest L2 of the last
-three cycles, and the seconds of all cycles ("invalid!": elements; "missing!": cycles after an invalid mesh). Rates are those of least squares,
-error ~ unknowns^-rate, of the three finest meshes. "Fewer" is how many times fewer unknowns `curved` has at the smallest error that both reached,
-along the lines through the measured points in log-log; with ~ where their errors have nothing in common and the other's line of least squares is
-drawn on to the error of `curved`.
+Unknowns are vertices for degree 1 and nodes for degree 2. A cell has the errors of the last cycle in L2 and H1, the minimum and maximum L2 error
+of the last three cycles, and the seconds of all cycles. "invalid!" is the number of invalid elements, "missing!" the number of cycles after an
+invalid mesh. Rates are least-squares fits error ~ unknowns^-rate over the three finest meshes. "Fewer" is the ratio of unknowns of the other way
+and of `curved` at the smallest error that both reached, interpolated between the measured points in log-log. A ~ marks ways without a common
+range of errors; their fit is extrapolated to the error of `curved`.
 """
 import argparse
 import json
@@ -46,10 +46,10 @@ OF_DIMENSION = {"2D": ("circle", "wavy", "planar", "planar short", "smooth"), "3
 COMPLEXITIES = {"2D": (100, 200, 400, 800, 1600), "3D": (400, 800, 1600, 3200, 6400)}
 FURTHER = {"2D": 2, "3D": 1}
 WAYS = {"linear": ("--degree", 1), "straight": ("--degree", 1, "--set", "metric/solution/degree=2"), "curved": ()}
-JUDGED = {"linear": "linear", "straight": "curved", "curved": "curved"}  # the interpolant that `camber check --field` tells of
+JUDGED = {"linear": "linear", "straight": "curved", "curved": "curved"}  # interpolant in the output of `camber check --field`
 ERRORS = ("l2", "h1")
-LAST = 3  # cycles whose errors tell the scatter
-FINEST = 3  # meshes that tell the rate
+LAST = 3  # number of cycles of the range of errors
+FINEST = 3  # number of meshes of the fit
 
 
 def cycles_of(folder):
@@ -73,7 +73,7 @@ class Bench:
             self.options[way] += ["--set", setting]
 
     def measured(self, mesh, field, way, wall):
-        """{unknowns, invalid, l2, h1} of a cycle's mesh."""
+        """Returns {unknowns, invalid, l2, h1} of the mesh of a cycle."""
         if way == "straight":
             self.camber("convert", mesh, "--elevate", "-o", "even.meshb")
             mesh = "even.meshb"
@@ -86,7 +86,7 @@ class Bench:
                 **{error: found[error]["value"] for error in ERRORS}}
 
     def run(self, name, way, complexity):
-        """{complexity, unknowns, l2, h1, least and largest of both among the last cycles, seconds}"""
+        """Returns {complexity, unknowns, l2, h1, minimum and maximum of both in the last cycles, seconds}."""
         shape, field, *options = FIELDS[name]
         wall = ("--geometry", json.dumps(SPHERES)) if shape is SHELL else ()
         with tempfile.TemporaryDirectory() as folder:
@@ -96,7 +96,7 @@ class Bench:
             self.camber("adapt", "first.meshb", "--field", field, "--complexity", complexity, "--cycles", self.cycles, "--convergence-tolerance", 0,
                         *WAYS[way], *self.options[way], *options, *wall, "--threads", self.threads, "--folder", "cycles", "-o", "last.meshb")
             seconds = time.perf_counter() - begin
-            whole = len(cycles_of("cycles")) - 1  # fewer than asked for where the loop gave up
+            whole = len(cycles_of("cycles")) - 1  # fewer than requested if the loop ended early
             last = [self.measured(f"cycles/cycle-{cycle:03}/mesh.meshb", field, way, wall)
                     for cycle in range(max(1, whole - LAST + 1), whole + 1)]
             os.chdir("/")
@@ -104,7 +104,7 @@ class Bench:
 
 
 def rate(rows, error):
-    """By least squares in log-log of the finest meshes: (rate, a) of error = exp(a) * unknowns^-rate."""
+    """Returns (rate, a) of error = exp(a) * unknowns^-rate, a least-squares fit of the finest meshes in log-log."""
     x, y = ([math.log(row[key]) for row in rows[-FINEST:]] for key in ("unknowns", error))
     mean_x, mean_y = sum(x) / len(x), sum(y) / len(y)
     slope = sum((a - mean_x) * (b - mean_y) for a, b in zip(x, y)) / sum((a - mean_x) ** 2 for a in x)
@@ -112,7 +112,7 @@ def rate(rows, error):
 
 
 def unknowns_at(rows, error, level):
-    """Along the lines between neighbours, where they first meet the error."""
+    """Returns the unknowns at which the lines between neighbouring points first have the error."""
     for one, other in zip(rows, rows[1:]):
         a, b = one[error], other[error]
         if min(a, b) <= level <= max(a, b):
@@ -122,7 +122,7 @@ def unknowns_at(rows, error, level):
 
 
 def fewer(rows, curved, error):
-    """(times fewer unknowns, the error that it was told at, whether it lies beyond what was measured)"""
+    """Returns (ratio of unknowns, error of the comparison, True if it is extrapolated)."""
     smallest = max(min(row[error] for row in each) for each in (rows, curved))
     if smallest <= min(max(row[error] for row in each) for each in (rows, curved)):
         return unknowns_at(rows, error, smallest) / unknowns_at(curved, error, smallest), smallest, False
@@ -132,7 +132,7 @@ def fewer(rows, curved, error):
 
 
 def gains_of(rows, curved):
-    """In L2, H1."""
+    """Returns the ratios in L2 and H1."""
     found = (fewer(rows, curved, error) for error in ERRORS)
     return ", ".join("{}{} at {:.1e}".format("~" if beyond else "", f"{gain:.1f}" if gain < 1000 else "over 1000", at) for gain, at, beyond in found)
 
@@ -143,7 +143,7 @@ def cell(row):
 
 
 def table(found):
-    """A line a field and complexity."""
+    """Yields one line per field and complexity."""
     yield "| field | complexity | " + " | ".join(WAYS) + " |\n|" + "---|" * (2 + len(WAYS))
     for name, ways in found.items():
         for turn, row in enumerate(ways["linear"]):
@@ -153,7 +153,7 @@ def table(found):
 
 
 def summary(found):
-    """A line a field: rates, then how many times fewer unknowns."""
+    """Yields one line per field: rates and ratios of unknowns."""
     yield ("| field | rates in L2, H1: " + " | ".join(WAYS) + " | fewer than straight: L2, H1 | fewer than linear: L2, H1 |\n|"
            + "---|" * (3 + len(WAYS)))
     for name, ways in found.items():
@@ -180,7 +180,7 @@ def chosen(parser, arguments):
     names = [name for word in arguments.fields.split(",") for name in OF_DIMENSION.get(word, (word,))]
     for name in names:
         if name not in FIELDS:
-            parser.error(f"there is no field '{name}'; there are 2D, 3D, {', '.join(FIELDS)}")
+            parser.error(f"unknown field '{name}'; known are 2D, 3D, {', '.join(FIELDS)}")
     own = [float(word) for word in arguments.complexities.split(",")] if arguments.complexities else None
     return {name: own or COMPLEXITIES[dimension(name)] for name in names}
 
@@ -188,14 +188,14 @@ def chosen(parser, arguments):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("camber")
-    parser.add_argument("--fields", default="2D,3D", help="names, divided by commas; 2D and 3D are all of a dimension (%(default)s)")
-    parser.add_argument("--complexities", help="divided by commas (2D: %s; 3D: %s)" % tuple(",".join(map(str, c)) for c in COMPLEXITIES.values()))
+    parser.add_argument("--fields", default="2D,3D", help="comma-separated names; 2D and 3D stand for all fields of a dimension (%(default)s)")
+    parser.add_argument("--complexities", help="comma-separated (2D: %s; 3D: %s)" % tuple(",".join(map(str, c)) for c in COMPLEXITIES.values()))
     parser.add_argument("--further", type=int, help="doublings of the last complexity for straight meshes, towards errors of curved ones "
                         "(2D: {2D}; 3D: {3D})".format(**FURTHER))
-    parser.add_argument("--cycles", type=int, default=8, help="of each run (%(default)s)")
+    parser.add_argument("--cycles", type=int, default=8, help="cycles of each run (%(default)s)")
     parser.add_argument("--set", action="append", default=[], metavar="WAY:PATH=VALUE", help="an option of a way's runs")
     parser.add_argument("--threads", default=1, help="results do not depend on it, seconds do (%(default)s)")
-    parser.add_argument("--json", help="also write everything into this file")
+    parser.add_argument("--json", help="also write all measurements to this file")
     arguments = parser.parse_args()
     fields, bench, found = chosen(parser, arguments), Bench(arguments), {}
     target = arguments.json and os.path.abspath(arguments.json)

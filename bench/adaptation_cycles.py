@@ -1,18 +1,20 @@
 #!/usr/bin/env python3
-"""Do errors stay bounded over many cycles, and is the expected error the true one? `camber adapt --field`, cycle after cycle.
+"""Errors over many cycles of `camber adapt --field`, and the expected error compared with the true one.
 
     bench/adaptation_cycles.py build/bin/camber                                all cases, curved and straight
     bench/adaptation_cycles.py build/bin/camber --cases 'S;end' --ways curved --cycles 12
-    bench/adaptation_cycles.py build/bin/camber --more cases.json              with cases of your own, for example with --cad
+    bench/adaptation_cycles.py build/bin/camber --more cases.json              with additional cases, for example with --cad
     bench/adaptation_cycles.py build/bin/camber --options='--gradation 0'      with options for all cases
-    bench/adaptation_cycles.py build/bin/camber --json all.json                with every cycle
+    bench/adaptation_cycles.py build/bin/camber --json all.json                writes the rows of all cycles
 
-Ways: curved; straight (`--degree 1 --set metric/solution/degree=2`): both are judged by interpolants of degree 2. "Random" cases have parameters by
-their number. "S x 1e9" is the case S with its values times 1e9. "wall, far" is the case wall without a bound on the distance from the circle. cases.json: {NAME: {"mesh": FILE, "field": EXPRESSION, "options": [WORD, …]}}.
+Ways: curved; straight (`--degree 1 --set metric/solution/degree=2`). Errors of both are those of interpolants of degree 2. "Random" cases have
+parameters by their number. "S x 1e9" is the case S with its values multiplied by 1e9. "wall, far" is the case wall without a limit of the distance
+from the circle. cases.json: {NAME: {"mesh": FILE, "field": EXPRESSION, "options": [WORD, …]}}.
 
-Columns: unknowns, L2 and H1 of the mesh with the least expected error (the result; of the least L2 where nothing is expected); largest over smallest
-L2 and H1 of the cycles from `--from` on (by default 8); the same cycles' smallest and largest expected error over the true one; their smallest
-quality and share of unit edges; the seconds of all cycles. "n not certified": cycles that were made again with a smaller step or not at all.
+Columns: unknowns, L2 and H1 error of the mesh with the minimum expected error (without expected errors: the minimum L2 error);
+the ratio of maximum and minimum L2 and H1 error of the cycles from `--from` on (default 8); for the same cycles the minimum and maximum ratio of
+expected and true error, the minimum quality and share of unit edges; the seconds of all cycles. "n not certified": number of cycles that were
+repeated with a smaller step or omitted.
 """
 import argparse
 import json
@@ -40,7 +42,7 @@ WAYS = {"curved": (), "straight": ("--degree", 1, "--set", "metric/solution/degr
 
 
 def random_field(seed):
-    """A front along a wave or a circle, a layer at a side, a peak and a smooth part, with parameters by the seed."""
+    """Returns a front along a wave or a circle, a layer at a side, a peak and a smooth part, with parameters by the seed."""
     dice = random.Random(seed)
     number = lambda low, high: f"{dice.uniform(low, high):.4g}"
     width = f"{10 ** dice.uniform(-2.7, -1.5):.3g}"
@@ -60,7 +62,7 @@ def own_cases():
 
 
 def measured(camber, case, way, arguments, folder):
-    """The rows of all cycles, and the notices of a smaller step."""
+    """Returns the rows of all cycles and the notices of a smaller step."""
     mesh = case["mesh"]
     if not isinstance(mesh, str):
         camber("generate", *mesh, "-o", f"{folder}/begin.meshb")
@@ -92,14 +94,14 @@ def line(name, way, rows, arguments):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("camber")
-    parser.add_argument("--cases", help="names, separated by semicolons")
-    parser.add_argument("--more", metavar="FILE", help="cases of your own (JSON)")
+    parser.add_argument("--cases", help="semicolon-separated names")
+    parser.add_argument("--more", metavar="FILE", help="file with additional cases (JSON)")
     parser.add_argument("--ways", default=",".join(WAYS))
     parser.add_argument("--complexity", type=float, default=600)
     parser.add_argument("--cycles", type=int, default=20)
     parser.add_argument("--from", dest="first", type=int, default=8)
     parser.add_argument("--threads", type=int, default=1)
-    parser.add_argument("--options", default="", help="words for `camber adapt` in all cases")
+    parser.add_argument("--options", default="", help="options of `camber adapt` in all cases")
     parser.add_argument("--json", metavar="FILE")
     arguments = parser.parse_args()
     cases = own_cases()
@@ -109,7 +111,7 @@ def main():
     names = arguments.cases.split(";") if arguments.cases else list(cases)
     for name in names:
         if name not in cases:
-            parser.error(f"there is no case '{name}'; there are {', '.join(cases)}")
+            parser.error(f"unknown case '{name}'; known are {', '.join(cases)}")
     camber, every = Program(os.path.abspath(arguments.camber)), {}
     print(f"| case | way | unknowns | L2, H1 | largest/smallest of cycles {arguments.first} to {arguments.cycles}: L2, H1 | expected/true L2 | quality | unit edges, % | s |")
     print("|---|---|---|---|---|---|---|---|---|")

@@ -1,16 +1,16 @@
 #!/usr/bin/env python3
-"""Does curvature pay where a solver is in the loop? A layer on a curved wall, exp(-(r - 1)/0.05) between two circles: errors of Poisson's solution.
+"""Errors of Poisson's solution on meshes adapted with a solver in the loop: a layer on a curved wall, exp(-(r - 1)/0.05) between two circles.
 
     bench/adaptation_solved.py build/bin/camber build/bin/poisson [--complexities 200,400,800,1600] [--json FILE]
 
-The ways, all with elements of degree 2 by the metric of third derivatives:
-    chords      straight everywhere, `camber adapt --degree 1`: by the exact field, as a straight mesh's file has no place for nodes on edges;
-                solved on the meshes of the last cycles, with the exact values at the chords, on which a solver would have none
-    walls       solved in every cycle; elements that are straight inside and follow the wall (the stage curve with the objective shape)
-    curved      solved in every cycle; `camber adapt --solve`
+Ways, all with elements of degree 2 and the metric of third derivatives:
+    chords      straight everywhere, `camber adapt --degree 1` with the exact field (files of straight meshes have no edge nodes). The
+                equations are solved on the meshes of the last cycles, with exact values at the chords, which a solver would not have
+    walls       solved in each cycle; elements are straight inside and follow the wall (stage curve with the objective shape)
+    curved      solved in each cycle; `camber adapt --solve`
 
-A cell has the last cycle's errors in L2 and H1, the smallest and largest L2 of the last three cycles, and the seconds of all, the solver's included.
-Rates and "fewer" are as in adaptation.py.
+A cell has the errors of the last cycle in L2 and H1, the minimum and maximum L2 error of the last three cycles, and the seconds of all cycles with
+the solver. Rates and "fewer" are as in adaptation.py.
 """
 import argparse
 import json
@@ -33,14 +33,14 @@ class Bench:
         self.solve = [self.poisson.path, "{mesh}", "--field", FIELD, "--solution", "{solution}", "--threads", "1"]
 
     def config(self, complexity):
-        """The loop of `camber adapt --solve` with straight edges inside."""
+        """Returns the config of `camber adapt --solve` with straight inner edges."""
         return {"input": {"mesh": "first.meshb"}, "geometry": SPHERES, "metric": {"solution": {}}, "threads": 1,
                 "stages": ["elevate", "remesh", {"curve": {"objective": "shape"}}, "validate", "relax", "commit"],
                 "adapt": {"cycles": self.cycles, "complexity": [complexity], "convergence_tolerance": 0, "exact": FIELD, "solve": self.solve, "folder": "cycles"},
                 "output": {"mesh": "last.meshb"}}
 
     def adapt(self, way, complexity):
-        """Into cycles/"""
+        """Writes the cycles to cycles/."""
         if way == "walls":
             with open("config.json", "w", encoding="utf-8") as file:
                 json.dump(self.config(complexity), file)
@@ -51,7 +51,7 @@ class Bench:
                     "--geometry", json.dumps(SPHERES), "--threads", 1, "--folder", "cycles", "-o", "last.meshb")
 
     def errors_by_cycle(self, way):
-        """Errors of what is solved, by cycle."""
+        """Yields the errors of the solutions, by cycle."""
         if way == "chords":
             for cycle in range(1, len(cycles_of("cycles"))):
                 yield json.loads(self.poisson(f"cycles/cycle-{cycle:03}/mesh.meshb", "--field", FIELD, "--json", "--threads", 1))[0]
@@ -77,9 +77,9 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("camber")
     parser.add_argument("poisson")
-    parser.add_argument("--complexities", default="200,400,800,1600,3200", help="divided by commas (%(default)s)")
-    parser.add_argument("--cycles", type=int, default=8, help="of each run (%(default)s)")
-    parser.add_argument("--json", help="also write everything into this file")
+    parser.add_argument("--complexities", default="200,400,800,1600,3200", help="comma-separated (%(default)s)")
+    parser.add_argument("--cycles", type=int, default=8, help="cycles of each run (%(default)s)")
+    parser.add_argument("--json", help="also write all measurements to this file")
     options = parser.parse_args()
     bench = Bench(options)
     found = {way: [] for way in WAYS}
@@ -90,7 +90,7 @@ def main():
             found[way].append(bench.run(way, complexity))
         print(f"| {complexity:g} | {' | '.join(cell(found[way][-1]) for way in WAYS)} |", flush=True)
     if len(found["curved"]) > 1:
-        print("\n| way | rates in L2, H1 | curved has so many times fewer unknowns: in L2, in H1 |\n|---|---|---|")
+        print("\n| way | rates in L2, H1 | ratio of unknowns to curved: L2, H1 |\n|---|---|---|")
         for way, rows in found.items():
             gains = gains_of(rows, found["curved"]) if way != "curved" else ""
             print(f"| {way} | {', '.join(f'{rate(rows, error)[0]:.2f}' for error in ERRORS)} | {gains} |")

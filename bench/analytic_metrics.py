@@ -1,16 +1,16 @@
-"""Metrics that have a formula, and how near to unit a straight mesh is in one: a judge that shares no code with any remesher."""
+"""Analytic metrics, and the edge lengths and qualities of meshes in them. This module shares no code with any remesher."""
 import struct
 
 import numpy as np
 
-DIMENSION, END, SOL_AT_VERTICES, TENSOR = 3, 54, 62, 3  # words of GMF
+DIMENSION, END, SOL_AT_VERTICES, TENSOR = 3, 54, 62, 3  # GMF keywords
 SLIM, LONG = 2 ** -0.5, 2 ** 0.5
 GAUSS = np.polynomial.legendre.leggauss(5)
-PIECES = 6  # of an edge, each with five Gauss points: a layer may be thinner than an edge is long
+PIECES = 6  # pieces of an edge with five Gauss points each: a layer may be thinner than an edge is long
 
 
 def around_axis(x, centre=(0, 0)):
-    """(distance r from the axis, the rows radial, tangential, axial), (n,), (n, D, D)."""
+    """Returns the distance r from the axis, (n,), and the radial, tangential and axial rows, (n, D, D)."""
     beside = x[:, :2] - np.array(centre)
     r = np.hypot(*beside.T)
     radial = np.where(r[:, None] > 0, beside / np.maximum(r, 1e-300)[:, None], [1.0, 0.0])
@@ -23,14 +23,14 @@ def around_axis(x, centre=(0, 0)):
 
 
 def linear(x, scale=1.0):
-    """UGAWG's linear: (rows, sizes along them)."""
+    """Returns UGAWG's linear: (rows, sizes along them)."""
     sizes = np.full((len(x), 3), 0.1)
     sizes[:, 2] = 0.001 + 2 * 0.099 * abs(x[:, 2] - 0.5)
     return np.broadcast_to(np.eye(3), (len(x), 3, 3)), scale * sizes
 
 
 def polar_1(x, scale=1.0):
-    """UGAWG's polar-1."""
+    """Returns UGAWG's polar-1."""
     r, rows = around_axis(x)
     sizes = np.full((len(x), 3), 0.1)
     sizes[:, 0] = 0.001 + 2 * 0.099 * abs(r - 0.5)
@@ -38,7 +38,7 @@ def polar_1(x, scale=1.0):
 
 
 def slanted(x, scale=1.0):
-    """Thin, 1e-5, across a plane through the middle that no axis lies in: anisotropy 10^4."""
+    """Returns sizes of 1e-5 across an oblique plane through the middle: anisotropy 10^4."""
     normal = np.array([1.0, 2.0, 3.0]) / 14 ** 0.5
     first = np.cross(normal, [1, 0, 0])
     first /= np.linalg.norm(first)
@@ -48,7 +48,7 @@ def slanted(x, scale=1.0):
 
 
 def circle(x, scale=1.0):
-    """2D: a layer of 0.0005 around the circle of radius 0.3 about the square's centre, 0.02 along it, 0.1 far away."""
+    """Returns a 2D layer of sizes 0.0005 across and 0.02 along a circle of radius 0.3 at the centre of the square, 0.1 far away."""
     r, rows = around_axis(x, (0.5, 0.5))
     away = np.minimum(abs(r - 0.3) / 0.1, 1)
     sizes = np.stack([np.minimum(0.0005 + 2 * 0.0995 * abs(r - 0.3), 0.1), 0.1 * away + 0.02 * (1 - away)], 1)
@@ -61,7 +61,7 @@ def tensors(field, x):
 
 
 def write_solution(path, metrics):
-    """A .solb, binary GMF of version 2, of the tensors at the vertices."""
+    """Writes the tensors at the vertices to a .solb file (binary GMF of version 2)."""
     dimension = metrics.shape[1]
     lower = [(i, j) for i in range(dimension) for j in range(i + 1)]
     rows = np.stack([metrics[:, i, j] for i, j in lower], 1).astype("<f8")
@@ -74,7 +74,7 @@ def write_solution(path, metrics):
 
 
 def lengths(field, a, b, offsets=0.0):
-    """Of edges, along them: straight ones, or parabolas whose nodes are so far from the middles of chords."""
+    """Returns lengths of edges, straight or parabolas with the given offsets of their nodes from the chords."""
     along = b - a
     sum_of = np.zeros(len(a))
     for piece in range(PIECES):
@@ -87,7 +87,7 @@ def lengths(field, a, b, offsets=0.0):
 
 
 def mean_ratios(values, axes, corners):
-    """Of straight elements, corners (n, D + 1, D), in metrics by their eigenvalues and columns of axes: 1 for a regular one."""
+    """Returns mean ratios of straight elements with corners (n, D + 1, D), in metrics given by eigenvalues and axes: 1 for a regular element."""
     dimension = corners.shape[2]
     volumes = np.linalg.det(corners[:, 1:] - corners[:, :1]) / (2 if dimension == 2 else 6)
     squares = np.zeros(len(corners))
@@ -100,14 +100,14 @@ def mean_ratios(values, axes, corners):
 
 
 def inner_points(dimension):
-    """Barycentric coordinates of a rule of equal weights that is exact for quadratics."""
+    """Returns barycentric coordinates of a rule with equal weights that is exact for quadratics."""
     near, far = ((5 + 3 * 5 ** 0.5) / 20, (5 - 5 ** 0.5) / 20) if dimension == 3 else (2 / 3, 1 / 6)
     return np.full((dimension + 1, dimension + 1), far) + np.eye(dimension + 1) * (near - far)
 
 
 def qualities(field, x, nodes, edges):
-    """The mean ratio of each element, 1 for a regular one, in the exponential of the mean of its vertices' log metrics; of one with
-    nodes of edges, 1 over the mean of 1/q of its tangent elements, 0 where one of them is turned inside out."""
+    """Returns the mean ratio of each element (1 if regular) in the log-Euclidean mean of the metrics at its vertices. The quality of an
+    element with edge nodes is 1 over the mean of 1/q of its tangent elements, or 0 if one of them is inverted."""
     dimension = x.shape[1]
     elements = nodes[:, :dimension + 1]
     rows, sizes = field(x[:elements.max() + 1])
@@ -117,7 +117,7 @@ def qualities(field, x, nodes, edges):
         return mean_ratios(values, axes, x[elements])
     distortion = np.zeros(len(nodes))
     for xi in inner_points(dimension):
-        corners = x[elements].copy()  # of the straight element with the same Jacobian
+        corners = x[elements].copy()  # straight element with the same Jacobian
         for i, j, node in edges:
             offset = x[nodes[:, node]] - (x[nodes[:, i]] + x[nodes[:, j]]) / 2
             corners[:, i] += 4 * xi[j] * offset
@@ -128,8 +128,8 @@ def qualities(field, x, nodes, edges):
 
 
 def judged(field, x, nodes, edges=()):
-    """How near to unit: {elements, unit, least, mean, shortest, longest}. nodes: of each element its vertices, of degree 2 then the nodes of
-    its edges, of which each is (vertex, vertex, node), locally. Vertices come first among the points."""
+    """Returns {elements, unit, least, mean, shortest, longest}. `nodes` has the vertices of each element, in degree 2 followed by its edge
+    nodes. `edges` has the local edges (vertex, vertex, node). Vertices come first among the points."""
     dimension = x.shape[1]
     if not edges or nodes.shape[1] == dimension + 1:
         edges = [(i, j, i) for i in range(dimension + 1) for j in range(i)]

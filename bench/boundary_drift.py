@@ -1,14 +1,14 @@
 #!/usr/bin/env python3
-"""How far the boundary drifts where a curved mesh is remeshed many times, each time from the mesh before.
+"""Drift of the boundary when a curved mesh is remeshed many times, each time from the previous mesh.
 
     boundary_drift.py [MESH] [--camber build/bin/camber] [--runs 20] [--dimension 3] [--radii 1=5,2=1] [--size 0.3] [--geometry JSON…]
 
-MESH, or without one a shell (2D: an annulus) of `camber generate`, is curved once (`camber curve`, its own surrogate) and then brought
-to the size SIZE times the distance from the centre, by turns 0.7 of that and all of it. A boundary reference lies on the sphere
-around the origin with its radius (--radii REFERENCE=RADIUS,…). One column a --geometry: as `camber remesh` takes it; "surrogate",
-"analytic" (these spheres), "first" (the first curved mesh as {"mesh": …}). Of each mesh: the root mean square and the largest
-distance of its boundary from the spheres (at 45 places of each curved triangle, 9 of each curved edge in 2D), of its vertices and its nodes
-alone (root mean squares), and the volume within its boundary (2D: the area) beside the exact one.
+MESH (default: a shell, in 2D an annulus, of `camber generate`) is curved once by `camber curve` with its surrogate. It is then remeshed
+to sizes of SIZE times the distance from the centre, alternately multiplied by 0.7 and 1. A boundary reference lies on the sphere around
+the origin with its radius (--radii REFERENCE=RADIUS,…). Each --geometry, as in `camber remesh`, gives one column: "surrogate",
+"analytic" (these spheres) or "first" (the first curved mesh as {"mesh": …}). Printed for each mesh: the root mean square and the largest
+distance of its boundary from the spheres (at 45 points of each curved triangle, 9 points of each curved edge in 2D), the root mean squares for
+vertices and for nodes, and the volume (2D: the area) compared with the exact one.
 """
 import argparse
 import json
@@ -30,7 +30,7 @@ def run(program, *words):
 
 
 def boundary_of(program, mesh, folder, dimension):
-    """Nodes of the boundary's simplices of degree 2, (n, 6 or 3, dimension), and their references."""
+    """Returns nodes of the boundary simplices of degree 2, (n, 6 or 3, dimension), and their references."""
     text = folder / 'text.mesh'
     run(program, 'convert', mesh, '-o', text)
     lines = text.read_text().split('\n')
@@ -46,7 +46,7 @@ def boundary_of(program, mesh, folder, dimension):
 
 
 def triangle_rule(cells):
-    """The quadratic shape functions and their derivatives at the lattice's points."""
+    """Returns quadratic shape functions and their derivatives at the lattice points."""
     places = numpy.array([(i / cells, j / cells) for i in range(cells + 1) for j in range(cells + 1 - i)])
     return shapes_of(places[:, 0], places[:, 1])
 
@@ -60,7 +60,7 @@ def shapes_of(x, y):
 
 
 def volume_within(nodes, dimension):
-    """∫ x·n / dimension over facets of a sphere around the origin, by a rule that is exact for degree 2."""
+    """Returns ∫ x·n / dimension over facets of a sphere around the origin, by a rule that is exact for degree 2."""
     if dimension == 2:
         t, w = numpy.polynomial.legendre.leggauss(4)
         t, w = (t + 1) / 2, w / 2
@@ -78,7 +78,7 @@ def volume_within(nodes, dimension):
 
 
 def abs_by_facet(parts):
-    """A facet of a sphere around the origin sees the origin from one side, however it is turned."""
+    """Makes the sign independent of the orientation: the origin is on one side of all facets of a sphere."""
     return numpy.abs(parts).sum()
 
 

@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
-"""The cost of a bound on the scaled Jacobian with the defaults: the elements below it, and the errors of interpolants after their repair.
+"""Cost of a bound on the scaled Jacobian with default options: elements below it, and interpolation errors after their repair.
 
     bench/bounds.py build/bin/camber
     bench/bounds.py build/bin/camber --meshes steep-thin --objective energy
     bench/bounds.py build/bin/camber --folder FOLDER --meshes layer-single
 
-Cases and the folder are those of curvature.py. Prints a Markdown table, a line a case: elements below each bound before repair;
-then for each bound the L2 error ratio straight/curved of the case's first fields after repair, elements that are left below it,
+Cases and the folder are those of curvature.py. Prints a Markdown table with one line per case: elements below each bound before repair;
+then for each bound the ratio straight/curved of L2 errors of the first fields of the case after repair, elements that remain below the bound,
 and seconds of the stage relax.
 """
 import argparse
@@ -21,7 +21,7 @@ BOUNDS = (1e-9, 0.05, 0.1, 0.2)
 
 
 def run(bench, name, objective, bound, folder):
-    """The report and the ratios of a case whose elements are asked to hold the bound."""
+    """Returns the report and the ratios of a case with a required bound."""
     words = [part for setting in (
         f"stages/curve/objective={objective}", f"stages/validate/min_scaled_jacobian={bound}",
         f"stages/relax/min_scaled_jacobian={bound}") for part in ("--set", setting)]
@@ -47,8 +47,8 @@ def main():
     parser.add_argument("camber")
     parser.add_argument("--folder", default=".", help="folder with meshes of other programs (%(default)s)")
     parser.add_argument("--meshes", default=",".join(name for name, case in curvature_cases.CASES.items() if case.shape),
-                        help="names, divided by commas (%(default)s)")
-    parser.add_argument("--objective", default="accuracy", help="of the stage curve (%(default)s)")
+                        help="comma-separated names (%(default)s)")
+    parser.add_argument("--objective", default="accuracy", help="objective of the stage curve (%(default)s)")
     parser.add_argument("--threads", default=1)
     arguments = parser.parse_args()
     bench = Bench(arguments.camber, arguments.folder, arguments.threads)

@@ -1,21 +1,21 @@
 #!/usr/bin/env python3
-"""Broken meshes of degree 2 from CAD, made with Gmsh: coarse curved parts, high order not optimised; and, if asked,
-what Gmsh's own optimisers and Camber's repair make of them.
+"""Broken meshes of degree 2 from CAD, made with Gmsh: coarse curved parts without high-order optimisation. Optionally repairs
+them with the optimisers of Gmsh and with Camber.
 
-    python3 bench/broken_meshes.py FOLDER                                        the meshes (.mesh), their straight ones
+    python3 bench/broken_meshes.py FOLDER                                        the meshes (.mesh), their straight meshes
                                                                                  (-straight.mesh), Gmsh's .msh, the models (.step)
     python3 bench/broken_meshes.py FOLDER --camber build/bin/camber --optimise   and a table of both repairs
 
-Needs Gmsh with its OpenCASCADE kernel and its Python module: `apt-get install gmsh python3-gmsh` (on Debian they are of
+Needs Gmsh with its OpenCASCADE kernel and its Python module: `apt-get install gmsh python3-gmsh` (on Debian they belong to
 the system's Python, /usr/bin/python3), or `pip install gmsh`. The same version of Gmsh makes the same meshes.
 
-Gmsh's optimisers work beside the CAD model, along which they may slide boundary nodes, on the mesh as it was generated,
-with their default options. Their seconds are of the call alone; Camber's are of the whole program, files included.
-Judged by `camber check`: an element is invalid when the determinant of its Jacobian is not certified positive; `min` is
-the least of them as a share of the straight element's. Camber's first repair keeps the boundary bit for bit; elements
-that remain are mostly those whose boundary triangles Gmsh folded. `CAD` is `camber repair --cad`, nodes sliding on the model;
-`shape` is `camber curve --cad --objective shape` of the straight mesh. `moved`: boundary nodes that are not where they were, and how far
-the farthest is from any such place.
+The optimisers of Gmsh use the CAD model, along which boundary nodes may slide, and run on the generated mesh with their
+default options. Their seconds are those of the call; Camber's seconds are those of the whole program with files.
+`camber check` evaluates the results. An element is invalid if its Jacobian determinant is not certified positive. `min` is
+the minimum determinant as a share of that of the straight element. The first repair by Camber does not move the boundary;
+remaining invalid elements mostly have boundary triangles that Gmsh folded. `CAD` is `camber repair --cad` with nodes sliding
+on the model. `shape` is `camber curve --cad --objective shape` of the straight mesh. `moved` is the number of boundary nodes
+at new positions and their largest distance from an original position.
 """
 import argparse
 import json
@@ -34,16 +34,16 @@ except ImportError:
              "/usr/bin/python3; or pip install gmsh")
 
 
-# ---------------------------------------------------------------- the parts: each leaves a model, ready to be meshed
+# ---------------------------------------------------------------- the parts: each function builds a model in Gmsh
 
 def sizes(least, most, per_turn=0):
-    """Edge lengths; elements per turn of curvature (0: not looked at)."""
+    """Sets edge lengths and the number of elements per full circle of curvature (0: ignored)."""
     for option, value in (("MeshSizeMin", least), ("MeshSizeMax", most), ("MeshSizeFromCurvature", per_turn)):
         gmsh.option.setNumber("Mesh." + option, value)
 
 
 def bore():
-    """A block with a bore that leaves a thin wall on one side."""
+    """A block with a bore next to one side, which leaves a thin wall."""
     occ = gmsh.model.occ
     occ.cut([(3, occ.addBox(0, 0, 0, 4, 3, 2))], [(3, occ.addCylinder(2, 1.03, 0, 0, 0, 2, 1))])
     occ.synchronize()
@@ -60,7 +60,7 @@ def elbow():
 
 
 def gap():
-    """The space between a box and a sphere that nearly touches it."""
+    """The space between a box and a sphere with a small gap."""
     occ = gmsh.model.occ
     occ.cut([(3, occ.addBox(-1.5, -1.5, -1.02, 3, 3, 3))], [(3, occ.addSphere(0, 0, 0, 1))])
     occ.synchronize()
@@ -68,7 +68,7 @@ def gap():
 
 
 def fillet():
-    """A block, some of whose edges are rounded, with a pocket close to them."""
+    """A block with some rounded edges and a pocket close to them."""
     occ = gmsh.model.occ
     block = occ.addBox(0, 0, 0, 3, 2, 1)
     occ.synchronize()
@@ -92,7 +92,7 @@ def crossing():
 
 
 def layer():
-    """Layers around a quarter of a cylinder that know nothing of its curvature: the first is 1/60 of an edge high."""
+    """Layers around a quarter of a cylinder, independent of its curvature: the first has 1/60 of the edge length."""
     occ, turn = gmsh.model.occ, math.pi / 2
     at = lambda r, angle: occ.addPoint(r * math.cos(angle), r * math.sin(angle), 0)
     centre, a, b, c, d = occ.addPoint(0, 0, 0), at(1, 0), at(1, turn), at(3, turn), at(3, 0)
@@ -124,7 +124,7 @@ def wing():
         return occ.addWire([side(1), -side(-1)])
 
     def blade(scale, tip):
-        """About the wing's quarter chord, larger by `scale`."""
+        """Returns a section about the quarter chord of the wing, larger by `scale`."""
         sections = [section(y, x + 0.25 * chord * (1 - scale), chord * scale) for y, x, chord in
                     ((0, 0, 1), (tip, 0.4 * tip, 1 - 0.275 * tip))]
         return occ.addThruSections(sections, makeSolid=True, makeRuled=True)
@@ -140,7 +140,7 @@ def wing():
 
 
 PARTS = {part.__name__: part for part in (bore, elbow, gap, fillet, crossing, layer, wing)}
-OPTIMISERS = {  # as numbered by Mesh.HighOrderOptimize
+OPTIMISERS = {  # numbers of Mesh.HighOrderOptimize
     "1 optimise": ["HighOrder"], "2 elastic, optimise": ["HighOrderElastic", "HighOrder"],
     "3 elastic": ["HighOrderElastic"], "4 fast curving": ["HighOrderFastCurving"]}
 
@@ -148,7 +148,7 @@ OPTIMISERS = {  # as numbered by Mesh.HighOrderOptimize
 # ---------------------------------------------------------------- meshes and files
 
 def generate(part):
-    """The part's mesh, in a process of its own; what Gmsh prints is thrown away."""
+    """Meshes the part in a separate process and drops the output of Gmsh."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
     gmsh.initialize([], False)
     for option, value in (("General.Terminal", 0), ("General.NumThreads", 1), ("Mesh.ElementOrder", 2),
@@ -158,11 +158,11 @@ def generate(part):
     gmsh.model.mesh.generate(3)
 
 
-NODES = {9: 6, 11: 10}  # of Gmsh's kinds of elements: the triangle and the tetrahedron of degree 2
+NODES = {9: 6, 11: 10}  # Gmsh element types: triangle and tetrahedron of degree 2
 
 
 def rows_of(dimension, kind, order):
-    """Elements of a kind in GMF's node order by Gmsh's numbers, with their CAD entity as the reference."""
+    """Returns elements of a kind in GMF node order with Gmsh's numbers, and their CAD entity as reference."""
     rows = []
     for _, entity in gmsh.model.getEntities(dimension):
         _, nodes = gmsh.model.mesh.getElementsByType(kind, entity)
@@ -172,8 +172,8 @@ def rows_of(dimension, kind, order):
 
 
 def write_gmf(path, degree=2):
-    """The mesh in GMF (ASCII), whole or its straight simplices (degree 1). Gmsh orders a tetrahedron's nodes
-    e01 e12 e02 e03 e23 e13: the last two change places."""
+    """Writes the mesh or its straight simplices (degree 1) in GMF (ASCII). Gmsh orders the nodes of a tetrahedron
+    e01 e12 e02 e03 e23 e13: the last two are swapped."""
     tags, coordinates, _ = gmsh.model.mesh.getNodes()
     point = {int(tag): coordinates[3 * i:3 * i + 3] for i, tag in enumerate(tags)}
     tetrahedron, triangle = ([0, 1, 2, 3, 4, 5, 6, 7, 9, 8], [0, 1, 2, 3, 4, 5]) if degree == 2 else ([0, 1, 2, 3], [0, 1, 2])
@@ -200,13 +200,13 @@ def make(part, folder):
 
 
 def optimise(part, name, path, seconds):
-    """The mesh again (Gmsh makes the same one), and one optimiser on it; the time goes into `seconds`."""
+    """Repeats the mesh, which is the same, and runs one optimiser on it. `seconds` receives the time."""
     generate(part)
     start = time.perf_counter()
     try:
         for method in OPTIMISERS[name]:
             gmsh.model.mesh.optimize(method)
-    except Exception as error:  # Gmsh raises nothing more precise
+    except Exception as error:  # Gmsh raises no more precise type
         sys.exit(f"{part}: Gmsh {name}: {error}")
     seconds.value = time.perf_counter() - start
     write_gmf(path)
@@ -215,13 +215,13 @@ def optimise(part, name, path, seconds):
 # ---------------------------------------------------------------- the table
 
 def check(camber, path):
-    """Elements, those not certified valid, and the least scaled Jacobian."""
+    """Returns the number of elements, of those not certified valid, and the minimum scaled Jacobian."""
     found = json.loads(subprocess.run([camber, "check", path, "--json"], capture_output=True, text=True).stdout)
     return found["elements"], found["invalid"] + found["undecided"], found["min_scaled_jacobian"]
 
 
 def boundary_of(path):
-    """Where the nodes of the boundary triangles of an ASCII file are."""
+    """Returns the positions of the nodes of boundary triangles in an ASCII file."""
     words = iter(path.read_text().split())
     points, nodes = [], set()
     for word in words:
@@ -234,7 +234,7 @@ def boundary_of(path):
 
 
 def cell(camber, path, original, seconds):
-    """Elements that are not certified valid, smallest scaled Jacobian, time, boundary nodes that are elsewhere."""
+    """Returns elements not certified valid, minimum scaled Jacobian, time and moved boundary nodes."""
     _, invalid, least = check(camber, path)
     return f"{invalid}, {least:.2g}, {seconds:.2f} s, {len(boundary_of(path) - original)}"
 
@@ -286,7 +286,7 @@ def row(part, options):
 
 
 def in_process_of_its_own(target, *arguments):
-    """Gmsh keeps options from one model to the next; a process forgets them."""
+    """Gmsh keeps options from one model to the next, a new process does not."""
     process = multiprocessing.Process(target=target, args=arguments)
     process.start()
     process.join()
@@ -296,18 +296,18 @@ def in_process_of_its_own(target, *arguments):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("folder", type=Path, help="where the meshes go")
+    parser.add_argument("folder", type=Path, help="output folder for the meshes")
     parser.add_argument("parts", nargs="*", help=f"of {', '.join(PARTS)}; none: all")
     parser.add_argument("--camber", help="the program: print the table, with its repair")
-    parser.add_argument("--optimise", action="store_true", help="run Gmsh's optimisers too (needs --camber to judge)")
+    parser.add_argument("--optimise", action="store_true", help="run Gmsh's optimisers too (needs --camber)")
     parser.add_argument("--tolerance", type=float, default=0.1,
-                        help="of the boundary in a second repair (the parts are 3 to 6 across)")
+                        help="tolerance of the boundary in a second repair (the parts are 3 to 6 across)")
     parser.add_argument("--limit", type=float, default=600, help="seconds for an optimiser")
     arguments = parser.parse_args()
     if unknown := set(arguments.parts) - set(PARTS):
-        parser.error(f"no part is called {', '.join(sorted(unknown))}")
+        parser.error(f"unknown parts: {', '.join(sorted(unknown))}")
     if arguments.optimise and not arguments.camber:
-        parser.error("--optimise needs --camber, which judges what comes out")
+        parser.error("--optimise needs --camber to evaluate the results")
     arguments.folder.mkdir(parents=True, exist_ok=True)
     if arguments.camber:
         optimisers = [f"Gmsh {name}" for name in OPTIMISERS] if arguments.optimise else []

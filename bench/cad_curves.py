@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""Plane models as CAD programs make them, meshed by Gmsh and curved by Camber (`curve --cad`) in 2D.
+"""Plane CAD models, meshed by Gmsh and curved by Camber (`curve --cad`) in 2D.
 
     python3 bench/cad_curves.py FOLDER --camber build/bin/camber      the models (.step), their meshes (.msh), and a Markdown table
 
 - airfoil:  air around a NACA 0012 in a box, two splines, sharp trailing edge
-- hole:     a disc with a hole that a closed spline bounds
-- seam:     an ellipse in a disc, each with its own reference: the curve between two materials
+- hole:     a disc with a hole bounded by a closed spline
+- seam:     an ellipse in a disc, each with a reference of its own: a curve between two materials
 
 Needs Gmsh with its OpenCASCADE kernel and its Python module (on Debian of the system's Python, /usr/bin/python3).
 """

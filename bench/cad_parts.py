@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Parts as CAD programs make them, meshed by Gmsh and curved by Camber (`curve --cad`) and by Gmsh itself, in one run.
+"""CAD parts, meshed by Gmsh and curved by Camber (`curve --cad`) and by Gmsh itself, in one run.
 
     python3 bench/cad_parts.py FOLDER                                 the models (.step) and their straight meshes (.msh)
     python3 bench/cad_parts.py FOLDER --camber build/bin/camber       and a Markdown table of both
@@ -11,16 +11,16 @@ system's Python, /usr/bin/python3).
 - wing:      air around half a tapered wing, NACA 0012 as two splines, sharp trailing edge, flat tip
 - round-tip: the same with a tip that is the section turned about its chord: a pole at each end
 - junction:  two pipes of different radii that meet at 60 degrees, inside and outside
-- slab:      a block of which all edges are rounded by a hundredth of its size
+- slab:      a block with all edges rounded by a hundredth of its size
 - bulb:      a spline turned about its axis: a seam and two poles
 - egg:       a sphere stretched, as a spline surface: a seam and two poles
 - blend:     a cylinder on a plate with a fillet between, tangent to both
 - inches:    a plate with a hole in inches, meshed in metres
 
-How far nodes are off is measured twice: by Camber's report (from the face or edge that it associates), and by OpenCASCADE's
-own projection onto the face that Gmsh classified the triangle on, which is good to about 1e-7 and tells what lies on a
-wrong face. Both as shares of the part's diagonal. Elements are judged by `camber check`. Seconds are of the wall: Camber's
-whole program; Gmsh's setOrder(2) and its optimiser without files.
+Distances of nodes are measured twice: by the report of Camber (from the associated face or edge), and by the projection of
+OpenCASCADE onto the face to which Gmsh classified the triangle. The latter has an error of about 1e-7 and also detects nodes
+on a wrong face. Both are shares of the diagonal of the part. `camber check` evaluates the elements. Seconds are wall-clock
+times: the whole program for Camber; setOrder(2) and the optimiser without files for Gmsh.
 """
 import argparse
 import json
@@ -53,7 +53,7 @@ def half_thickness(t):
 
 
 def section(y, x, chord, points=40):
-    """The two halves of the section as splines from the nose to the trailing edge, and these two points."""
+    """Returns the two halves of the section as splines from the nose to the trailing edge, and these two points."""
     occ = gmsh.model.occ
     along = [0.5 * (1 - math.cos(math.pi * i / points)) for i in range(points + 1)]
     nose, tail = occ.addPoint(x, y, 0), occ.addPoint(x + chord, y, 0)
@@ -78,7 +78,7 @@ def air_around(body):
 
 
 def near_wing():
-    """Points of the wing, as the file has them, are where it is fine."""
+    """Refines the mesh near the points of the wing in the file."""
     gmsh.model.mesh.setSize(gmsh.model.getEntitiesInBoundingBox(-0.2, -0.1, -0.3, 2, 2.5, 0.3, 0), 0.1)
 
 
@@ -114,7 +114,7 @@ def slab():
 
 
 def turned(points, size):
-    """A spline in the plane y = 0 that begins and ends on the axis z, turned about it."""
+    """Rotates a spline in the plane y = 0 with both ends on the axis z about that axis."""
     occ = gmsh.model.occ
     profile = [occ.addPoint(x, 0, z) for x, z in points]
     spline = occ.addBSpline(profile)
@@ -151,16 +151,16 @@ def inches():
     plate = occ.addBox(0, 0, 0, 4, 3, 1)
     occ.cut([(3, plate)], [(3, occ.addCylinder(2, 1.5, -1, 0, 0, 3, 0.75))])
     occ.synchronize()
-    sizes(0.005, 0.015, 16)  # of the mesh, in metres
+    sizes(0.005, 0.015, 16)  # mesh size in metres
 
 
 PARTS = {"wing": wing, "round-tip": round_tip, "junction": junction, "slab": slab, "bulb": bulb, "egg": egg,
          "blend": blend, "inches": inches}
-UNITS = {"inches": ("m", "M")}  # of the mesh: Camber's word, and Gmsh's
+UNITS = {"inches": ("m", "M")}  # unit of the mesh: names in Camber and in Gmsh
 
 
 def put_into_inches(path):
-    """Gmsh writes millimetres; the numbers stay, the unit becomes the inch (ISO 10303-41, conversion_based_unit)."""
+    """Changes the unit of a file from millimetres, which Gmsh writes, to inches and keeps the numbers (ISO 10303-41, conversion_based_unit)."""
     text = path.read_text()
     last = max(map(int, re.findall(r"^#(\d+)", text, re.MULTILINE)))
     metric, exponents, measure = (f"#{last + k}" for k in (1, 2, 3))
@@ -172,7 +172,7 @@ def put_into_inches(path):
     path.write_text(text.replace(unit[0], inch))
 
 
-# ---------------------------------------------------------------- Gmsh, each time in a process of its own
+# ---------------------------------------------------------------- Gmsh, in a separate process for each call
 
 def quiet():
     os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
@@ -189,7 +189,7 @@ def open_model(part, folder):
 
 
 def make(part, folder):
-    """The model by its maker, and the mesh of what the file has: that is what others get."""
+    """Writes the model to a file and meshes the model read from that file."""
     quiet()
     PARTS[part]()
     gmsh.model.occ.remove(gmsh.model.occ.getEntities(0))  # those that bound nothing
@@ -221,7 +221,7 @@ def curve_by_gmsh(part, folder, seconds):
 
 
 def nodes_of_faces(path):
-    """Places of the nodes of each face's triangles of degree 2."""
+    """Returns the positions of the nodes of the quadratic triangles of each face."""
     gmsh.open(str(path))
     tags, coordinates, _ = gmsh.model.mesh.getNodes()
     point = {int(tag): coordinates[3 * i:3 * i + 3] for i, tag in enumerate(tags)}
@@ -234,7 +234,7 @@ def nodes_of_faces(path):
 
 
 def measure(part, path, folder, farthest):
-    """In `farthest`: by OpenCASCADE's projection onto the classified face, as a share of the part's diagonal."""
+    """Measures a result. `farthest` is by OpenCASCADE's projection onto the classified face, as a share of the diagonal."""
     quiet()
     faces = nodes_of_faces(path)
     open_model(part, folder)
@@ -306,7 +306,7 @@ def row(part, camber, folder):
 
 
 def report_size(path):
-    """The diagonal of a mesh of Gmsh's format 4.1 (ASCII)."""
+    """Returns the diagonal of a mesh in MSH 4.1 (ASCII)."""
     lines = iter(path.read_text().splitlines())
     points = []
     for line in lines:
@@ -322,12 +322,12 @@ def report_size(path):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("folder", type=Path, help="where models and meshes go")
+    parser.add_argument("folder", type=Path, help="output folder for models and meshes")
     parser.add_argument("parts", nargs="*", help=f"of {', '.join(PARTS)}; none: all")
     parser.add_argument("--camber", help="the program: print the table")
     arguments = parser.parse_args()
     if unknown := set(arguments.parts) - set(PARTS):
-        parser.error(f"no part is called {', '.join(sorted(unknown))}")
+        parser.error(f"unknown parts: {', '.join(sorted(unknown))}")
     if arguments.camber and not shutil.which(arguments.camber):
         parser.error(f"{arguments.camber} is not a program")
     arguments.folder.mkdir(parents=True, exist_ok=True)

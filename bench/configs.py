@@ -2,7 +2,7 @@
 """Runs the configs of the project and prints a Markdown table of their reports.
 
     bench/configs.py build/bin/camber            every config in configs/ with its own options
-    bench/configs.py build/bin/camber --paper    the paper's cases, repaired in three ways, beside the paper's figures
+    bench/configs.py build/bin/camber --paper    the cases of the paper, repaired in three ways, with the figures of the paper
 
 Length reductions and curvatures are means over the volume edges, before and after correction. Seconds are those of all stages.
 """
@@ -28,7 +28,7 @@ TITLES_OF_PAPER = ("case", "by", "vertices", "edges", "tetrahedra", "corrected",
 
 
 def report_of(camber, config, settings=()):
-    """The report of one run. Exit code 1 means that elements are not certified valid."""
+    """Returns the report of one run. Exit code 1 means that elements are not certified valid."""
     with tempfile.TemporaryDirectory() as folder:
         words = [camber, "run", ROOT / "configs" / f"{config}.json", "--threads", 2, "--set", 'output={"report": "report.json"}',
                  *(word for setting in settings for word in ("--set", setting))]
@@ -52,7 +52,7 @@ def not_good(validity):
 
 
 def reductions(report):
-    """The mean length reductions before and after correction."""
+    """Returns the mean length reductions before and after correction."""
     return [report["curve"][when]["mean_length_reduction"] for when in ("before_correction", "after_correction")]
 
 
@@ -62,7 +62,7 @@ def preserved(report, decimals):
 
 
 def row(config, report):
-    """The cells of one config."""
+    """Returns the cells of one config."""
     before, after = reductions(report)
     curve, relax, boundary = report["curve"], report.get("relax", {}), report["boundary"]
     invalid = not_good(report.get("validity_before_correction", report["validity"]))
@@ -74,7 +74,7 @@ def row(config, report):
 
 
 def rows_of_paper(camber, case):
-    """The paper's row and one for each way of correction."""
+    """Yields the row of the paper and one row for each way of correction."""
     yield [case, "the paper", *PAPER[case]]
     for way, settings in WAYS.items():
         report = report_of(camber, case, settings)

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Does curvature pay? Curves meshes in some ways and compares errors of fields, interpolated (`camber check --field`) and solved (`poisson --field`).
+"""Compares errors of fields on meshes curved in different ways, interpolated (`camber check --field`) and solved (`poisson --field`).
 
     bench/curvature.py build/bin/camber                                the tables of docs/curvature.md: half an hour
     bench/curvature.py build/bin/camber --meshes circle-2d,bend --ways straight,default
@@ -7,13 +7,13 @@
     bench/curvature.py build/bin/camber --layers [--set PATH=VALUE]    layers: gains of the default
     bench/curvature.py build/bin/camber --trade PATH VALUE,VALUE       both for each value of an option
 
-Meshes of other programs are read from a folder (`--folder`); meshes that are not there are left out, and so are ways that the program does not know.
-`poisson` is looked for beside the program (`ninja -C build poisson`); without it nothing is solved. Parts with CAD models are made by Gmsh's
-Python module.
+Meshes of other programs are read from a folder (`--folder`). Missing meshes are skipped, and so are ways that the program does not support.
+`poisson` must be next to the program (`ninja -C build poisson`); without it the equations are not solved. The Python module of Gmsh makes
+the parts with CAD models.
 
-Ratios are of the errors on the mesh by the objective `shape` and on the one in question: above 1 this is better, at equal unknowns and on the same
-domain. Straight edges end at the chords of walls: on another domain, where the field is known too; of the one field that is 0 on the wall the
-solver is given 0 at the chords.
+Ratios are the error on the mesh with the objective `shape` divided by the error on the given mesh, at equal unknowns and on the same domain. Above
+1 the given mesh is better. Straight edges end at the chords of walls, which is another domain, on which the field is known too. For the field
+that is 0 on the wall, the solver uses 0 at the chords.
 """
 import argparse
 import math
@@ -27,7 +27,7 @@ OF_LAYERS = ("wall", "front")
 
 
 def figures(bench, name, way):
-    """A row of the table: plain numbers by name. Empty: the program does not know this way of a field."""
+    """Returns a row of the table as numbers by name. It is empty if the program does not support this way for a field."""
     try:
         like, found = bench.figures(name, way)
     except Unknown as why:
@@ -55,7 +55,7 @@ def table(bench, names, ways):
 
 
 def compared(bench, names, kinds, settings):
-    """Of the default, with settings, and of fields of these kinds: (mesh, field, {error: by shape/by it})."""
+    """Yields (mesh, field, {error: ratio shape/default}) for fields of the given kinds, with settings for the default."""
     for name in names:
         labels = [label for label, (kind, _) in bench.fields(name).items() if kind in kinds]
         _, shape = bench.figures(name, "shape", labels)
@@ -65,18 +65,18 @@ def compared(bench, names, kinds, settings):
 
 
 def worst_of(rows):
-    """The largest loss: (by it/by shape, what)."""
+    """Returns the largest loss: (ratio default/shape, its description)."""
     return max((1 / ratio, f"{name}, {label}, {error}") for name, label, ratios in rows for error, ratio in ratios.items())
 
 
 def gains_of(rows):
-    """Of the gains their geometric mean and the least: (gain, what)."""
+    """Returns the geometric mean of the gains and the minimum: (gain, its description)."""
     every = [(ratio, f"{name}, {label}, {error}") for name, label, ratios in rows for error, ratio in ratios.items()]
     return math.exp(sum(math.log(ratio) for ratio, _ in every) / len(every)), min(every)
 
 
 def print_rows(what, rows, written):
-    """The rows, printed as they come."""
+    """Prints the rows and yields them."""
     print(f"| mesh | field | {' | '.join(f'{error}: {what}' for error in ERRORS)} |\n" + "|---" * (2 + len(ERRORS)) + "|")
     for name, label, ratios in rows:
         cells = (written(ratios[error]) if error in ratios else "-" for error in ERRORS)
@@ -85,22 +85,22 @@ def print_rows(what, rows, written):
 
 
 def safe(bench, names, settings):
-    """Above 1 the default is worse than shape."""
+    """Prints losses on smooth fields: above 1 the default is worse than shape."""
     rows = compared(bench, names, ("smooth",), settings)
     loss, what = worst_of(print_rows("default/shape", rows, lambda ratio: f"{1 / ratio:.3f}"))
     print(f"\nworst: {loss:.3f} ({what})")
 
 
 def layers(bench, names, settings):
-    """Above 1 the default is better than shape."""
+    """Prints gains on layers: above 1 the default is better than shape."""
     rows = compared(bench, names, OF_LAYERS, settings)
     mean, (least, what) = gains_of(print_rows("shape/default", rows, lambda ratio: f"{ratio:.2f}"))
     print(f"\nmean: {mean:.2f}; least: {least:.2f} ({what})")
 
 
 def trade(bench, safe_names, layer_names, option, values):
-    """A line a value. Kept is the logarithm of the mean gain as a share of the default's."""
-    print(f"| {option} | worst loss on smooth fields, by it/by shape | gain on layers, shape/it: mean | kept | least |\n|---|---|---|---|---|")
+    """Prints one line per value. "preserved" is the logarithm of the mean gain as a share of that of the default."""
+    print(f"| {option} | worst loss on smooth fields, by it/by shape | gain on layers, shape/it: mean | preserved | minimum |\n|---|---|---|---|---|")
     whole = None
     for value in ("(as it is)", *values):
         settings = () if value == "(as it is)" else ("--set", f"{option}={value}")
@@ -113,7 +113,7 @@ def trade(bench, safe_names, layer_names, option, values):
 def there(bench, names, parser):
     for name in names:
         if name not in CASES:
-            parser.error(f"there is no mesh '{name}'; there are {', '.join(CASES)}")
+            parser.error(f"unknown mesh '{name}'; known are {', '.join(CASES)}")
         if not bench.is_there(name):
             print(f"curvature.py: no {name}.meshb in {bench.meshes}: left out", file=sys.stderr)
     return [name for name in names if bench.is_there(name)]
@@ -123,13 +123,13 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("camber")
     parser.add_argument("--folder", default=".", help="folder with meshes of other programs (%(default)s)")
-    parser.add_argument("--meshes", help="names, divided by commas (those of docs/curvature.md; of --safe and --layers the most sensitive)")
-    parser.add_argument("--ways", default=",".join(WAYS), help="of the table (%(default)s)")
+    parser.add_argument("--meshes", help="comma-separated names (default: those of docs/curvature.md; of --safe and --layers the most sensitive)")
+    parser.add_argument("--ways", default=",".join(WAYS), help="ways of the table (%(default)s)")
     parser.add_argument("--set", action="append", default=[], metavar="PATH=VALUE", help="an option of the default, of --safe and --layers")
     parser.add_argument("--threads", default=2)
     mode = parser.add_mutually_exclusive_group()
-    mode.add_argument("--safe", action="store_true", help="smooth fields alone: errors by the default/by shape, and the worst")
-    mode.add_argument("--layers", action="store_true", help="layers and fronts alone: errors by shape/by the default")
+    mode.add_argument("--safe", action="store_true", help="smooth fields only: ratios default/shape of errors, and the worst")
+    mode.add_argument("--layers", action="store_true", help="layers and fronts only: ratios shape/default of errors")
     mode.add_argument("--trade", nargs=2, metavar=("PATH", "VALUES"), help="an option's values: worst loss of --safe, gain of --layers")
     arguments = parser.parse_args()
     bench = Bench(arguments.camber, arguments.folder, arguments.threads)

@@ -1,5 +1,5 @@
-"""Meshes and fields of bench/curvature.py. A field has a kind: `wall` and `front` are what layers of a mesh are made for, `smooth` and `unrelated`
-what no mesh is made for, of its own size and of details that it need not resolve."""
+"""Meshes and fields of bench/curvature.py. Each field has a kind: `wall` and `front` are fields for which layers of a mesh are made; `smooth` and
+`unrelated` are fields that are independent of the mesh, with their own scale and details that the mesh need not resolve."""
 from dataclasses import dataclass, field
 
 SPHERE, CIRCLE = "sqrt(x^2+y^2+z^2)", "sqrt(x^2+y^2)"
@@ -16,8 +16,8 @@ def layers(radius, widths, wall=1):
 
 
 def unrelated(size, dim=3):
-    """Fields that no metric of these meshes follows: a planar front, waves, a vortex, something else. `size` is that of
-    the fields' features, in model units."""
+    """Returns fields that are unrelated to the metrics of these meshes: a planar front, waves, a vortex and others. `size` is
+    the size of the features in model units."""
     third = f"+0.3*z/{size}" if dim == 3 else ""
     return {label: ("unrelated", text) for label, text in {
         "planar front": f"tanh((0.6*x+0.7*y{'+0.4*z' if dim == 3 else ''}-0.4*{size})/(0.2*{size}))",
@@ -28,7 +28,7 @@ def unrelated(size, dim=3):
 
 
 def smooth(low, high):
-    """Fields as large as the mesh: L is its largest extent, the origin the middle of its box, to a fiftieth of L."""
+    """Returns fields of the size of the mesh: L is its largest extent, the origin is the centre of its box, both rounded to L/50."""
     size = float(f"{max(b - a for a, b in zip(low, high)):.3g}")
     centre = [round((a + b) / 2 / size * 50) * size / 50 for a, b in zip(low, high)]
     x, y, *z = [f"({name}-{c:.6g})" if c else name for name, c in zip("xyz", centre)]
@@ -43,12 +43,12 @@ def smooth(low, high):
 
 @dataclass
 class Case:
-    """A mesh: of the folder, of a shape that is generated, or of a part that is made with its CAD model."""
-    fields: dict  # beside the smooth ones: {label: (kind, expression)}
+    """A mesh from the folder, of a generated shape, or of a part with a CAD model."""
+    fields: dict  # in addition to the smooth fields: {label: (kind, expression)}
     shape: dict = field(default_factory=dict)
     part: str = ""
-    boundary: dict = field(default_factory=dict)  # {label: what a solver is given on the boundary}, where that is not the field
-    metric: str = "natural"  # of `camber curve`, where the folder has none
+    boundary: dict = field(default_factory=dict)  # {label: boundary data of the solver} if it is not the field
+    metric: str = "natural"  # options of `camber curve` if the folder has no geometry
     geometry: str = "surrogate"
 
 
@@ -61,17 +61,17 @@ def annulus(layer):
 
 
 def steep(first, growth, count):
-    """The first layer is a tenth of the wall's sagitta, or less."""
+    """Layers whose first height is at most a tenth of the sagitta of the wall."""
     return Case(WALL, shell((0.46, 1.75), {"count": count, "first_height": first, "growth": growth}))
 
 
 WALL = layers(SPHERE, (0.05, 0.2)) | fronts(SPHERE, 1.1, (0.05,))
 FLAT_WALL = layers(CIRCLE, (0.05, 0.2)) | fronts(CIRCLE, 1.1, (0.05,))
 SHOCK = '{"field": {"spherical-shock": {"centre": [0, 0], "radius": 0.5, "min_size": 0.03, "size": 0.08, "width": 0.1}}}'
-ACROSS = "((sqrt((x-30)^2+z^2)-30)^2+y^2)"  # of the bend: the square of the distance from the pipe's middle line
+ACROSS = "((sqrt((x-30)^2+z^2)-30)^2+y^2)"  # square of the distance from the centre line of the bend
 ENDS = "z < 0.001 || x > 29.999"
 ZERO = "(100-s²)(1+y/50)"
-BEND = {"exp(-(10-s)/5)": ("wall", f"exp(-(10-sqrt({ACROSS}))/5)"),  # s: that distance
+BEND = {"exp(-(10-s)/5)": ("wall", f"exp(-(10-sqrt({ACROSS}))/5)"),  # s: distance from the centre line
         ZERO: ("smooth", f"(100-{ACROSS})*(1+0.02*y)")}  # 0 on the wall
 CASES = {
     "polar-100k": Case(fronts(CIRCLE, 0.5, (0.005, 0.01, 0.03)) | unrelated(0.5)),

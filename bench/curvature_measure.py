@@ -1,4 +1,4 @@
-"""What bench/curvature.py measures: a case's mesh curved in some way, and the errors of fields on it, interpolated and solved."""
+"""Measurements of bench/curvature.py: curves the mesh of a case in some way and computes the errors of fields on it, interpolated and solved."""
 import json
 import subprocess
 import sys
@@ -10,23 +10,23 @@ import curvature_cases
 import curvature_parts
 from curvature_cases import CASES
 
-# What `camber curve` is told beside the mesh and its metric. {FIELD} is the field's expression: each field has a mesh of its own.
-# {METRIC} is made for it: the metric of METRIC's degree that interpolates the solution on the straight mesh best, with as many elements as that has.
+# Options of `camber curve` besides the mesh and its metric. {FIELD} is the expression of the field: each field has its own mesh.
+# {METRIC} is the optimal metric of degree METRIC for the solution on the straight mesh, with the same number of elements.
 METRIC = ("--degree", 1, "--norm", 2)
 WAYS = {"shape": ("--set", "stages/curve/objective=shape"),
         "straight": (),  # not curved
-        "gmsh": (),  # by Gmsh
+        "gmsh": (),  # curved by Gmsh
         "default": (),
         "metric": ("--metric", "{METRIC}", "--set", "stages/curve/metric_kind=hessian"),
         "solution": ("--solution", "{FIELD}", "--objective", "solution")}
 
 
 class Unknown(Exception):
-    """The program does not know what it was asked for, or the equations could not be solved."""
+    """The program does not support the request, or the equations could not be solved."""
 
 
 def vertices_of(solution, count):
-    """Of an ASCII solution of scalars its first rows."""
+    """Reduces an ASCII solution of scalars to its first rows."""
     words = solution.read_text().split()
     rows = words.index("SolAtVertices") + 1
     fields = int(words[rows + 1])
@@ -36,7 +36,7 @@ def vertices_of(solution, count):
 
 
 class Bench:
-    """Programs, the folder of the given meshes, and one for what is made; what was measured is kept while it lives."""
+    """Programs, the folder of input meshes, a folder for results, and a cache of the measurements."""
 
     def __init__(self, camber, meshes, threads):
         self.camber = Path(camber).resolve()
@@ -60,7 +60,7 @@ class Bench:
         takes_for_file = done.returncode == 3 and words[0] == "curve" and "--solution" in words
         if done.returncode == 2 or takes_for_file or (done.returncode == 3 and program == self.poisson):
             raise Unknown(done.stderr.strip())
-        if done.returncode not in (0, 1):  # 1: elements are left that are not valid
+        if done.returncode not in (0, 1):  # exit code 1: invalid elements remain
             sys.exit(f"curvature.py: {program.name} {' '.join(map(str, words))} failed: {done.stderr}")
         return done.stdout
 
@@ -71,7 +71,7 @@ class Bench:
         return bool(case.shape or case.part) or (self.meshes / f"{name}.meshb").exists()
 
     def linear(self, name):
-        """The straight mesh of a case."""
+        """Returns the straight mesh of a case."""
         def make():
             case = CASES[name]
             if case.part:
@@ -85,7 +85,7 @@ class Bench:
         return self.once(("linear", name), make)
 
     def straight(self, name):
-        """The same of degree 2, vertices first."""
+        """Returns the straight mesh in degree 2, vertices first."""
         def make():
             mesh = self.file(name, "straight.mesh")
             self.call(self.camber, "convert", self.linear(name), "--elevate", "-o", mesh)
@@ -96,14 +96,14 @@ class Bench:
         return self.once(("info", name), lambda: json.loads(self.call(self.camber, "info", "--json", self.linear(name))))
 
     def fields(self, name):
-        """{label: (kind, expression)}, by kinds."""
+        """Returns {label: (kind, expression)} of the given kinds."""
         case = CASES[name]
         low, high = self.info(name)["box"]
         every = case.fields | curvature_cases.smooth(low, high)
         return {label: field for kind in curvature_cases.KINDS for label, field in every.items() if field[0] == kind}
 
     def metric_of(self, name, label):
-        """Of the field as it is solved on the straight mesh."""
+        """Returns the metric of the solution of the field on the straight mesh."""
         solution, metric = self.file("solution.sol"), self.file("metric.solb")
         self.call(self.poisson, self.straight(name), "--field", self.fields(name)[label][1], "--solution", solution)
         vertices_of(solution, self.info(name)["vertices"])
@@ -111,20 +111,20 @@ class Bench:
         return metric
 
     def source(self, name, options):
-        """Metric and geometry of a case as `camber curve` takes them, where it is not told a metric."""
+        """Returns options of `camber curve` for the geometry of a case, and for its metric unless the options have one."""
         case, metric = CASES[name], self.meshes / f"{name}.solb"
         words = ["--metric", metric if metric.exists() and not case.shape else case.metric]
         words = [] if "--metric" in options else words
         return words + (["--cad", self.file(f"{case.part}.step")] if case.part else ["--geometry", case.geometry])
 
     def curved(self, name, words, mesh):
-        """The report of `camber curve`."""
+        """Returns the report of `camber curve`."""
         report = self.file("report.json")
         self.call(self.camber, "curve", self.linear(name), "-o", mesh, "--report", report, *self.source(name, words), *words)
         return json.loads(report.read_text())
 
     def meshes_of(self, name, way, label, settings):
-        """Files and the report; two files by Gmsh, of which the better counts."""
+        """Returns files and the report. Gmsh gives two files, of which the better one counts."""
         if way == "straight":
             return [self.straight(name)], None
         if way == "gmsh":
@@ -153,7 +153,7 @@ class Bench:
         return found
 
     def errors_on(self, mesh, fields, boundary):
-        """What `check` says of a mesh, and of each field {error: value}."""
+        """Returns the output of `check` for a mesh, and {error: value} for each field."""
         check = self.checked(mesh, fields)
         found = {}
         for label, of_field in zip(fields, check["interpolation"]):
@@ -169,7 +169,7 @@ class Bench:
         return check, found
 
     def measured(self, name, way, labels, settings):
-        """One mesh and its fields."""
+        """Measures one mesh and its fields."""
         begin = time.monotonic()
         meshes, report = self.meshes_of(name, way, labels[0], settings)
         took = {"seconds": time.monotonic() - begin} if report else {}
@@ -183,7 +183,7 @@ class Bench:
                               for key in found[0][label]} for label in labels}
 
     def figures(self, name, way, labels=None, settings=()):
-        """What a mesh is like, and {label: {error: value}} of fields, all without labels. What is made for a field is made for each."""
+        """Returns figures of a mesh and {label: {error: value}} of fields; without labels, of all fields. Meshes made for a field are made for each."""
         labels = list(labels or self.fields(name))
         of_field = any(word in ("{FIELD}", "{METRIC}") for word in WAYS[way])
         took, found = {}, {}
@@ -198,5 +198,5 @@ class Bench:
 
 
 def ways_of(name):
-    """Of a mesh without a CAD model there is none by Gmsh."""
+    """Returns the ways of a mesh. Without a CAD model there is no way by Gmsh."""
     return [way for way in WAYS if way != "gmsh" or CASES[name].part]

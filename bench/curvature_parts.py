@@ -1,5 +1,5 @@
-"""Parts for bench/curvature.py, made by Gmsh: NAME.step, the straight mesh NAME.msh, and two of degree 2 of the same vertices, by setOrder(2) alone
-(NAME-gmsh-0.msh) and with its optimiser as HighOrderOptimize 2 calls it (NAME-gmsh-2.msh). Gmsh's Python module is needed: python3-gmsh."""
+"""Parts for bench/curvature.py, made by Gmsh: NAME.step, the straight mesh NAME.msh, and two meshes of degree 2 with the same vertices, by setOrder(2) only
+(NAME-gmsh-0.msh) and with its optimiser as in HighOrderOptimize 2 (NAME-gmsh-2.msh). Needs the Python module of Gmsh: python3-gmsh."""
 import math
 import multiprocessing
 import os
@@ -34,7 +34,7 @@ PARTS = {"bend": bend, "elbow": elbow, "block": block}
 
 
 def groups(model):
-    """Faces that are planes, the others, and the volume."""
+    """Creates groups of plane faces, of other faces and of the volume."""
     faces = [tag for _, tag in model.getEntities(2)]
     planes = [tag for tag in faces if model.getType(2, tag) == "Plane"]
     for dim, tags in ((2, planes), (2, sorted(set(faces) - set(planes))), (3, [tag for _, tag in model.getEntities(3)])):
@@ -43,7 +43,7 @@ def groups(model):
 
 def make_here(part, folder):
     import gmsh
-    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # OpenCASCADE tells what it writes
+    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # OpenCASCADE prints messages while it writes
     gmsh.initialize([], False)
     gmsh.option.setNumber("General.Terminal", 0)
     size = PARTS[part](gmsh.model.occ)
@@ -65,7 +65,7 @@ def make_here(part, folder):
 
 
 def make(part, folder):
-    """In a process of its own: Gmsh keeps what it was told."""
+    """Makes a part in a separate process, since Gmsh keeps its options."""
     process = multiprocessing.Process(target=make_here, args=(part, folder))
     process.start()
     process.join()

@@ -1,5 +1,5 @@
-"""The table of bench/curvature.py: of rows {mesh: {way: row}}, where a row has "L2 FIELD", "H1 FIELD", "solved L2 FIELD", "solved H1 FIELD" and
-"KIND FIELD" beside what its mesh is like."""
+"""Table of bench/curvature.py from rows {mesh: {way: row}}. A row has the keys "L2 FIELD", "H1 FIELD", "solved L2 FIELD", "solved H1 FIELD" and
+"KIND FIELD" besides figures of the mesh."""
 from curvature_cases import ERRORS, KINDS
 
 TITLES = {"straight": "straight", "gmsh": "Gmsh, order 2", "default": "default", "metric": "metric of the field", "solution": "solution"}
@@ -11,7 +11,7 @@ def kinds_of(row):
 
 
 def ratios(base, row, label):
-    """Errors by shape/by this way; those that are known."""
+    """Returns the known ratios of errors shape/this way."""
     return [base[f"{error} {label}"] / row[f"{error} {label}"] for error in ERRORS
             if row.get(f"{error} {label}") and f"{error} {label}" in base]
 
@@ -22,7 +22,7 @@ def pairs(numbers):
 
 
 def cells(base, row, labels):
-    """Of a mesh and way: a cell a field, the least ratio of all in bold."""
+    """Returns one cell per field for a mesh and a way, with the minimum ratio in bold."""
     found = {label: ratios(base, row, label) for label in labels}
     least = min((x for one in found.values() for x in one), default=0)
     written = lambda x: f"**{x:.2f}**" if x == least < 0.995 else f"{x:.2f}"
@@ -46,7 +46,7 @@ def titles_of_took(found):
 
 
 def lines(found):
-    """A line a mesh and field."""
+    """Yields one line per mesh and field."""
     for mesh, ways in found.items():
         base, kinds = ways["shape"], kinds_of(ways["shape"])
         columns = {way: cells(base, ways[way], kinds) if ways.get(way) else {} for way in ways_of(found)}
@@ -55,7 +55,7 @@ def lines(found):
 
 
 def took(found):
-    """A line a mesh and figure."""
+    """Yields one line per mesh and figure."""
     shown = {"invalid_before": ("invalid before repair", "d"), "smallest": ("smallest scaled Jacobian", ".3g"), "seconds": ("time", ".1f")}
     for mesh, ways in found.items():
         for i, (key, (what, form)) in enumerate(shown.items()):

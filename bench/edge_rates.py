@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""Rates of placing edge nodes, beside the paper's method: prints a Markdown table of what build/bin/bench_edge measures.
+"""Prints a Markdown table of the rates of edge optimisation measured by build/bin/bench_edge, relative to the method of the paper.
 
     bench/edge_rates.py build/bin/bench_edge [--repeats 3]
 
-The methods and fields are described at the top of bench/edge.cpp. A cell has the edges a second of one thread as a multiple of
-those of `paper_reference` (which itself has its rate), and the mean true length over the chord's. Rates are medians.
+The methods and fields are described at the top of bench/edge.cpp. A cell has the edges per second of one thread as a multiple of
+the rate of `paper_reference` (whose cell has the rate itself), and the mean ratio of true length and chord. Rates are medians.
 """
 import argparse
 import json
@@ -14,7 +14,7 @@ METHODS = ("paper_reference", "paper_points", "camber", "camber_length", "defaul
 
 
 def measured(program, repeats):
-    """{field: {method: counters}}, medians of the repeats."""
+    """Returns {field: {method: counters}}, medians of the repeats."""
     words = [program, "--benchmark_format=json", "--benchmark_min_time=0.1", f"--benchmark_repetitions={repeats}",
              "--benchmark_report_aggregates_only=true"] if repeats > 1 else [program, "--benchmark_format=json", "--benchmark_min_time=0.1"]
     done = subprocess.run(words, capture_output=True, text=True, check=True)

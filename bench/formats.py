@@ -1,15 +1,15 @@
 #!/usr/bin/env python3
-"""From a user's file to a solver's file, and back: a part with physical names, meshed by Gmsh, curved by Camber, written in
-every format and read again; and how fast that is.
+"""Round trips through file formats: a part with physical names is meshed by Gmsh, curved by Camber, written in
+each format and read again. Also measures the speed of reading and writing.
 
-    python3 bench/formats.py build/bin/camber                  the part, and what other programs say of our files
+    python3 bench/formats.py build/bin/camber                  the part, and the results of other programs for our files
     python3 bench/formats.py build/bin/camber --large 10       seconds and MB/s for a box of about 10 million tetrahedra
 
-Needs gmsh, and for the second opinions python3-meshio, python3-vtk9 and cgns-convert (`./x setup --all`). The largest
-difference is of nodes, in model units; tags and names are compared one by one.
+Needs gmsh, and for the checks by other programs python3-meshio, python3-vtk9 and cgns-convert (`./x setup --all`). The largest
+difference is that of node positions in model units. Tags and names are compared one by one.
 
-Seconds of --large are the best of three runs. `copy` is dd with fsync of the format's file: as Camber does, it is done only when the
-file would outlast a power cut. `/ copy` is Camber's time over that of this copy.
+Seconds of --large are the best of three runs. `copy` is dd of the file with fsync, which Camber also calls. `/ copy`
+is the time of Camber divided by the time of this copy.
 """
 import argparse
 import json
@@ -44,7 +44,7 @@ Physical Surface("hole", 2) = {hole()};
 Physical Surface("bowl", 3) = {bowl()};
 Physical Surface("wall", 11) = {wall()};
 """
-# format, ending, whether its files are read again
+# format, extension, True if its files are read again
 FORMATS = [("msh", ".msh"), ("msh-ascii", ".msh"), ("msh2", ".msh"), ("msh2-ascii", ".msh"), ("mfem", ".mfem"),
            ("vtu", ".vtu"), ("cgns", ".cgns"), ("gmf-binary", ".meshb"), ("gmf-ascii", ".mesh")]
 
@@ -58,7 +58,7 @@ def timed(*command):
 
 
 def best_of_three(result_file, *command):
-    """The least seconds of a command that makes this file, each time anew."""
+    """Returns the minimum seconds of three runs of a command that writes a new file."""
     seconds = []
     for _ in range(3):
         result_file.unlink(missing_ok=True)
@@ -72,7 +72,7 @@ def names_of(camber, path):
 
 
 def cells_of(mesh):
-    """Sorted rows of nodes with their reference, by kind."""
+    """Returns sorted rows of nodes with their reference, by kind."""
     return {name: np.array(sorted(np.column_stack([c.nodes, c.refs]).tolist())) for name, c in mesh.cells.items()}
 
 
@@ -90,7 +90,7 @@ def tags(a, b):
 
 
 def opinion(path, kind, folder):
-    """What other programs say: their counts of nodes and of the highest cells."""
+    """Returns the counts of nodes and of cells of the highest dimension by other programs."""
     if kind.startswith("msh"):
         done = subprocess.run(["gmsh", path, "-save", "-format", "msh22", "-o", folder / "again.msh"], capture_output=True, text=True)
         words = ["gmsh " + ("reads it" if done.returncode == 0 and "Error" not in done.stdout else "refuses it")]
@@ -116,7 +116,7 @@ def meshio_says(meshio, path):
     with contextlib.redirect_stdout(open(os.devnull, "w")), contextlib.redirect_stderr(open(os.devnull, "w")):
         try:
             mesh = meshio.read(path)
-        except SystemExit:  # its way to refuse a file
+        except SystemExit:  # raised for files that it rejects
             return "meshio refuses it"
     counts = {}
     for block in mesh.cells:
@@ -175,7 +175,7 @@ def main():
     parser.add_argument("camber")
     parser.add_argument("--large", type=float, metavar="MILLIONS")
     parser.add_argument("--formats", default="", help="of --large, only these: msh,vtu,…")
-    parser.add_argument("--folder", type=Path, help="keep the files there")
+    parser.add_argument("--folder", type=Path, help="folder for the files")
     arguments = parser.parse_args()
     camber = str(Path(shutil.which(arguments.camber) or arguments.camber).resolve())
     with tempfile.TemporaryDirectory() as temporary:

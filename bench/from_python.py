@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""What Python costs beside the program: seconds and memory of one mesh read, made of arrays, curved, seen as arrays, written.
+"""Cost of the Python module compared with the program: seconds and memory to read, build, curve, access and write a mesh.
 
     /usr/bin/python3 bench/from_python.py build [--elements 1e6] [--threads 2]
 
-Each row is a process of its own: its seconds, and by how much its memory grew at most.
+Each row is a separate process: its seconds and the maximum growth of its memory.
 """
 import argparse
 import os

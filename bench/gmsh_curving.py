@@ -1,30 +1,30 @@
 #!/usr/bin/env python3
-"""Layers around spheres curved to degree 2 by Gmsh's HighOrderFastCurving and by Camber's `objective: "shape"`: on the
-same linear meshes, in one run, by turns. Prints a Markdown table.
+"""Curves layers around spheres to degree 2 with Gmsh's HighOrderFastCurving and with Camber's `objective: "shape"`, on the
+same linear meshes, in one run, alternately. Prints a Markdown table.
 
     python3 bench/gmsh_curving.py build/bin/camber                            the meshes that Camber generates
-    python3 bench/gmsh_curving.py build/bin/camber shell.meshb steep-1.4      a mesh of yours, and one of those
-    nice python3 bench/gmsh_curving.py build/bin/camber --repeats 9           on a machine that does other things too
+    python3 bench/gmsh_curving.py build/bin/camber shell.meshb steep-1.4      a mesh file, and one of the generated meshes
+    nice python3 bench/gmsh_curving.py build/bin/camber --repeats 9           on a machine with other load
 
-Needs Gmsh with its OpenCASCADE kernel and its Python module: `apt-get install python3-gmsh` (on Debian it is of the
-system's Python, /usr/bin/python3), or `pip install gmsh`. A mesh of yours fills the space between two spheres about the
-origin, with a reference for each sphere's triangles.
+Needs Gmsh with its OpenCASCADE kernel and its Python module: `apt-get install python3-gmsh` (on Debian it belongs to the
+system's Python, /usr/bin/python3), or `pip install gmsh`. A mesh file must fill the space between two spheres about the
+origin, with one reference for the triangles of each sphere.
 
-Gmsh is given the exact CAD: two OpenCASCADE spheres, on which boundary vertices are classified with their parameters.
-Camber has only the mesh, from which it makes a smooth surface of its own: another problem with another answer. So the
-table tells how far the boundary nodes are off the spheres, and what Camber does when it is given the spheres too
-(`--geometry '{"analytic": ...}'`), which is like with like.
+Gmsh uses the exact CAD: two OpenCASCADE spheres, on which boundary vertices are classified with their parameters.
+Camber uses the mesh only and builds a smooth surface from it, which is another problem. So the table also has the
+distance of the boundary nodes from the spheres, and the results of Camber with the exact spheres
+(`--geometry '{"analytic": ...}'`), which are comparable with Gmsh.
 
-FastCurving follows as many layers as Mesh.HighOrderNumLayers says, 6 unless told. Where a mesh has more, that default
-leaves elements that are not valid; so it runs a second time with enough of them (`--layers`).
+FastCurving curves Mesh.HighOrderNumLayers layers, 6 by default. In meshes with more layers the default leaves invalid
+elements, so it also runs with a sufficient number of layers (`--layers`).
 
-Judged by `camber check`: `not valid` are the elements whose det J is not certified positive; `min` is the smallest
-det J as a share of the straight element's. Camber's repair is part of its pipeline, Gmsh's way has none: before the
-arrow is what Camber's report says of the curved mesh before its repair. Seconds are of the wall, medians:
-- Gmsh, one thread (FastCurving has no more): the call; with set-order; and with its files read and written too (binary
-  .msh) and the CAD built, but without the start of Python and the loading of libraries;
-- Camber: the stages `curve` to `commit`, its share of what the call does, with validation and repair; all stages
-  without files, with the report's figures; the whole program.
+`camber check` evaluates the results. `not valid` is the number of elements whose det J is not certified positive. `min` is
+the minimum det J as a share of that of the straight element. The pipeline of Camber includes repair, that of Gmsh does not:
+the values before the arrow are those of Camber's report before repair. Seconds are medians of wall-clock times:
+- Gmsh, one thread (FastCurving has no more): the call; with set-order; also with reading and writing files (binary
+  .msh) and building the CAD, but without the start of Python and the loading of libraries;
+- Camber: the stages `curve` to `commit`, which do the same as the call, with validation and repair; all stages
+  without files, with the figures of the report; the whole program.
 """
 import argparse
 import json
@@ -43,7 +43,7 @@ from broken_meshes import boundary_of, check, gmsh, write_gmf
 
 
 def shell(inner_size, outer_size, **layers):
-    """A generator's options: layers on a sphere are (count, height of the first, growth)."""
+    """Returns options of the generator: layers on a sphere are (count, first height, growth)."""
     names = ("count", "first_height", "growth")
     return {"inner_size": inner_size, "outer_size": outer_size,
             **{side: dict(zip(names, layer)) for side, layer in layers.items()}}
@@ -63,7 +63,7 @@ DEFAULT_LAYERS = 6  # Gmsh's Mesh.HighOrderNumLayers
 
 
 def run(camber, *arguments, limit=None):
-    """Camber; 1 is its exit code for elements that are not valid."""
+    """Runs Camber. Exit code 1 means invalid elements."""
     done = subprocess.run([camber, *map(str, arguments)], capture_output=True, text=True, timeout=limit)
     if done.returncode not in (0, 1):
         sys.exit(f"gmsh_curving.py: camber {arguments[0]} ended with {done.returncode}: {done.stderr}")
@@ -72,7 +72,7 @@ def run(camber, *arguments, limit=None):
 # ---------------------------------------------------------------- the linear mesh, and Gmsh's view of it
 
 def linear_mesh(camber, case, folder):
-    """The case as ASCII GMF: generated, or converted from a file."""
+    """Writes the case as ASCII GMF, generated or converted from a file."""
     path = folder / "linear.mesh"
     if case in GENERATED:
         pipeline = {"input": {"generate": {"shell": GENERATED[case]}}, "stages": [], "output": {"mesh": str(path)}}
@@ -84,7 +84,7 @@ def linear_mesh(camber, case, folder):
 
 
 def blocks_of(path):
-    """Rows of an ASCII file's vertices (x y z reference), tetrahedra and triangles (vertices from 1, reference)."""
+    """Returns rows of an ASCII file: vertices (x y z reference), tetrahedra and triangles (vertices from 1, reference)."""
     kinds, rows = {"Vertices": (4, float), "Tetrahedra": (5, int), "Triangles": (4, int)}, {}
     words = iter(path.read_text().split())
     for word in words:
@@ -95,20 +95,20 @@ def blocks_of(path):
 
 
 def spheres_of(case, points, triangles):
-    """Radius by reference, the small one first."""
+    """Returns radii by reference, the smaller one first."""
     radii = {}
     for reference in {row[3] for row in triangles}:
         lengths = [math.hypot(*points[n - 1][:3]) for row in triangles if row[3] == reference for n in row[:3]]
         radii[reference] = round(statistics.fmean(lengths), 12)
         if max(lengths) - min(lengths) > 1e-9 * max(lengths):
-            sys.exit(f"gmsh_curving.py: {case}: triangles of reference {reference}: no sphere about the origin")
+            sys.exit(f"gmsh_curving.py: {case}: triangles of reference {reference}: not on a sphere about the origin")
     if len(radii) != 2:
         sys.exit(f"gmsh_curving.py: {case}: {len(radii)} references of triangles; two spheres have two")
     return dict(sorted(radii.items(), key=lambda item: item[1]))
 
 
 def model(radii):
-    """The exact CAD, turned so that no vertex is at a pole of its parameters. The volume, and faces by reference."""
+    """Builds the exact CAD, rotated so that no vertex is at a pole of its parameters. Returns the volume and faces by reference."""
     gmsh.initialize([], False)
     for option, value in (("General.Terminal", 0), ("General.NumThreads", 1), ("Mesh.HighOrderOptimize", 0),
                           ("Mesh.Binary", 1), ("Mesh.SaveParametric", 1)):
@@ -124,7 +124,7 @@ def model(radii):
 
 
 def classify(blocks, radii, path):
-    """The linear mesh on the CAD, as Gmsh's own file."""
+    """Classifies the linear mesh on the CAD and writes a file of Gmsh."""
     points, tetrahedra, triangles = blocks
     volume, faces = model(radii)
     at = lambda nodes: [x for n in nodes for x in points[n - 1][:3]]
@@ -143,7 +143,7 @@ def classify(blocks, radii, path):
 # ---------------------------------------------------------------- the two ways: seconds, and a file of degree 2
 
 def curve_by_gmsh(radii, folder, layers, seconds):
-    """In `seconds`: the call, with set-order, with files."""
+    """Curves with Gmsh. `seconds` receives the time of the call, with set-order, and with files."""
     clock = [time.perf_counter()]
     tick = lambda: clock.append(time.perf_counter())
     model(radii)
@@ -164,7 +164,7 @@ def curve_by_gmsh(radii, folder, layers, seconds):
 
 
 def gmsh_apart(target, *arguments):
-    """In a process of its own: Gmsh keeps what it was told."""
+    """Runs a function in a separate process, since Gmsh keeps its options."""
     seconds = multiprocessing.Array("d", 3)
     process = multiprocessing.Process(target=target, args=arguments + ((seconds,) if target is curve_by_gmsh else ()))
     process.start()
@@ -175,14 +175,14 @@ def gmsh_apart(target, *arguments):
 
 
 class Camber:
-    """One way to call it, and what came of that."""
+    """Runs of Camber with given options, and their results."""
 
     def __init__(self, name, threads, geometry="surrogate"):
         self.name, self.options = name, ("--threads", threads, "--geometry", geometry)
         self.before, self.seconds, self.in_time = "", [], True
 
     def curve(self, camber, folder, limit):
-        """In `seconds`: curve to commit, stages without files, the program."""
+        """Curves a mesh. `seconds` receives the times of curve to commit, of stages without files, and of the program."""
         curved, report = folder / "camber.meshb", folder / "report.json"
         start = time.perf_counter()
         try:
@@ -216,7 +216,7 @@ def medians(rows):
 
 
 def off(path, radii):
-    """How far the farthest boundary node is from the nearer sphere."""
+    """Returns the largest distance of boundary nodes from the nearer sphere."""
     farthest = max(min(abs(math.hypot(*p) - radius) for radius in radii.values()) for p in boundary_of(path))
     return f"{farthest:.1e}"
 
@@ -229,7 +229,7 @@ def row(camber, case, folder, repeats, limit, layers):
     gmsh_apart(classify, blocks, radii, folder / "linear.msh")
     spheres = [{"references": [reference], "sphere": {"radius": radius}} for reference, radius in radii.items()]
     one_thread, two_threads, with_spheres = ways = (Camber("alone", 1), Camber("two", 2),
-                                Camber("given", 1, json.dumps({"analytic": spheres})))
+                                                    Camber("given", 1, json.dumps({"analytic": spheres})))
     by_gmsh = {DEFAULT_LAYERS: [], layers: []}
     for _ in range(repeats):
         for count, seconds in by_gmsh.items():
@@ -260,7 +260,7 @@ def main():
     parser.add_argument("cases", nargs="*", metavar="MESH",
                         help=f"a linear mesh (.mesh, .meshb), or one that Camber generates: {', '.join(GENERATED)}; "
                         "none: all of these")
-    parser.add_argument("--repeats", type=int, default=5, help="how often each is run (default: 5)")
+    parser.add_argument("--repeats", type=int, default=5, help="runs of each program (default: 5)")
     parser.add_argument("--layers", type=int, default=20,
                         help="Mesh.HighOrderNumLayers for FastCurving's second run: the mesh's or more (default: 20)")
     parser.add_argument("--limit", type=float, default=60, help="seconds for one run of Camber (default: 60)")

@@ -1,17 +1,17 @@
 #!/usr/bin/env python3
-"""Do fixed runs of the program take more instructions than before? On demand, and before a change that is to cost nothing.
+"""Compares the numbers of instructions of fixed runs of the program with stored ones. Run it before changes that must not increase the cost.
 
     bench/instructions.py build/bin/camber [RUN…] [--write]
 
 counts the instructions of ten runs with Valgrind, one thread each, and compares them with `bench/instructions.json`. Exit code 1 if a run
-takes more than 1 % above its stored count, or has none. A commit that makes a run dearer for a reason stores the new counts (`--write`) and says the
-reason in its message. One that makes a run cheaper stores them too, so that the gain stays.
+takes more than 1 % above its stored count, or has none. A commit that increases a count on purpose stores the new counts (`--write`) and gives the
+reason in its message. A commit that decreases a count stores the new counts too, so that the gain is preserved.
 
-Valgrind shows each program the same processor, with AVX2 and without AVX-512. Counts of two runs differ by less than 0.1 %. They depend on
-the compiler, on the C library and on the build: the stored ones are of clang 19, Debian 12 and the preset `release`. On another system, count
+Valgrind simulates the same processor for each program, with AVX2 and without AVX-512. Counts of two runs differ by less than 0.1 %. They depend on
+the compiler, the C library and the build: the stored counts are for clang 19, Debian 12 and the preset `release`. On another system, count
 the program before the change too (`--write`), and do not commit that file.
 
-Needs Valgrind (`apt-get install valgrind`) and the library beside the program (`./x build`). Takes four minutes.
+Needs Valgrind (`apt-get install valgrind`) and the library next to the program (`./x build`). Takes four minutes.
 """
 import argparse
 import json
@@ -40,7 +40,7 @@ RUNS = {
     'adapt': ['adapt', 'ring.meshb', '--field', FRONT, '--complexity', '1000', '--cycles', '2', '-o', 'adapted.meshb'],
     'geometry': ['geometry', 'curved.meshb'],
 }
-# Inputs of the runs, made without counting.
+# Inputs of the runs, which are not counted.
 INPUTS = [
     RUNS['generate'],
     RUNS['curve'],
@@ -49,7 +49,7 @@ INPUTS = [
     ['generate', 'shell', '--elements', '2000', '-o', 'coarse.meshb'],
     ['curve', 'coarse.meshb', '-o', 'coarse-curved.meshb'],
 ]
-# Of the program's library: the program reads CAD models in a second process, which Valgrind cannot start.
+# Runs of the library: the program reads CAD models in a second process, which Valgrind cannot start.
 BY_LIBRARY = {'curve-cad': 'shell.meshb'}
 LIBRARY = '''
 import ctypes, sys
@@ -61,7 +61,7 @@ if status:
     camber.camber_error.restype = ctypes.c_char_p
     sys.exit(camber.camber_error().decode())
 '''
-# Nothing of the caller's: the environment lies on the stack, and its length changes addresses.
+# A fixed environment: it is on the stack, and its length changes addresses.
 ENVIRONMENT = {'PATH': '/usr/bin:/bin', 'LC_ALL': 'C', 'HOME': '/nonexistent', 'PYTHONHASHSEED': '0'}
 
 
@@ -73,7 +73,7 @@ def run(command, folder):
 
 
 def prepared(program, folder):
-    """Makes the inputs in the folder, by the program that is measured."""
+    """Makes the inputs in the folder with the measured program."""
     shutil.copy(ROOT / 'tests' / 'cad' / 'shell.brep', folder)
     for arguments in INPUTS:
         run([program, *arguments, '--quiet'], folder)
@@ -95,7 +95,7 @@ def instructions(command, folder):
 
 
 def has_grown(name, count, before):
-    """Prints a row; true if the run takes more than is stored."""
+    """Prints a row. Returns True if the run takes more instructions than stored."""
     print(f"{name:14} {count:15,} {f'{100 * (count / before - 1):+8.2f} %' if before else 'not stored'}", flush=True)
     return not before or count > (1 + GROWTH) * before
 
@@ -111,7 +111,7 @@ def main():
     if not shutil.which('valgrind'):
         sys.exit('instructions.py: valgrind is missing: apt-get install valgrind')
     if 'avx2' not in pathlib.Path('/proc/cpuinfo').read_text():
-        sys.exit('instructions.py: the stored counts are of a processor with AVX2, which this one has not')
+        sys.exit('instructions.py: the stored counts need a processor with AVX2')
     stored = json.loads(STORED.read_text()) if STORED.exists() else {}
     program = str(pathlib.Path(arguments.program).resolve())
     with tempfile.TemporaryDirectory() as folder:

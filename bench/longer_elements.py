@@ -1,18 +1,19 @@
 #!/usr/bin/env python3
-"""How long elements become along a front that turns: meshes of degree 2 brought to a layer around the origin.
+"""Elongation of elements along a curved front: meshes of degree 2 remeshed to a layer around the origin.
 
     longer_elements.py [--camber build/bin/camber] [--keep FOLDER] [--bend-around N]
 
-Layers: UGAWG's polar-1 (sizes h_t along circles, h_r + 0.4 |r - 1/2| or so across them) on the unit square and the unit cube, in degree
-2 from a curved mesh and from a straight one, six (3D: four) runs of `camber remesh`, each of which reads the field at the vertices that
-the run before left. Printed: elements over complexity/(√3/4) (3D: √2/12), which a mesh of regular unit elements has; unit edges along the
-curves, in the field itself by 24 Gauss points; what tests/oracle/check_p2.py says of the elements; and what became of requests in
-all runs: accepted, of those whose star was made.
+Layers: UGAWG's polar-1 (sizes h_t along circles, about h_r + 0.4 |r - 1/2| across them) on the unit square and the unit cube, in degree
+2 from a curved mesh and from a straight one, six (3D: four) runs of `camber remesh`. Each run evaluates the field at the vertices of the
+previous mesh. Printed: elements divided by complexity/(√3/4) (3D: √2/12), the number of regular unit elements; unit edges along the
+curves in the exact field by 24 Gauss points; the results of tests/oracle/check_p2.py; and the number of accepted requests in all runs
+out of those with a valid star.
 
-Front: tanh((r - 1/2)/0.005) on the square, in a metric with h_t = 0.15 r and across by |u'''|; the error in L2 of the P2 interpolant, scaled
-to 3 400 unknowns by N^{3/2}. Also of the mesh that is brought to the same metric in degree 1.
+Front: tanh((r - 1/2)/0.005) on the square, in a metric with h_t = 0.15 r and |u'''| across; the L2 error of the P2 interpolant, scaled
+to 3 400 unknowns by N^{3/2}. The same for the mesh remeshed to this metric in degree 1.
 
---bend-around N: collapses may take the nodes of N edges around their cavity along (collapse/neighbour_edges); layers alone, and how many did.
+--bend-around N: collapses may move the nodes of N edges around their cavity (collapse/neighbour_edges). Runs the layers only and also prints the
+number of such collapses.
 """
 import argparse
 import json
@@ -32,7 +33,7 @@ RADIUS, WIDTH = 0.5, 0.005
 
 
 def simplices(path):
-    """Nodes of the elements, (n, nodes, dimension), in Vizir's order; straight ones with nodes in the middle of chords."""
+    """Returns nodes of the elements, (n, nodes, dimension), in Vizir's order. Straight elements have nodes at the midpoints of chords."""
     mesh = gmf.read(path)
     dim = mesh.dim
     name = {2: 'Triangles', 3: 'Tetrahedra'}[dim]
@@ -45,7 +46,7 @@ def simplices(path):
 
 
 def unique_curves(rows, nodes):
-    """(edges, 3, dimension): both ends, and the node."""
+    """Returns (edges, 3, dimension): both ends and the node of each edge."""
     dim = nodes.shape[2]
     ends = np.concatenate([rows[:, [a, b]] for a, b, _ in gmf.LOCAL_EDGES[dim]])
     curves = np.concatenate([nodes[:, [a, b, m]] for a, b, m in gmf.LOCAL_EDGES[dim]])
@@ -54,12 +55,12 @@ def unique_curves(rows, nodes):
 
 
 def across(r, along, least):
-    """UGAWG's size across a circle of radius r."""
+    """Returns UGAWG's size across a circle of radius r."""
     return least + 2 * (along - least) * np.abs(r - RADIUS)
 
 
 def lengths(curves, along, least):
-    """In the field itself, along the curves."""
+    """Returns lengths in the exact field along the curves."""
     t, w = np.polynomial.legendre.leggauss(24)
     t, w = (t[:, None, None] + 1) / 2, w / 2
     a, b, m = curves[None, :, 0], curves[None, :, 1], curves[None, :, 2]
@@ -79,7 +80,7 @@ def ideal_elements(dim, along, least):
 
 
 def begin(camber, folder, dim, along, least, curved):
-    """A mesh of degree 2 that is fit for a layer with shorter sizes along it."""
+    """Makes a mesh of degree 2 that is suitable for a layer with smaller sizes along it."""
     first = field(min(along, 0.05 if dim == 2 else 0.1), least)
     camber('generate', 'rectangle' if dim == 2 else 'box', '-o', folder / 'a.meshb', '--set', f'cells={[40] * 2 if dim == 2 else [14] * 3}')
     for _ in range(4):
@@ -120,7 +121,7 @@ def layer(camber, folder, dim, along, least, curved, more=()):
 
 
 def front_metric(points, complexity, areas):
-    """h_t = 0.15 r and across by |u'''| without its zeros, scaled to a complexity: a tensor a point, lower half."""
+    """Returns one tensor per point (lower half) with h_t = 0.15 r and |u'''| across, without its zeros, scaled to a complexity."""
     r = np.hypot(points[:, 0], points[:, 1])
     n = points / np.maximum(r, 1e-9)[:, None]
     envelope = 2 / np.cosh((r - RADIUS) / WIDTH) ** 2 / WIDTH ** 3
@@ -134,7 +135,7 @@ def front_metric(points, complexity, areas):
 
 
 def front_error(nodes):
-    """L2 of tanh((r - 1/2)/WIDTH) minus its P2 interpolant, by 16 x 16 collapsed Gauss points."""
+    """Returns the L2 error of the P2 interpolant of tanh((r - 1/2)/WIDTH), by 16 x 16 collapsed Gauss points."""
     t, w = np.polynomial.legendre.leggauss(16)
     t, w = (t + 1) / 2, w / 2
     total = 0.0
@@ -189,7 +190,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument('--camber', default=ROOT / 'build/bin/camber', type=pathlib.Path)
     parser.add_argument('--keep', type=pathlib.Path, help='a folder for the meshes')
-    parser.add_argument('--bend-around', type=int, help='edges around a cavity that may follow')
+    parser.add_argument('--bend-around', type=int, help='maximum number of edges around a cavity whose nodes may move')
     options = parser.parse_args()
     more = () if options.bend_around is None else ('--set', f'stages/remesh/collapse/neighbour_edges={options.bend_around}')
     camber = Program(options.camber.resolve())

@@ -1,11 +1,11 @@
-"""The programs that a benchmark runs."""
+"""Programs run by a benchmark."""
 import resource
 import subprocess
 import sys
 
 
 class Program:
-    """program(words…): what it prints; ends the benchmark where it fails (exit codes 0 and 1 do not)."""
+    """program(words…) returns the output. Exits the benchmark if the program fails (exit codes other than 0 and 1)."""
 
     def __init__(self, path):
         self.path = path
@@ -18,7 +18,7 @@ class Program:
 
 
 def seconds_of(words):
-    """Seconds of the processor that a command line takes, of whichever program; None, and the end of what it said, where it fails."""
+    """Returns the CPU seconds of any command line, or None after printing the end of its output if it fails."""
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     done = subprocess.run([str(word) for word in words], capture_output=True, text=True, check=False)
     after = resource.getrusage(resource.RUSAGE_CHILDREN)

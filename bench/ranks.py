@@ -1,14 +1,14 @@
 #!/usr/bin/env python3
-"""Curving by blocks on several ranks, and what that says of a mesh that no machine here holds.
+"""Measures curving by blocks on several ranks, and extrapolates to meshes that do not fit on this machine.
 
     python3 bench/ranks.py build/bin --elements 2e7 --ranks 4,8,4:2G,8:1G [--memory 2G] [--folder FOLDER]
 
-A shell of prisms with layers (`camber generate`, and by each number of ranks: the same bytes) is curved by `camber curve` as a whole, on each number of ranks with a thread
-each (`mpirun -n N camber-mpi curve`; N:SIZE within so much memory each), and within a memory where one is given; in a control group with that limit where this
-user may make one. Ranks share the processors that are there: the efficiency is that of processor seconds: of the first
-row by ranks over those of the others. All must write the same bytes.
+`camber generate` makes a shell of prisms with layers, also on each number of ranks, which must give the same bytes. It is curved by `camber curve`
+as a whole, and on each number of ranks with one thread each (`mpirun -n N camber-mpi curve`; N:SIZE sets the memory limit of each rank). With
+--memory it is also curved within that limit, in a control group if the user may create one. Ranks share the available processors, so the efficiency
+is that of CPU seconds: those of the first row with ranks divided by those of the others. All runs must write the same bytes.
 
-The second table is on paper: what the counters of the largest run say a block costs, for --on ELEMENTS,RANKS (1e9,1000).
+The second table is an estimate: the cost for --on ELEMENTS,RANKS (1e9,1000) from the counters of the largest run.
 """
 import argparse
 import filecmp
@@ -24,7 +24,7 @@ ROOT_OPTIONS = {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM":
 
 
 def timed(line, **options):
-    """Seconds on the wall of a command; its output is shown where it fails."""
+    """Returns the wall-clock seconds of a command. Its output is shown if it fails."""
     begin = time.perf_counter()
     run = subprocess.run(list(map(str, line)), capture_output=True, text=True, env=os.environ | ROOT_OPTIONS, **options)
     if run.returncode != 0:
@@ -66,7 +66,7 @@ def whole(camber, mesh, out):
 
 
 def limited_group(memory):
-    """A control group (version 2, or 1) with that limit, or nothing where it cannot be made."""
+    """Creates a control group (version 2 or 1) with the limit. Returns None if that is impossible."""
     for root, limit in (("/sys/fs/cgroup/memory", "memory.limit_in_bytes"), ("/sys/fs/cgroup", "memory.max")):
         group = Path(root) / "camber-bench"
         try:
@@ -75,7 +75,7 @@ def limited_group(memory):
             return group
         except OSError:
             continue
-    print("no control group can be made: the run keeps to the memory by itself", file=sys.stderr)
+    print("cannot create a control group: the memory limit is not enforced", file=sys.stderr)
     return None
 
 
@@ -94,7 +94,7 @@ def within_memory(camber, mesh, out, memory):
 
 
 def generated(options, mesh, ranks):
-    """Makes the mesh on so many ranks; what that took, as the program tells it."""
+    """Makes the mesh on the given number of ranks and prints the cost."""
     program = [options.bin / "camber"] if ranks is None else ["mpirun", "-n", ranks, options.bin / "camber-mpi"]
     line = [*program, "generate", "shell", "--structure", "prisms", "--elements", options.elements, "--set", "inner_layer/count=5", "-o", mesh]
     begin = time.perf_counter()
@@ -104,19 +104,19 @@ def generated(options, mesh, ranks):
     if status != 0:
         sys.exit(f"{' '.join(map(str, line))}\n{text}")
     summary = next(line.strip() for line in text.splitlines() if "generated" in line)
-    if ranks is None:  # of the whole process, that the mesh is written by too
+    if ranks is None:  # peak of the process, which also writes the mesh
         summary += f"; at most {usage.ru_maxrss / 1024:.1f} MiB"
     print(f"generate, {'as a whole' if ranks is None else ranks}: {time.perf_counter() - begin:.1f} s, {summary}")
 
 
 def on_paper(report, elements, ranks):
-    """From the counters of a run to a mesh of so many elements on so many ranks."""
+    """Estimates the cost for a mesh and a number of ranks from the counters of a run."""
     blocks, mesh = report["blocks"]["number"], report["mesh"]
     times = {t["stage"]: t["seconds"] for t in report["stages"]}
     share = report["ranks"]["number"]
     processor = sum(report["ranks"]["cpu_seconds"])
-    surface_of_rank = times["surface"] * min(1, (os.cpu_count() or 1) / share)  # by the clock, on processors that ranks share
-    of_surface = surface_of_rank * share  # each rank makes all of it
+    surface_of_rank = times["surface"] * min(1, (os.cpu_count() or 1) / share)  # wall-clock time on shared processors
+    of_surface = surface_of_rank * share  # each rank builds the whole
     of_block = (processor - of_surface) / blocks
     facets = mesh["facets"] * (elements / mesh["elements"]) ** (2 / 3)
     blocks_there = elements / report["blocks"]["elements"]

@@ -1,21 +1,21 @@
 #!/usr/bin/env python3
-"""Straight meshes brought to metrics that have a formula, by Camber, and by Mmg and refine where they are installed, in one run.
+"""Remeshes straight meshes to analytic metrics with Camber, and with Mmg and refine if they are installed, in one run.
 
     bench/remeshers.py build/bin/camber                                        Mmg (mmg2d_O3, mmg3d_O3) and refine (ref) if they are on the PATH
     bench/remeshers.py build/bin/camber --mmg ~/mmg/build/bin --refine ~/refine/build/src --cases steady,linear
 
 The cases:
-    steady          a cube that Camber has brought to polar-1 of 0.77 times its sizes, once more in the same metric
-    half            the same by half of the sizes, one run
+    steady          a cube remeshed by Camber to polar-1 with 0.77 times its sizes, once more in the same metric
+    half            the same with half of the sizes, one run
     linear, polar-1 a cube of 6 x 6 x 6 cells, five runs
-    slanted         the same cube, a layer of 1e-5 at a plane that is parallel to no side, three runs
+    slanted         the same cube, a layer of 1e-5 at an oblique plane, three runs
     circle          a square of 10 x 10 cells, ten runs
 
-Camber of degree 2 begins with the same meshes, with nodes in the middles of edges, and at *steady* and *half* with what it has brought there itself.
-Between runs the metric is read from its formula at the vertices that the run before left. All programs have the defaults, one thread, and
-no gradation of their own (Mmg: -hgrad -1; refine has none to switch off). Seconds are those of the processor, of all runs of a case;
-the rest is judged by bench/analytic_metrics.py: lengths along edges in the formula, qualities in the metrics at the vertices
-(of degree 2: of curved edges, and 1 over the mean distortion).
+Camber in degree 2 starts from the same meshes with nodes at the midpoints of edges, and for *steady* and *half* from its own result.
+Between runs the metric is evaluated at the vertices of the previous mesh. All programs run with their defaults, one thread, and
+without gradation (Mmg: -hgrad -1; refine has none). Seconds are CPU seconds of all runs of a case.
+bench/analytic_metrics.py evaluates the meshes: lengths along edges in the formula, qualities in the metrics at the vertices
+(in degree 2: lengths of curved edges, and 1 over the mean distortion).
 """
 import argparse
 import functools
@@ -38,19 +38,19 @@ import gmf  # noqa: E402
 
 CUBE, SQUARE = ("box", "--set", "cells=[6,6,6]"), ("rectangle", "--set", "cells=[10,10]")
 FINE = 0.77
-# field, of what scale, from which mesh, runs
+# field, scale, input mesh, runs
 CASES = {"steady": (metrics.polar_1, FINE, "adapted", 1), "half": (metrics.polar_1, FINE / 2, "adapted", 1),
          "linear": (metrics.linear, 1, CUBE, 5), "polar-1": (metrics.polar_1, 1, CUBE, 5), "slanted": (metrics.slanted, 1, CUBE, 3), "circle": (metrics.circle, 1, SQUARE, 10)}
 
 
 def camber_words(program, mesh, sizes, out, turn):
-    # What comes out lists its ridges: from then on no angle makes one.
+    # The output lists its ridges: after the first run no angle is needed.
     return [program, "remesh", mesh, "--metric", sizes, "-o", out, "--threads", "1", "--geometry", "straight",
             *(("--set", "features/ridge_angle=180") if turn else ())]
 
 
 def curved_words(program, mesh, sizes, out, turn):
-    """The same of degree 2: what is straight at first gets its nodes."""
+    """Returns the command for degree 2. A straight input gets nodes."""
     if is_straight(mesh):
         subprocess.run([program, "curve", mesh, "--metric", "1", "--geometry", "straight", "-o", "curved.meshb"], check=True, stdout=subprocess.DEVNULL)
         mesh = "curved.meshb"
@@ -66,7 +66,7 @@ def refine_words(program, mesh, sizes, out, _):
 
 
 class Remesher:
-    """A name, the program for each dimension, and the words that it is run with."""
+    """A name, the program for each dimension, and its arguments."""
 
     def __init__(self, name, of_dimension, words):
         self.name, self.of_dimension, self.words = name, of_dimension, words
@@ -98,7 +98,7 @@ def is_straight(mesh):
 
 
 def read(mesh):
-    """Points, nodes of elements, local edges of degree 2: see metrics.judged."""
+    """Returns points, nodes of elements and local edges of degree 2: see metrics.judged."""
     file = gmf.read(mesh)
     name = of_elements(file)
     nodes = file.cells[name if name in file.cells else name + "P2"].nodes
@@ -111,7 +111,7 @@ def vertices(mesh):
 
 
 def drop_edges(mesh):
-    """refine finds the edges of a box itself, and ends with an error where they are listed."""
+    """Removes listed edges: refine finds the edges of a box itself and fails if they are listed."""
     file = gmf.read(mesh)
     keywords = {"Triangles": 6, "Tetrahedra": 8}
     with open(mesh, "wb") as out:
@@ -132,7 +132,7 @@ class Bench:
         self.camber = os.path.abspath(camber)
 
     def quietly(self, words):
-        """Seconds of the processor; None where the program leaves no mesh."""
+        """Returns CPU seconds, or None if the program writes no mesh."""
         Path("next.meshb").unlink(missing_ok=True)
         return seconds_of(words)
 
@@ -150,7 +150,7 @@ class Bench:
         return adapted
 
     def brought(self, remesher, field, mesh, runs):
-        """Seconds; the mesh is last.meshb then."""
+        """Remeshes to last.meshb. Returns seconds."""
         shutil.copy(mesh, "last.meshb")
         if remesher.name == "refine" and gmf.read(mesh).dim == 3:
             drop_edges("last.meshb")
@@ -189,7 +189,7 @@ def main():
     parser.add_argument("camber")
     parser.add_argument("--mmg", help="the folder of Mmg's programs; default: the PATH")
     parser.add_argument("--refine", help="the folder of refine's ref; default: the PATH")
-    parser.add_argument("--cases", default=",".join(CASES), help="divided by commas (%(default)s)")
+    parser.add_argument("--cases", default=",".join(CASES), help="comma-separated (%(default)s)")
     options = parser.parse_args()
     all_of, bench = remeshers(options), Bench(options.camber)
     print("Elements, seconds, unit edges, smallest and mean quality, lengths:\n")

@@ -1,13 +1,13 @@
 #!/usr/bin/env python3
-"""The cost of a bound on the scaled Jacobian: the length reduction that the paper's θ-relaxation, single edges, cavities and the extension lose.
+"""Cost of a bound on the scaled Jacobian: the loss of length reduction by θ-relaxation (paper), single edges, cavities and extension.
 
     bench/repair_bounds.py build/bin/camber configs/paper-spheres-coarse.json layer.meshb steep:1.4
     bench/repair_bounds.py build/bin/camber steep:1.6 --bounds 0.05 --ways backtracking cavity
 
-Each CASE is a configuration, a mesh, or steep:G: layers of growth G around a sphere, of the generator (the first a tenth of
-the wall's sagitta); steep:thin has growth 1.6 and anisotropy 10^4. Prints a Markdown table, a line per case and bound:
-elements below the bound before repair; then for each way the mean length reduction that it loses, as a part of the loss by θ-relaxation,
-the smallest scaled Jacobian after it, surface edges relaxed, elements left below the bound, and seconds of the stage.
+Each CASE is a configuration, a mesh, or steep:G: generated layers of growth G around a sphere (the first height is a tenth of
+the sagitta of the wall); steep:thin has growth 1.6 and anisotropy 10^4. Prints a Markdown table, a line per case and bound:
+elements below the bound before repair; then for each way the loss of mean length reduction as a share of the loss by θ-relaxation,
+the minimum scaled Jacobian, relaxed surface edges, elements that remain below the bound, and seconds of the stage.
 """
 import argparse
 import json
@@ -24,7 +24,7 @@ STEEP = {  # layers: first height, growth, count
 
 
 def steep(name):
-    """Layers whose first one is thinner than the wall's facets are deep."""
+    """Layers whose first height is below the sagitta of the wall facets."""
     first, growth, count = STEEP[name]
     layer = {"count": count, "first_height": first, "growth": growth}
     return {"input": {"generate": {"shell": {"inner_size": 0.46, "outer_size": 1.75, "inner_layer": layer}}},
@@ -36,7 +36,7 @@ def name_of(case):
 
 
 def command(camber, case, folder, report):
-    """The program's arguments for a case, up to the settings."""
+    """Returns the arguments of the program for a case without settings."""
     mesh = folder / "out.meshb"
     if case.endswith(".json") or case.startswith("steep:"):
         config = Path(case)
@@ -48,7 +48,7 @@ def command(camber, case, folder, report):
 
 
 def repaired(camber, case, bound, way, folder):
-    """The report of one run; one that ends with elements below the bound has exit code 1."""
+    """Returns the report of one run. Exit code 1 means elements below the bound."""
     report = folder / "report.json"
     call = [*command(camber, case, folder, report), "--set", "stages/curve/objective=energy"]
     for key, value in {"validate/min_scaled_jacobian": bound, "relax/min_scaled_jacobian": bound,
@@ -61,7 +61,7 @@ def repaired(camber, case, bound, way, folder):
 
 
 def not_good(validity):
-    """Elements that are invalid, undecided, or below the bound."""
+    """Returns the number of elements that are invalid, undecided or below the bound."""
     return validity["invalid"] + validity["undecided"] + validity["below_bound"]
 
 

@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
-"""Meshes that are hard to repair: the time that `--dry-run` predicts for curving them, and the time that it takes.
+"""Compares the time predicted by `--dry-run` with the time of curving, on meshes that are difficult to repair.
 
     /usr/bin/python3 bench/repair_times.py FOLDER                             the meshes (.mesh)
     /usr/bin/python3 bench/repair_times.py FOLDER --camber build/bin/camber   and a table
 
-panel: a wavy plate of 24 x 24 cells and one layer of the given thickness, all of its boundary one reference, so that
-the surrogate rounds the edges of the plate. scan: a closed surface of 7 220 triangles with noise, as a scanner gives
-them. shear: a ball in a box, sheared until its elements are needles. Needs numpy.
+panel: a wavy plate of 24 x 24 cells and one layer of a certain thickness, with one reference for the whole boundary, so that
+the surrogate rounds the edges of the plate. scan: a closed surface of 7 220 triangles with noise, like the output of
+a scanner. shear: a ball in a box, sheared until its elements are needles. Needs numpy.
 """
 import argparse
 import re
@@ -20,7 +20,7 @@ import numpy as np
 
 
 def boundary_of(elements):
-    """Faces of one element only, as their elements have them."""
+    """Returns faces of one element only, oriented as in their elements."""
     faces = {}
     for a, b, c, d in elements:
         for face in ((b, c, d), (a, d, c), (a, b, d), (a, c, b)):
@@ -140,7 +140,7 @@ CASES = {
 
 
 def measured(program, mesh, limit):
-    """Predicted, wall and CPU seconds, exit code."""
+    """Returns predicted, wall-clock and CPU seconds, and the exit code."""
     command = [program, "curve", mesh, "-o", mesh.with_suffix(".out.mesh")]
     plan = subprocess.run([*command, "--dry-run"], capture_output=True, text=True).stdout
     predicted = re.search(r"^  time +(.*)$", plan, re.M)

@@ -1,14 +1,14 @@
 #!/usr/bin/env python3
-"""A curved mesh brought to its own metric: how it is after each number of rounds of all passes.
+"""Quality of a curved mesh that is remeshed to its natural metric, by number of rounds of all passes.
 
     rounds.py MESH… [--camber build/bin/camber] [--rounds 0,1,5,20] [--spheres 1,5]
 
-Each straight MESH is curved (`camber curve`), then brought to its natural metric from there by each number of rounds, and judged by
-`camber check --metric`: elements that are not certified valid, walls that cross, the smallest scaled Jacobian, unit edges and qualities
-along curves, and the gain, by how much curved edges are shorter than their chords in the metric, in the mean. With --spheres,
-the surface error: the largest distance of the boundary's curved triangles (those of references that lie on one) from the nearest of
-the spheres around the origin with these radii, at 45 places of each. Last lines: the same start by passes of degree 1, curved
-at the end, and the last mesh curved once more in its metric ("again"): what the objective has on it.
+Each straight MESH is curved (`camber curve`) and then remeshed to its natural metric with each number of rounds. `camber check --metric` evaluates
+the results: elements not certified valid, crossing walls, the minimum scaled Jacobian, unit edges and qualities along curves, and the gain, the
+mean reduction of the length of curved edges relative to their chords in the metric. With --spheres also the surface error: the largest distance
+of curved boundary triangles on the spheres (by reference) from the nearest sphere around the origin with these radii, at 45 points
+of each triangle. The last lines have the same start remeshed by passes of degree 1 and curved at the end, and the last mesh curved once more in its
+metric ("again").
 """
 import argparse
 import json
@@ -39,7 +39,7 @@ class Program:
 
 
 def p2_triangles(program, mesh):
-    """Nodes of the boundary's triangles, (n, 6, 3)."""
+    """Returns nodes of boundary triangles, (n, 6, 3)."""
     text = program.folder / 'mesh.mesh'
     program('convert', mesh, '-o', text)
     lines = text.read_text().split('\n')
@@ -54,7 +54,7 @@ def p2_triangles(program, mesh):
 
 
 def surface_error(nodes, radii):
-    """The largest distance from the nearest sphere; triangles on none of them, as their vertices say, are left out."""
+    """Returns the largest distance from the nearest sphere. Triangles without vertices on a sphere are omitted."""
     places = [(i / 8, j / 8) for i in range(9) for j in range(9 - i)]
     x, y = numpy.array(places).T
     xi = numpy.array([1 - x - y, x, y])

@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
-"""Do two builds of the program give the same meshes? For a change that is to leave every byte as it is.
+"""Compares the output of two builds of the program byte by byte, for changes that must not change any output.
 
     same_bytes.py BEFORE AFTER [MESH…] [--keep FOLDER] [--only TEXT] [--threads N]
 
-runs the programs BEFORE and AFTER on every config of configs/ and, for each MESH given, through the ways of `camber repair`,
-`camber curve` and `camber run` below, and compares exit codes and written meshes, byte by byte. For a mesh that differs it
-prints what the reports say of it (gain, smallest scaled Jacobian, elements that are not valid, surface edges). Exit code 1
-if anything differs. With --keep, what BEFORE wrote is kept in FOLDER and not made again.
+runs the programs BEFORE and AFTER on each config of configs/, and on each MESH with the commands of `camber repair`,
+`camber curve` and `camber run` below. Compares exit codes and written meshes. For a mesh that differs it
+prints figures of the reports (gain, minimum scaled Jacobian, invalid elements, surface edges). Exit code 1
+if anything differs. With --keep, the output of BEFORE is stored in FOLDER and reused.
 """
 import argparse
 import filecmp
@@ -23,7 +23,7 @@ REINSERT = 'stages=["elevate", "reinsert"]'
 
 
 def runs_of(meshes):
-    """(name, arguments) without the output."""
+    """Yields (name, arguments) without the output."""
     for config in sorted((ROOT / 'configs').glob('*.json')):
         if config.stem != 'schema':
             yield config.stem, ['run', str(config)]

@@ -1,5 +1,5 @@
-"""Files after the forms of programs that are not here, for sample_of_files.py: (kind, name, the simplices of the highest dimension, text).
-None: no mesh of Camber holds what is in it, or it is another program's format, which is to be told."""
+"""Files in formats of programs that are not installed, for sample_of_files.py: (kind, name, simplices of the highest dimension, text).
+None: the content does not fit into a mesh of Camber, or the format belongs to another program, which must be reported."""
 
 POINTS = "0 0 0\n1 0 0\n0 1 0\n0 0 1\n"
 GMF = "Dimension 3\nVertices\n4\n0 0 0 0\n1 0 0 0\n0 1 0 0\n0 0 1 0\nTetrahedra\n1\n1 2 3 4 1\n"

@@ -1,11 +1,11 @@
-"""Files that meshio writes, for sample_of_files.py."""
+"""Files written by meshio, for sample_of_files.py."""
 try:
     import meshio
 except ImportError:
     meshio = None
 
 SIMPLICES = {"triangle": 2, "triangle6": 2, "tetra": 3, "tetra10": 3}
-# Ending, what is told to the writer, and whether it knows cells of degree 2.
+# Extension, options of the writer, True if it supports cells of degree 2.
 WAYS = [("vtu", {"binary": False}, True), ("vtu", {"compression": None}, True), ("vtu", {"compression": "zlib"}, True),
         ("vtu", {"compression": "lzma"}, True), ("vtk", {"file_format": "vtk42", "binary": False}, True),
         ("vtk", {"file_format": "vtk42"}, True), ("vtk", {"file_format": "vtk51", "binary": False}, True),
@@ -16,7 +16,7 @@ WAYS = [("vtu", {"binary": False}, True), ("vtu", {"compression": None}, True), 
 
 
 def counts(path):
-    """Simplices of the highest dimension; none where there are other cells, or nobody reads it."""
+    """Returns simplices of the highest dimension, or None if there are other cells or meshio cannot read the file."""
     if meshio is None:
         return None
     numbers = {}
@@ -30,12 +30,12 @@ def counts(path):
 
 
 def triangles(path):
-    """All of them; none where nobody reads it."""
+    """Returns the number of triangles, or None if meshio cannot read the file."""
     return None if meshio is None else sum(len(cells.data) for cells in meshio.read(path).cells if cells.type == "triangle")
 
 
 def stl(folder, reference):
-    """The triangles of a mesh of degree 1, in binary and as text."""
+    """Writes the triangles of a mesh of degree 1, in binary and as text."""
     mesh = meshio.read(reference)
     rows = [cells.data for cells in mesh.cells if cells.type == "triangle"]
     for binary in (True, False):
@@ -57,7 +57,7 @@ def files(folder, references):
             path = folder / f"meshio-{reference.stem}-{number}.{ending}"
             try:
                 meshio.read(reference).write(path, **options)
-            except Exception as error:  # what meshio cannot write is no file of the sample
+            except Exception as error:  # files that meshio cannot write are not in the sample
                 print(f"meshio does not write {path.name}: {error}")
                 continue
             yield "meshio " + ending, path, expected

@@ -1,4 +1,4 @@
-"""Files that VTK writes, for sample_of_files.py."""
+"""Files written by VTK, for sample_of_files.py."""
 try:
     import vtk
 except ImportError:
@@ -8,7 +8,7 @@ ARRAYS = ("reference", "Material", "RegionId", "attribute")
 
 
 def grid(n, array, quadratic=False):
-    """A box of n³ cells cut into tetrahedra, with its bottom; whole numbers of cells, scalars and vectors of points."""
+    """Returns a box of n³ cells cut into tetrahedra, with its bottom facets; integer cell data, scalar and vector point data."""
     source = vtk.vtkUniformGrid()
     source.SetDimensions(n + 1, n + 1, n + 1)
     cut = vtk.vtkDataSetTriangleFilter()
@@ -47,7 +47,7 @@ def grid(n, array, quadratic=False):
 
 
 def pieces(folder):
-    """As a parallel run leaves them: pieces of one file, without and with cells of their neighbours."""
+    """Writes pieces of one file as in a parallel run, without and with cells of their neighbours."""
     for number, ghosts in ((2, 0), (3, 0), (3, 1)):
         cut_mesh, cells = grid(3, "RegionId")
         cut = vtk.vtkExtractUnstructuredGridPiece()
@@ -63,7 +63,7 @@ def pieces(folder):
 
 
 def stl(folder):
-    """A sphere of triangles, in binary and as text."""
+    """Writes a sphere of triangles, in binary and as text."""
     for binary in (True, False):
         source = vtk.vtkSphereSource()
         source.SetThetaResolution(24)

@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
-"""How many files of other programs are read: a sample of some hundreds, made here by Gmsh, meshio and VTK, and by hand after the forms of
-others, each given to `camber info`, `convert` and `check`.
+"""Reads a sample of some hundreds of files of other programs, made by Gmsh, meshio and VTK and by hand in other formats, with
+`camber info`, `convert` and `check`.
 
     /usr/bin/python3 bench/sample_of_files.py build/bin/camber [ANOTHER_CAMBER…] [--folder FOLDER]
 
-Prints, for each program, how many files of each kind are read with the numbers of simplices that the maker knows, told by their kinds
-(cells that no mesh of Camber holds), read otherwise, or refused, and why. docs/formats.md has the table. Needs gmsh, meshio and vtk
-(Debian: gmsh, python3-meshio, python3-vtk9, python3-h5py); what is not there is left out.
+Prints, for each program, the number of files of each kind that are read with the expected numbers of simplices, reported with unsupported
+kinds of cells, read otherwise, or rejected with a reason. docs/formats.md has the table. Needs gmsh, meshio and vtk
+(Debian: gmsh, python3-meshio, python3-vtk9, python3-h5py). Files of missing programs are skipped.
 """
 import argparse
 import collections
@@ -19,7 +19,7 @@ import sample_by_hand
 import sample_by_meshio
 import sample_by_vtk
 
-# Gmsh's formats that Camber reads, or whose endings it knows: name, ending, in binary.
+# Formats of Gmsh that Camber reads or whose extensions it knows: name, extension, True if binary.
 FORMATS = [("msh1", "msh", False), ("msh22", "msh", False), ("msh22", "msh", True), ("msh3", "msh", False), ("msh40", "msh", False),
            ("msh41", "msh", False), ("msh41", "msh", True), ("mesh", "mesh", False), ("vtk", "vtk", False), ("vtk", "vtk", True),
            ("su2", "su2", False), ("cgns", "cgns", False)]
@@ -53,7 +53,7 @@ def gmsh(*arguments):
 
 
 def by_gmsh(folder):
-    """Yields (kind, path, the simplices of the highest dimension, or none where no mesh holds the cells)."""
+    """Yields (kind, path, simplices of the highest dimension, or None if no mesh can store the cells)."""
     for name, (script, dimension, orders) in MODELS.items():
         geo = folder / (name + ".geo")
         geo.write_text(script.replace(";", ";\n") + "Mesh.MeshSizeMax = 0.6;\n")
@@ -76,7 +76,7 @@ def by_gmsh(folder):
 
 
 def stl_by_gmsh(folder):
-    """Surfaces as STL: one solid, one a surface, in binary."""
+    """Yields surfaces as STL: one solid, one per surface, in binary."""
     for name in ("ball", "two-solids", "surface", "no-groups"):
         expected = sample_by_meshio.triangles(folder / f"{name}-1-reference.msh")
         for way, options in (("one", []), ("solids", ["-setnumber", "Mesh.StlOneSolidPerSurface", "1"]), ("bin", ["-bin"])):
@@ -100,7 +100,7 @@ def run(camber, *arguments):
 
 
 def verdict(camber, path, counts, scratch):
-    """A class, and what was said where it is none of the good ones."""
+    """Returns a class, and the message unless the class is a good one."""
     info = run(camber, "info", path, "--json")
     if info.returncode != 0:
         return "refused", info.stderr.strip()
@@ -144,7 +144,7 @@ def table(camber, files, scratch):
 def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("programs", nargs="+")
-    parser.add_argument("--folder", help="where the files stay; none: a temporary one")
+    parser.add_argument("--folder", help="folder for the files (default: a temporary one)")
     arguments = parser.parse_args()
     with tempfile.TemporaryDirectory() as temporary:
         folder = Path(arguments.folder or temporary)

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Time and memory of `camber curve` over the number of elements: prints a Markdown table.
+"""Prints a Markdown table of time and memory of `camber curve` by number of elements.
 
     bench/scale.py build/bin/camber [--elements 1e5,1e6,5e6,2e7] [--threads 2]
 
@@ -17,7 +17,7 @@ LAYERS = ("--set", "inner_layer/count=10", "--set", "inner_layer/first_height=0.
 
 
 def report_of(camber, elements, threads):
-    """The report of curving one shell."""
+    """Returns the report of curving one shell."""
     with tempfile.TemporaryDirectory() as folder:
         def run(*words):
             subprocess.run([camber, *map(str, words), "--quiet"], cwd=folder, check=True)
@@ -27,7 +27,7 @@ def report_of(camber, elements, threads):
 
 
 def row(report):
-    """The cells of one mesh."""
+    """Returns the cells of one mesh."""
     seconds, elements = {}, report["mesh"]["elements"]
     for stage in report["stages"]:
         seconds[stage["stage"]] = seconds.get(stage["stage"], 0) + stage["seconds"]
@@ -41,7 +41,7 @@ def row(report):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("camber", type=lambda path: str(Path(path).resolve()))
-    parser.add_argument("--elements", default="1e5,1e6,5e6,2e7", help="divided by commas (%(default)s)")
+    parser.add_argument("--elements", default="1e5,1e6,5e6,2e7", help="comma-separated (%(default)s)")
     parser.add_argument("--threads", type=int, default=2)
     options = parser.parse_args()
     titles = ["tetrahedra", "smallest scaled Jacobian", *(f"{stage}, s" for stage in STAGES), "files, s", "all, s", "peak, MiB", "bytes a tetrahedron"]

@@ -1,23 +1,25 @@
 #!/usr/bin/env python3
-"""Meshes adapted to a sampled solution by `camber metric` and `camber remesh`, beside uniform ones and ones of exact derivatives; and times.
+"""Compares meshes adapted to a sampled solution by `camber metric` and `camber remesh` with uniform meshes and with meshes by exact derivatives. Also
+measures times.
 
     solution_metrics.py build/bin/camber [--only errors|times] [--keep FOLDER] [--fields front,noise] [--dimensions 2]
                         [--degrees 1,2,2s] [--gradation 1.5] [--turns 3]
 
-Errors: six fields on the unit square and the unit cube, elements of degree k = 1, 2 (straight at first, the remesher curves them) and 2s (always
-straight: the remesher has them in degree 1), in turns of: the field at the vertices (k = 2: at all nodes), `metric --complexity`, `remesh`. For
-the last mesh: unit edges in its metric, by the remesher's report; the error of the nodal interpolant of degree k in L2 and the seminorm
-of H1, by collapsed Gauss points. Beside it the same for
+Errors: six fields on the unit square and the unit cube, elements of degree k = 1, 2 (straight at first, curved by the remesher) and 2s (always
+straight: remeshed in degree 1). A turn samples the field at the vertices (k = 2: at all nodes), runs `metric --complexity` and `remesh`. For
+the last mesh: unit edges in its metric, from the report of the remesher; the error of the nodal interpolant of degree k in L2 and the seminorm
+of H1, by collapsed Gauss points. The same for
 
-  exact     the same turns but the first with the metric of exact derivatives: k = 1, det(|H|)^(-1/(4 + D)) |H| with the domain's diameter as the
-            largest size, at the vertices of each mesh, scaled to the same complexity; k = 2, `metric` of the field at the nodes of a mesh that is
+  exact     the same turns, after the first with the metric of exact derivatives: k = 1, det(|H|)^(-1/(4 + D)) |H| with the diameter of the domain
+            as the maximum size, at the vertices of each mesh, scaled to the same complexity; k = 2, `metric` of the field at the nodes of a mesh
             adapted to 4 (3D: 3) times the complexity, from which the remesher interpolates it ("metric_mesh")
-  chords    the last mesh with the nodes of its edges in the middle of their chords (k = 2)
-  uniform   a lattice of about as many elements, cut
+  chords    the last mesh with edge nodes at the midpoints of their chords (k = 2)
+  uniform   a lattice with about the same number of elements, cut into simplices
 
-The sampled values of `noise` have uniform noise of 1 %; its errors are those of the field without it.
+The sampled values of `noise` have uniform noise of 1 %; its errors are those of the field without noise.
 
-Times: whole commands by the clock and of the processor, the least of 3 (--repeat), with 1 and 2 threads in turn; then the steps that the program shows while it runs.
+Times: wall-clock and CPU seconds of whole commands, the minimum of 3 runs (--repeat), with 1 and 2 threads alternately; then the steps that the
+program shows while it runs.
 """
 import argparse
 import json
@@ -44,7 +46,7 @@ TAU = 2 * np.pi
 
 
 def swirl(x):
-    """A component of a Lamb-Oseen vortex's velocity, core 0.1; in 3D its axis is oblique."""
+    """Returns a component of the velocity of a Lamb-Oseen vortex, core 0.1; in 3D its axis is oblique."""
     p, q = x[..., 0] - 0.5, x[..., 1] - 0.5
     if x.shape[-1] == 3:
         p, q = p - 0.3 * (x[..., 2] - 0.5), q + 0.2 * (x[..., 2] - 0.5)
@@ -71,7 +73,7 @@ def sampled(name, x):
 
 
 def write_rows(path, dim, rows):
-    """Scalars, or tensors by their lower half."""
+    """Writes scalars, or the lower halves of tensors."""
     rows = np.asarray(rows).reshape(len(rows), -1)
     with open(path, 'w', encoding='ascii') as file:
         file.write(f'MeshVersionFormatted 2\nDimension {dim}\nSolAtVertices\n{len(rows)}\n1 {1 if rows.shape[1] == 1 else 3}\n')
@@ -80,7 +82,7 @@ def write_rows(path, dim, rows):
 
 
 def read_mesh(path):
-    """Points, and the elements' nodes in Vizir's order."""
+    """Returns points and nodes of elements in Vizir's order."""
     mesh = gmf.read(path)
     name = NAMES[mesh.dim]
     cells = mesh.cells.get(f'{name}P2')
@@ -92,13 +94,13 @@ def lower(dim):
 
 
 def measure(points, rows):
-    """Of the straight elements."""
+    """Returns the measure of straight elements."""
     x = points[rows[:, :points.shape[1] + 1]]
     return np.abs(np.linalg.det(x[:, 1:] - x[:, :1])) / (2 if points.shape[1] == 2 else 6)
 
 
 def quadrature(dim, count):
-    """Barycentric coordinates and weights, which sum to 1."""
+    """Returns barycentric coordinates and weights, which sum to 1."""
     t, w = np.polynomial.legendre.leggauss(count)
     t, w = (t + 1) / 2, w / 2
     grid = np.stack(np.meshgrid(*[t] * dim, indexing='ij'), -1).reshape(-1, dim)
@@ -112,7 +114,7 @@ def quadrature(dim, count):
 
 
 def shapes(b, degree):
-    """Values of the functions of degree 1 or 2, and their slopes along the edges from the first vertex."""
+    """Returns values of the functions of degree 1 or 2 and their derivatives along the edges from the first vertex."""
     dim = len(b) - 1
     values, slopes = b, np.eye(dim + 1)
     if degree == 2:
@@ -144,7 +146,7 @@ def hessian(f, x, step=1e-4):
 
 
 def errors(f, points, rows):
-    """Of the interpolant, in L2 and the seminorm of H1, of the elements' own degree."""
+    """Returns the L2 error and the H1 seminorm error of the interpolant of the degree of the elements."""
     dim = points.shape[1]
     degree = 1 if rows.shape[1] == dim + 1 else 2
     nodes, values = points[rows], f(points)[rows]
@@ -160,7 +162,7 @@ def errors(f, points, rows):
 
 
 def complexity(points, rows, tensors):
-    """Integral of sqrt(det M), whose log is linear between vertices."""
+    """Returns the integral of sqrt(det M), whose log is linear between vertices."""
     dim = points.shape[1]
     full = np.zeros((len(tensors), dim, dim))
     i, j = lower(dim)
@@ -171,12 +173,12 @@ def complexity(points, rows, tensors):
 
 
 def exact_metric(f, points, rows, target, p=2):
-    """Rows of the optimal metric of degree 1 from exact Hessians: Q'/eps, Q' = max(Q, eps/L^2), eps = s det(Q')^{1/(2p + D)}."""
+    """Returns rows of the optimal metric of degree 1 from exact Hessians: Q'/eps, Q' = max(Q, eps/L^2), eps = s det(Q')^{1/(2p + D)}."""
     dim = points.shape[1]
     q, axes = np.linalg.eigh(hessian(f, points))
     q = np.maximum(np.abs(q), 1e-30)
     i, j = lower(dim)
-    least = 1 / dim  # of the metric: the diameter is sqrt(dim)
+    least = 1 / dim  # maximum size of the metric: the diameter is sqrt(dim)
 
     def rows_of(log_s):
         eps = np.full(len(q), q.max())
@@ -212,7 +214,7 @@ class Problem:
         self.elevate(name)
 
     def elevate(self, name):
-        """To degree 2, if it is asked for; what was of degree 1 stays beside it."""
+        """Elevates to degree 2 if required. The mesh of degree 1 is preserved."""
         if self.degree == 2:
             os.replace(self.file(name), self.file(f'linear-{name}'))
             self.camber('convert', self.file(f'linear-{name}'), '--elevate', '-o', self.file(name))
@@ -223,7 +225,7 @@ class Problem:
         return self.camber('metric', self.file(mesh), '--solution', self.file('u.sol'), '-o', self.file(out), '--complexity', target, '--threads', 1, *self.more)
 
     def remesh(self, mesh, metric, out, of=None):
-        """The share of unit edges that came of it; the metric's rows are at the nodes of the mesh `of`, by default this one."""
+        """Remeshes and returns the share of unit edges. The metric is at the nodes of the mesh `of`, by default this mesh."""
         more = [] if of is None and self.kind != '2s' else ['--set', f'metric_mesh={self.file(of or mesh)}']
         self.camber('remesh', self.file(f'linear-{mesh}' if self.kind == '2s' else mesh), '--metric', self.file(metric), '-o', self.file(out),
                     '--report', self.file('r.json'), '--threads', 1, *more)
@@ -233,7 +235,7 @@ class Problem:
         return 100 * after['unit_edges'] / after['edges']
 
     def exact(self, mesh, out):
-        """One turn with the metric of exact derivatives."""
+        """Runs one turn with the metric of exact derivatives."""
         if self.degree == 1:
             points, rows = read_mesh(self.file(mesh))
             write_rows(self.file('e.sol'), self.dim, exact_metric(self.field, points, rows, self.target))
@@ -277,7 +279,7 @@ class Problem:
 
 
 def tables_of_errors(camber, base, options):
-    """A table a dimension."""
+    """Prints one table per dimension."""
     titles = 'field | k | unit edges (%) | elements | L2 | chords | exact metric | uniform | H1 | chords | exact metric | uniform'
     for dim in options.dimensions:
         print(f'\n{dim}D:\n\n| {titles} |\n|' + '---|' * 12, flush=True)
@@ -290,8 +292,8 @@ def tables_of_errors(camber, base, options):
 
 
 def steps(path, words):
-    """Seconds between the first showing of a step and that of the next one, as a terminal sees them; the first counts from the begin, and
-    steps that are too short to be shown count to those before them."""
+    """Returns the seconds from the first display of a step to that of the next one on a terminal. The first step counts from the start.
+    Steps that are too short to be shown count to the previous step."""
     main, other = pty.openpty()
     begin = time.perf_counter()
     running = subprocess.Popen([path, *map(str, words)], stdout=subprocess.DEVNULL, stderr=other)
@@ -304,7 +306,7 @@ def steps(path, words):
                 name = re.match(r'\s*([a-z][a-z ]*?)\s*\[', line)
                 if name and (not shown or shown[-1][0] != name[1]):
                     shown.append((name[1], now if shown else begin))
-    except OSError:  # the other side is closed
+    except OSError:  # the other end is closed
         pass
     running.wait()
     end = time.perf_counter()
@@ -313,7 +315,7 @@ def steps(path, words):
 
 
 def timed(path, words):
-    """Seconds by the clock, of the processor, and GB."""
+    """Returns wall-clock seconds, CPU seconds and GB."""
     done = subprocess.run(['/usr/bin/time', '-f', '%e %U %S %M', path, *map(str, words)], capture_output=True, text=True, check=True)
     clock, user, system, size = map(float, done.stderr.split()[-4:])
     return clock, user + system, size / 1e6
@@ -355,8 +357,8 @@ def main():
     parser.add_argument('--fields', type=lambda text: text.split(','), default=list(FIELDS))
     parser.add_argument('--dimensions', type=lambda text: [int(x) for x in text.split(',')], default=[2, 3])
     parser.add_argument('--degrees', type=lambda text: text.split(','), default=['1', '2', '2s'])
-    parser.add_argument('--gradation', type=float, help='of the metrics of sampled fields; default: not limited')
-    parser.add_argument('--turns', type=int, help='default: 3 in 2D, 2 in 3D')
+    parser.add_argument('--gradation', type=float, help='gradation of the metrics of sampled fields; default: none')
+    parser.add_argument('--turns', type=int, help='number of turns; default: 3 in 2D, 2 in 3D')
     parser.add_argument('--repeat', type=int, default=3)
     parser.add_argument('--large', action='store_true', help='times of 1 million tetrahedra of degree 2, too')
     options = parser.parse_args()

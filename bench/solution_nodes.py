@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
-"""Nodes by a known solution on meshes that are adapted to it: what `curve --solution` gains over straight elements.
+"""Gain of `curve --solution` over straight elements on meshes adapted to a known solution.
 
     bench/solution_nodes.py build/bin/camber build/bin/poisson
-    bench/solution_nodes.py build/bin/camber --shape           against `shape` on meshes of a shell, with layers and without
+    bench/solution_nodes.py build/bin/camber --shape           compared with `shape` on meshes of a shell, with and without layers
 
-Each mesh is brought to the metric of the field's Hessian in L² (`remesh`, five times), elevated, and Poisson's equation is solved on it with
-straight elements of degree 2. Then it is curved by that solution, by the field's expression, and by default; numbers are errors of the
-field's interpolant in L2 and the seminorm of H1, straight (on the chords) over curved.
+Each mesh is remeshed to the metric of the Hessian of the field in L² (`remesh`, five times) and elevated, and Poisson's equation is solved on it
+with straight elements of degree 2. Then it is curved by that solution, by the expression of the field, and by default. The numbers are ratios of
+interpolation errors in L2 and the seminorm of H1, straight (on the chords) over curved.
 """
 import argparse
 import json
@@ -27,7 +27,7 @@ METRIC = '{"solution": {"degree": 1, "norm": 2}}'
 
 
 def adapted(camber, shape, field, complexity):
-    """mesh.meshb, of degree 2 and straight."""
+    """Makes mesh.meshb, a straight mesh of degree 2."""
     camber("generate", *shape, "-o", "0.meshb")
     for turn in range(5):
         camber("remesh", f"{turn}.meshb", "--solution", field, "--metric", METRIC, "--complexity", complexity, "-o", f"{turn + 1}.meshb")
@@ -35,7 +35,7 @@ def adapted(camber, shape, field, complexity):
 
 
 def gains(camber, field, *way):
-    """Errors in L2 and H1, straight over curved."""
+    """Returns ratios straight/curved of errors in L2 and H1."""
     camber("curve", "mesh.meshb", "-o", "curved.meshb", *way, "--threads", 1)
     report = json.loads(camber("check", "curved.meshb", "--json", "--worst", 0, "--field", field))
     ratio = report["interpolation"][0]["ratio"]
@@ -50,7 +50,7 @@ LAYERS = {"layers": ({"shell": {"inner_size": 0.3, "outer_size": 1.6, "inner_lay
 
 
 def write_values(mesh, field, solution):
-    """Of a field at the vertices of an ASCII mesh in space."""
+    """Writes values of a field at the vertices of an ASCII mesh in 3D."""
     with open(mesh, encoding="utf-8") as file:
         words = file.read().split()
     first = words.index("Vertices") + 2
@@ -65,7 +65,7 @@ def write_values(mesh, field, solution):
 
 
 def against_shape(camber):
-    """Errors with the nodes of `shape` over those by exact values at the vertices, and by the expression."""
+    """Prints ratios of errors with the nodes of `shape` and with nodes by exact vertex values or by the expression."""
     print("| mesh, field | degree 1 | expression |\n|---|---|---|")
     for mesh, (shape, fields) in LAYERS.items():
         camber("generate", json.dumps(shape), "-o", "straight.meshb")
@@ -85,7 +85,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("camber")
     parser.add_argument("poisson", nargs="?")
-    parser.add_argument("--shape", action="store_true", help="against `shape`, on meshes of a shell")
+    parser.add_argument("--shape", action="store_true", help="compare with `shape`, on meshes of a shell")
     options = parser.parse_args()
     camber = Program(os.path.abspath(options.camber))
     if options.shape:

@@ -1,4 +1,4 @@
-"""Surfaces that have a formula, for bench/surfaces.py: triangles to begin with, and metrics. All lengths are of the model's unit."""
+"""Analytic surfaces for bench/surfaces.py: initial triangles and metrics. All lengths are in model units."""
 import functools
 import subprocess
 from pathlib import Path
@@ -9,12 +9,12 @@ import analytic_metrics as metrics
 
 
 class Case:
-    """make(folder) writes the mesh to begin with and gives its path; `faces` are functions of points (n, 3), the signed distance from each
-    face of the true surface (which of them a reference is, the mesh tells); `field` the metric as analytic_metrics has it."""
+    """make(folder) writes the initial mesh and returns its path. `faces` are functions of points (n, 3), the signed distances from the
+    faces of the true surface; the mesh gives the face of each reference. `field` is a metric as in analytic_metrics."""
 
     def __init__(self, make, faces, area, field, runs=1, size=None, chord_error=None):
         self.make, self.faces, self.area, self.field, self.runs = make, faces, area, field, runs
-        self.size, self.chord_error = size, chord_error  # what is asked for without a file, where that is all
+        self.size, self.chord_error = size, chord_error  # options without a file if the size is constant
 
 
 def constant(x, size):
@@ -41,7 +41,7 @@ def write_mesh(path, points, triangles, references):
 
 
 def write_stl(path, points, triangles, references):
-    """As text, a solid for each reference."""
+    """Writes ASCII STL with one solid per reference."""
     lines = []
     for reference in np.unique(references):
         lines.append(f"solid face {reference}")
@@ -56,13 +56,13 @@ def write_stl(path, points, triangles, references):
 
 
 def joined(points, triangles):
-    """Points at one place are one."""
+    """Merges points at the same position."""
     _, first, number = np.unique(np.round(points, 9), axis=0, return_index=True, return_inverse=True)
     return points[first], number.reshape(-1)[triangles]
 
 
 def grid(across, along):
-    """(across + 1) x (along + 1) points row by row, and two triangles a cell."""
+    """Returns (across + 1) x (along + 1) points row by row, and two triangles per cell."""
     corner = (np.arange(along)[:, None] * (across + 1) + np.arange(across)).ravel()
     up = across + 1
     return np.concatenate([np.stack([corner, corner + 1, corner + up + 1], 1), np.stack([corner, corner + up + 1, corner + up], 1)])
@@ -102,7 +102,7 @@ def off_torus(x):
 
 
 def torus_curvature(x, chord_error=0.002, most=0.3):
-    """Along the principal directions the chord that is so far from its circle; across the surface the smaller of them."""
+    """Returns chords with the given distance from their circle along the principal directions, and their minimum across the surface."""
     r, axial = metrics.around_axis(x)
     radial, around = axial[:, 0], axial[:, 1]
     outward = r - MAJOR
@@ -147,10 +147,10 @@ def cylinder(folder, around=20, along=6):
 
 
 def cylinder_sizes(x, most=0.1):
-    """That, but around the side no more than the chord that is so far from its circle."""
+    """Returns the size, around the side at most the chord with the given distance from its circle."""
     r, rows = metrics.around_axis(x)
     sizes = np.full((len(x), 3), most)
-    on_side = r > RADIUS - 2 * CHORD_ERROR  # or on a chord of it
+    on_side = r > RADIUS - 2 * CHORD_ERROR  # or on one of its chords
     sizes[on_side, 1] = min(most, (8 * CHORD_ERROR * RADIUS) ** 0.5)
     return rows, sizes
 
@@ -159,7 +159,7 @@ HOLES = ((0.25, 0.5, 0.5), (0.2, 1.4, 0.5))  # radius, x, y
 
 
 def part(folder):
-    """A plate with two holes, by Gmsh: a physical group for each of its faces, triangles alone."""
+    """A plate with two holes, meshed by Gmsh: triangles only, with one physical group per face."""
     script = 'SetFactory("OpenCASCADE");\nBox(1) = {0, 0, 0, 2, 1, 0.6};\n'
     script += "".join(f"Cylinder({i + 2}) = {{{x}, {y}, -1, 0, 0, 3, {r}}};\n" for i, (r, x, y) in enumerate(HOLES))
     script += "BooleanDifference(9) = { Volume{1}; Delete; }{ Volume{2, 3}; Delete; };\n"

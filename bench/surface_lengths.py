@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Nodes of boundary edges by length and by accuracy beside the projected middle, in anisotropic metrics.
+"""Compares nodes of boundary edges by length and by accuracy with the projected midpoint, in anisotropic metrics.
 
     python3 bench/surface_lengths.py FOLDER --camber build/bin/camber              Markdown table
     python3 bench/surface_lengths.py FOLDER torus wing --camber build/bin/camber   some of the bodies
@@ -11,8 +11,9 @@ Needs Gmsh with its OpenCASCADE kernel and its Python module: `apt-get install p
 - cylinder: radius 1, height 2, its lids ridges; a layer across x = 0.3 − z/2
 
 In the layer the metric is up to 4.5 times as long across as along. Each body is curved onto its CAD model, onto the surrogate
-of its own mesh, and (torus, cylinder) onto that of a mesh half as coarse, whose facets nodes cross. Gains are of what is asked: the length in the metric with the projected middle by that with the node − 1 (by
-accuracy: root mean squares of distances from the geometry), of the sums over all edges that were asked, and of one edge.
+of its own mesh, and (torus, cylinder) onto that of a mesh with half the size, across whose facets nodes move. Gains are ratios
+− 1 of the lengths in the metric with the projected midpoint and with the node (by accuracy: of root mean square distances from the
+geometry), for the sums over all processed edges, and for one edge.
 """
 import argparse
 import json
@@ -29,7 +30,7 @@ COLUMNS = ("body", "geometry", "by", "edges asked", "placed", "nothing better", 
 
 
 def layer(across, thickness, size):
-    """Expressions of a metric with sizes of `size`, along x up to 4.5 times as fine where `across` is 0."""
+    """Returns expressions of a metric with sizes `size`, along x up to 4.5 times smaller where `across` is 0."""
     fine = f"{1 / size ** 2:g}*{20 * thickness:g}/({thickness:g}+({across})^2)"
     return json.dumps({"expression": {"tensor": [fine, "0", f"{1 / size ** 2:g}", "0", "0", f"{1 / size ** 2:g}"]}})
 
@@ -54,7 +55,7 @@ FINER = ("torus", "cylinder")
 
 
 def make(body, path):
-    """Its mesh and its model; the metric."""
+    """Makes the mesh and the model of a body, and returns the metric."""
     quiet()
     size, across, thickness = BODIES[body]()
     gmsh.model.occ.remove(gmsh.model.occ.getEntities(0))

@@ -1,9 +1,9 @@
-"""How good a mesh of a surface alone is, in a metric and on a surface that have formulas: it shares no code with any remesher."""
+"""Quality of standalone surface meshes in analytic metrics and on analytic surfaces. This module shares no code with any remesher."""
 import numpy as np
 
 import analytic_metrics as metrics
 
-STEP = 1e-6  # of gradients
+STEP = 1e-6  # step of gradients
 
 
 def edges_of(triangles):
@@ -12,12 +12,12 @@ def edges_of(triangles):
 
 
 def euler(triangles):
-    """V - E + F of what the triangles use."""
+    """Returns V - E + F of the used vertices, edges and triangles."""
     return len(np.unique(triangles)) - len(edges_of(triangles)) + len(triangles)
 
 
 def normals(x, triangles):
-    """Twice the area long."""
+    """Returns normals with twice the area as length."""
     a, b, c = x[triangles].transpose(1, 0, 2)
     return np.cross(b - a, c - a)
 
@@ -27,7 +27,7 @@ def gradients(face, at):
 
 
 class Surface:
-    """What a mesh to begin with tells: which face of the true surface each reference is, and on which side its triangles are turned to."""
+    """Data from the initial mesh: the face of the true surface of each reference, and the orientation of its triangles."""
 
     def __init__(self, faces, x, triangles, references):
         self.euler, self.of_reference = euler(triangles), {}
@@ -40,7 +40,7 @@ class Surface:
             self.of_reference[reference] = face, np.sign(turned)
 
     def sides(self, x, triangles, references):
-        """Of each triangle 1, or -1 where it is folded over; and the greatest distances of vertices and of middles."""
+        """Returns 1 for each triangle, or -1 if it is folded over, and the maximum distances of vertices and of midpoints."""
         side, vertices, middles = np.ones(len(triangles)), 0.0, 0.0
         for reference, (face, sign) in self.of_reference.items():
             mine = references == reference
@@ -54,7 +54,7 @@ class Surface:
 
 
 def qualities(field, x, triangles):
-    """The mean ratio in the plane of each triangle, 1 where it is regular, in the exponential of the mean of its vertices' log metrics."""
+    """Returns the mean ratio of each triangle in its plane (1 if regular), in the log-Euclidean mean of the metrics at its vertices."""
     rows, sizes = field(x)
     logs = np.einsum("nki,nk,nkj->nij", rows, -2 * np.log(sizes), rows)
     values, axes = np.linalg.eigh(logs[triangles].mean(1))

@@ -1,24 +1,24 @@
 #!/usr/bin/env python3
-"""At which order curved boundaries come near a surface that is known, on irregular meshes, each half as coarse as the last.
+"""Order of convergence of curved boundaries to a known surface, on irregular meshes, each with half the size of the previous one.
 
     python3 bench/surface_orders.py FOLDER --camber build/bin/camber               Markdown table; FOLDER/orders.json
     python3 bench/surface_orders.py FOLDER --camber build/bin/camber torus cone    some of the bodies
 
 Needs Gmsh with its OpenCASCADE kernel, its Python module, meshio and SciPy: `apt-get install python3-gmsh python3-meshio python3-scipy`.
 
-Bodies are surfaces alone, meshed by Gmsh (Delaunay, whose triangles follow nothing); their vertices lie on the surface.
+Bodies are standalone surfaces, meshed by Gmsh (Delaunay, independent of the curvature), with vertices on the surface.
 
-- torus, cylinder, cone: closed forms; the last two without lids, so with open rims
-- bump:  a sphere whose radius is 1 + 0.15 xy + 0.1 z³; no CAD file has it
+- torus, cylinder, cone: closed forms; the last two with open rims
+- bump:  a sphere whose radius is 1 + 0.15 xy + 0.1 z³; without a CAD file
 - naca:  the skin of a wing of constant section, NACA 0012 as one spline, sharp at its trailing edge; sizes by points on a circle
 - patch: a bicubic B-spline with 6 × 6 poles, strongly bent
 
-Judged are Camber's surrogate (`camber geometry --surface`: its cubic triangles at sixths, those on edges and those inside apart) and
+Evaluated are Camber's surrogate (`camber geometry --surface`: its cubic triangles at sixths, separately on edges and inside) and
 boundaries of degree 2 (`camber curve` with and without `--cad`: nodes of edges, and all points at sixths with their normals).
 Distances and normals are those of the closed form, of Newton's method along the gradient (bump), or in the parameters of
-Gmsh's faces (naca, patch). Largest of at most 1500 triangles; normals in radians. Of the boundaries also the root of the mean
-square by area, and the largest of distance over the cube of the triangle's longest edge: of more irregular triangles
-the worst is worse, so the largest falls a little slower than each triangle's own.
+Gmsh's faces (naca, patch). Values are maxima over at most 1500 triangles; normals in radians. For boundaries also the root mean
+square by area, and the maximum of the distance divided by the cube of the longest edge of the triangle. The maximum decreases
+a little slower than the distance of each triangle, since larger meshes have more irregular triangles.
 """
 import argparse
 import json
@@ -40,7 +40,7 @@ MOST_TRIANGLES = 1500
 # ---------------------------------------------------------------- bodies: the model in Gmsh
 
 def skin_of(solid):
-    """The curved faces of a solid, without it and its lids."""
+    """Keeps the curved faces of a solid and removes the solid and its lids."""
     occ = gmsh.model.occ
     occ.synchronize()
     faces = gmsh.model.getBoundary([solid], oriented=False)
@@ -66,12 +66,12 @@ def bump():
 
 
 def naca(points=40):
-    """One spline around the nose: two would meet there at an angle of 25 degrees."""
+    """A wing section as one spline around the nose, where two would meet at an angle of 25 degrees."""
     occ = gmsh.model.occ
     along = [0.5 * (1 - math.cos(math.pi * i / points)) for i in range(points + 1)]
     upper = [(t, half_thickness(t)) for t in along[:-1]] + [(1, 0)]
     around = upper[::-1] + [(t, -z) for t, z in upper[1:]]
-    # Of Gmsh's degrees the first is that across rows of poles.
+    # The first of Gmsh's degrees is that across rows of poles.
     occ.addBSplineSurface([occ.addPoint(x, y, z) for y in (0, 0.3) for x, z in around], len(around), 1, 5)
 
 
@@ -82,7 +82,7 @@ def patch():
     occ.addBSplineSurface(poles, 6, 3, 3)
 
 
-# ---------------------------------------------------------------- what is true: (distance, unit normal) of points
+# ---------------------------------------------------------------- exact surfaces: (distance, unit normal) of points
 
 def of_torus(p):
     ring = np.hypot(p[:, 0], p[:, 1])
@@ -93,7 +93,7 @@ def of_torus(p):
 
 
 def of_lathe(radius, slope):
-    """A straight line turned about z: the radius at z = 0, and how it grows with z."""
+    """A straight line rotated about z: the radius at z = 0 and its growth with z."""
     def of_points(p):
         ring, lean = np.hypot(p[:, 0], p[:, 1]), math.hypot(1, slope)
         normal = np.stack([p[:, 0] / ring, p[:, 1] / ring, np.full(len(p), -slope)], 1) / lean
@@ -126,7 +126,7 @@ def of_bump(p):
 
 
 def of_face(p, face, cells=200, steps=12):
-    """The nearest points of one face and its normals there: Newton's method on ½|S(u, v) − p|² within the bounds of (u, v), from the
+    """Returns the nearest points of one face and its normals there by Newton's method on ½|S(u, v) − p|² within the bounds of (u, v), from the
     nearest point of a grid."""
     (u0, v0), (u1, v1) = gmsh.model.getParametrizationBounds(2, face)
     low, high = np.array([u0, v0]), np.array([u1, v1])
@@ -155,7 +155,7 @@ def of_face(p, face, cells=200, steps=12):
 
 
 def of_model(p):
-    """The nearest of all faces of Gmsh's model, which are whole: no trims."""
+    """Returns the nearest of all faces of Gmsh's model, which has no trimmed faces."""
     best, normals = np.full(len(p), np.inf), np.zeros_like(p)
     for _, face in gmsh.model.getEntities(2):
         distance, normal = of_face(p, face)
@@ -165,14 +165,14 @@ def of_model(p):
 
 
 def of_wing(p):
-    """But for the last fiftieth of the chord: beside a sharp edge the nearest side need not be the point's own."""
+    """Omits the last fiftieth of the chord: near a sharp edge the nearest side may be the other one."""
     distance, normal = of_model(p)
     behind = p[:, 0] > 0.98
     distance[behind], normal[behind] = 0, np.nan
     return distance, normal
 
 
-BODIES = {  # the maker, what is true, sizes (naca: points on a circle)
+BODIES = {  # function that makes it, exact surface, sizes (naca: points on a circle)
     "torus": (torus, of_torus, (0.4, 0.2, 0.1, 0.05)),
     "bump": (bump, of_bump, (0.4, 0.2, 0.1, 0.05)),
     "cylinder": (cylinder, of_lathe(1, 0), (0.5, 0.25, 0.125, 0.0625)),
@@ -183,7 +183,7 @@ BODIES = {  # the maker, what is true, sizes (naca: points on a circle)
 
 
 def mesh_body(body, size, path):
-    """Its straight mesh, the model beside it; the mean edge."""
+    """Makes the straight mesh and the model of a body, and returns the mean edge length."""
     maker, _, _ = BODIES[body]
     gmsh.model.remove()
     maker()
@@ -204,7 +204,7 @@ def mesh_body(body, size, path):
     tags = np.sort(gmsh.model.mesh.getNodes()[0])
     triangles = np.concatenate([gmsh.model.mesh.getElements(2, face)[2][0] for _, face in gmsh.model.getEntities(2)])
     triangles = np.searchsorted(tags, triangles).reshape(-1, 3)
-    if body == "naca":  # both sides have a trailing edge of their own
+    if body == "naca":  # each side has its own trailing edge
         _, first_rows, number = np.unique(np.round(points, 9) + 0.0, axis=0, return_index=True, return_inverse=True)
         points, triangles = points[first_rows], number[triangles]
     if body == "bump":
@@ -215,19 +215,19 @@ def mesh_body(body, size, path):
     return float(np.linalg.norm(sides, axis=2).mean()), len(triangles)
 
 
-# ---------------------------------------------------------------- what is judged
+# ---------------------------------------------------------------- evaluation
 
 def chosen(count):
     return np.sort(np.random.default_rng(1).permutation(count)[:MOST_TRIANGLES])
 
 
 def angle(a, b):
-    """Between lines, in radians; 0 where one is not judged."""
+    """Returns the angle between lines in radians, or 0 if one is not evaluated."""
     return np.nan_to_num(np.arcsin(np.minimum(1, np.linalg.norm(np.cross(a, b), axis=1))))
 
 
 def judged_surrogate(body, path):
-    """Of the cubic triangles that `camber geometry --surface` writes."""
+    """Evaluates the cubic triangles written by `camber geometry --surface`."""
     grid = meshio.read(path)
     cells, facets = grid.cells[0].data, np.asarray(grid.cell_data["facet"][0])
     cells = cells[np.isin(facets, chosen(int(facets.max())) + 1)]
@@ -239,7 +239,7 @@ def judged_surrogate(body, path):
 
 
 def judged_boundary(body, path):
-    """Of a mesh of degree 2."""
+    """Evaluates a boundary of degree 2."""
     mesh = meshio.read(path)
     cells = mesh.cells_dict["triangle6"]
     cells = cells[chosen(len(cells))]
@@ -266,7 +266,7 @@ def judged_boundary(body, path):
 
 
 def measured(body, folder, camber):
-    """One row a size."""
+    """Returns one row per size."""
     quiet()
     rows = []
     for size in BODIES[body][2]:
@@ -292,7 +292,7 @@ COLUMNS = (("surrogate", "edges"), ("surrogate", "inside"), ("surrogate", "norma
 
 
 def cell(rows, part, value):
-    """The finest mesh's, and the order from that four times as coarse to it; of what is rounding alone no order."""
+    """Returns the value of the finest mesh, and the order from the mesh with four times its size unless the value is rounding."""
     if part not in rows[0]:
         return "–"
     fine, coarse = rows[-1][part][value], rows[-3][part][value]

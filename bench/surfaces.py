@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Meshes of surfaces alone brought to metrics that have a formula, by Camber, and by Mmg where it is installed, in one run.
+"""Remeshes standalone surface meshes to analytic metrics with Camber, and with Mmg if it is installed, in one run.
 
     bench/surfaces.py build/bin/camber                                 Mmg (mmgs_O3) if it is on the PATH
     bench/surfaces.py build/bin/camber --mmg ~/mmg/build/bin --cases sphere,part
@@ -11,11 +11,11 @@ The cases (bench/surface_cases.py):
     cylinder    20 sides and two caps, from STL, to size 0.1 and a chord error of 0.002
     part        a plate with two holes, meshed coarsely by Gmsh, from MSH, to size 0.1 (needs gmsh)
 
-Between runs the metric is read from its formula at the vertices that the run before left. All programs have the defaults, one thread, and
-no gradation of their own (Mmg: -hgrad -1). Mmg reads the same triangles from a .mesh. Seconds are those of the processor, of all runs.
-Told are the share of edges of length 1/sqrt 2 to sqrt 2 in the formula; the smallest and mean quality of triangles in the metrics at their
-vertices, negative where one is folded over; the greatest distances of vertices and of triangles' middles from the true surface; by how much
-the area is another than its; whether the Euler characteristic and the references are as before.
+Between runs the metric is evaluated at the vertices of the previous mesh. All programs run with their defaults, one thread, and
+without gradation (Mmg: -hgrad -1). Mmg reads the same triangles from a .mesh. Seconds are CPU seconds of all runs.
+Printed are the share of edges with lengths from 1/sqrt 2 to sqrt 2 in the formula; the minimum and mean quality of triangles in the metrics at their
+vertices, negative if a triangle is folded over; the maximum distances of vertices and of triangle midpoints from the true surface; the relative
+change of the area; and the state of the Euler characteristic and the references.
 """
 import argparse
 import os
@@ -36,7 +36,7 @@ import gmf  # noqa: E402
 
 
 def camber_words(program, case, mesh, sizes, out, turn):
-    # What comes out lists its ridges: from then on no angle makes one.
+    # The output lists its ridges: after the first run no angle is needed.
     return [program, "remesh", mesh, "--metric", sizes or case.size, "-o", out, "--threads", "1",
             *(("--geometry-error", case.chord_error) if case.chord_error else ()), *(("--set", "features/ridge_angle=180") if turn else ())]
 
@@ -45,7 +45,7 @@ def mmg_words(program, case, mesh, sizes, out, _):
     if sizes:
         size_words = ["-sol", sizes]
     elif case.chord_error:
-        size_words = ["-A", "-hmax", case.size, "-hausd", case.chord_error]  # sizes of its own by direction, as Camber's are
+        size_words = ["-A", "-hmax", case.size, "-hausd", case.chord_error]  # anisotropic sizes by Mmg, like those of Camber
     else:
         size_words = ["-hsiz", case.size]
     return [program, "-in", mesh, "-out", out, "-v", "0", "-hgrad", "-1", *size_words]
@@ -57,7 +57,7 @@ def read(mesh):
 
 
 def brought(words_of, program, case, start):
-    """Seconds, or None; the mesh is last.meshb then."""
+    """Remeshes to last.meshb. Returns seconds, or None if the program fails."""
     seconds, mesh = 0, start
     for turn in range(case.runs):
         if not case.size:
@@ -88,7 +88,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("camber")
     parser.add_argument("--mmg", help="the folder of Mmg's programs; default: the PATH")
-    parser.add_argument("--cases", default=",".join(CASES), help="divided by commas (%(default)s)")
+    parser.add_argument("--cases", default=",".join(CASES), help="comma-separated (%(default)s)")
     options = parser.parse_args()
     camber = os.path.abspath(options.camber)
     mmg = shutil.which("mmgs_O3", path=os.path.expanduser(options.mmg) if options.mmg else None)
@@ -102,7 +102,7 @@ def main():
             start = case.make(Path(folder))
             subprocess.run([camber, "convert", start, "-o", "start.mesh"], check=True, capture_output=True)
             begin = read("start.mesh")
-            write_mesh(Path("start.mesh"), *begin)  # Mmg stumbles over places on CAD entities in text
+            write_mesh(Path("start.mesh"), *begin)  # Mmg does not read CAD parameters in text files
             surface = surface_measure.Surface(case.faces, *begin)
             for by, program, words_of, mesh in (("Camber", camber, camber_words, start), ("Mmg", mmg, mmg_words, "start.mesh")):
                 seconds = brought(words_of, program, case, mesh) if program else None

@@ -131,7 +131,7 @@ def missing(table, camber):
 
 
 def printed(command, camber):
-    """The standard output of a command that runs in a folder of its own."""
+    """Returns the standard output of a command that runs in a temporary folder."""
     with tempfile.TemporaryDirectory() as folder:
         for entry in ROOT.iterdir():
             if entry.name not in ("build", "out") and not entry.name.startswith("."):
@@ -294,7 +294,7 @@ class Runs:
         print("\n".join(f"  {line}" for line in [*compared.differences, compared.summary()]), flush=True)
 
     def finish(self):
-        """Writes the pages if asked to; returns the exit code."""
+        """Writes the pages with --write. Returns the exit code."""
         if self.writes:
             for page, new_tables in self.new.items():
                 write(page, new_tables)
@@ -327,7 +327,7 @@ def main():
         sys.exit(f"tables.py: {why}")
     unknown = set(options.only or ()) - {table.name for table in tables}
     if unknown:
-        parser.error(f"no table is called {', '.join(sorted(unknown))}; see --list")
+        parser.error(f"unknown tables: {', '.join(sorted(unknown))}; see --list")
     tables = [table for table in tables if (not options.only or table.name in options.only) and table.seconds <= options.longest]
     if options.list:
         list_tables(tables)

@@ -1,4 +1,4 @@
-// Kinds of arguments, and options that several verbs have.
+// Types of arguments, and options that several verbs share.
 #include "arguments.hpp"
 
 #include <algorithm>
@@ -73,7 +73,7 @@ std::string mesh_or_solution() {
 
 namespace {
 
-/// The error of an option's value and its remedy as one text for the parser; `error_of` separates them again.
+/// Joins error and remedy for the parser; `error_of` separates them.
 std::string with_remedy(const std::string& what, const std::string& remedy) { return what + "\n" + remedy; }
 
 }  // namespace
@@ -85,7 +85,7 @@ CLI::Validator within(const Limits& limits, bool is_whole) {
             std::string with_point = text;
             std::ranges::replace(with_point, ',', '.');
             const bool has_comma = with_point != text && CLI::detail::lexical_cast(with_point, x);
-            return with_remedy(in_quotes(text) + " is no number",
+            return with_remedy(in_quotes(text) + " is not a number",
                                has_comma ? "use a decimal point: " + with_point : "write a number such as 0.5 or 1e-3");
         }
         if (is_whole && x != std::floor(x)) return "must be a whole number, got " + shortened(text);
@@ -192,7 +192,8 @@ void add_metric(CLI::App* verb, MetricChoice& a) {
     add_option(
         verb, "--geometry-error", a.geometry_error,
         "Largest distance between the boundary and its geometry, in both directions, in model units. It bounds the "
-        "sizes of the metric. remesh refines until the boundary meets it, or ends with exit code 1. none: no limit. By "
+        "sizes of the metric. remesh refines until the boundary meets it. If that fails: exit code 1. none: no limit. "
+        "By "
         "default, remesh limits the distance of new facets to 0.01 times the size of their surface, and their turn to "
         "30 degrees (degree 2: 90)")
         ->check(above<double>(0))
@@ -258,9 +259,9 @@ void add_fields(CLI::App* verb, SolutionChoice& a) {
                    "or an --objective. Default: the fields of the input file");
     add_option(verb, "--fields", a.fields, "Names of the fields to read, separated by commas. Default: all")
         ->delimiter(',');
-    add_option(
-        verb, "--output-solution", a.output,
-        "Where they go (" + endings_of_solutions() + "). Default: in the mesh file, if its format stores fields");
+    add_option(verb, "--output-solution", a.output,
+               "Output file of the fields (" + endings_of_solutions() +
+                   "). Default: in the mesh file, if its format stores fields");
     add_words(verb, "--transfer", a.method, help_of(option_of(&TransferOptions::method)));
 }
 

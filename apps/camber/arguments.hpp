@@ -1,5 +1,5 @@
 #pragma once
-// Arguments of verbs: their kinds, those that several verbs have, and those of each verb.
+// Arguments of verbs: their types, arguments that several verbs share, and those of each verb.
 #include <cstddef>
 #include <functional>
 #include <optional>
@@ -18,22 +18,20 @@ import camber.io;
 
 namespace camber::app {
 
-// ---------------------------------------------------------------- kinds of arguments
-// The parser's own functions are inline: a unit that calls these alone does not compile the parser again.
+// ---------------------------------------------------------------- types of arguments
+// Functions of the parser are inline. A unit that calls only the functions below does not compile the parser again.
 
-/// Appends examples and details to the summary of a verb's help.
 void add_details(CLI::App* verb, const std::string& text);
-/// For the types that arguments.cpp lists.
+/// Instantiated for the types in arguments.cpp.
 template <class T>
 CLI::Option* add_option(CLI::App* verb, const std::string& name, T& value, const std::string& text);
-/// An argument whose values are passed to a function.
+/// Passes the values to `take`.
 CLI::Option* add_option(CLI::App* verb, const std::string& name, const CLI::callback_t& take, const std::string& text);
 CLI::Option* add_flag(CLI::App* verb, const std::string& name, bool& value, const std::string& text);
 
-/// The long name without dashes; of a positional argument its name.
+/// Name without dashes; also of positional arguments.
 [[nodiscard]] std::string long_name(const CLI::Option& option);
 
-/// The words with ", " or another separator between them.
 [[nodiscard]] std::string joined(const std::vector<std::string>& words, std::string_view separator = ", ");
 
 std::string endings_of_input();
@@ -41,14 +39,10 @@ std::string endings_of_output();
 std::string endings_of_solutions();
 std::string mesh_or_solution();
 std::vector<std::string> mesh_format_names();
-/// Formats that hold fields at nodes.
 std::vector<std::string> field_format_names();
 
-/// Numbers within limits.
 CLI::Validator within(const Limits& limits, bool is_whole);
-/// Zero, or a number within limits.
 CLI::Validator zero_or(const Limits& limits);
-/// Numbers within limits; whole ones where T is.
 template <class T>
 CLI::Validator within(const Limits& limits) {
     return within(limits, std::is_integral_v<T>);
@@ -66,17 +60,17 @@ CLI::Validator between(double low, double high) {
     return within<T>({.low = low, .high = high});
 }
 
-/// Reads the word none as another text.
+/// Replaces the value `none` by the text.
 CLI::Validator none_as(const std::string& text);
 
-/// One of some words; else the word that may have been meant.
+/// The error suggests the nearest name.
 CLI::Validator one_of(const std::vector<std::string>& names);
 
-/// An option's sentence as a help text has it.
+/// Capitalises an option's description.
 std::string help_of(std::string_view sentence);
 std::string help_of(const auto& option) { return help_of(option.sentence); }
 
-/// A described option of a struct as an argument of the same name, with its sentence, limits and default.
+/// Adds an option of a struct with its name, help text, limits and default.
 template <class T, class S, class V>
 void add_described(CLI::App* verb, S& options, const Option<S, V>& option) {
     std::string name(option.name);
@@ -86,10 +80,10 @@ void add_described(CLI::App* verb, S& options, const Option<S, V>& option) {
         ->capture_default_str();
 }
 
-/// An argument that takes one of these words, and calls set(its position).
+/// Calls `set` with the index of the word.
 void add_words(CLI::App* verb, const std::string& name, const std::string& sentence,
                const std::vector<std::string>& words, const std::function<void(std::size_t)>& set);
-/// An argument that takes the words of an enumeration; `value` may be optional.
+/// Accepts the words of an enumeration; `value` may be optional.
 template <class T>
 void add_words(CLI::App* verb, const std::string& name, T& value, const std::string& sentence) {
     using E = typename CLI::detail::wrapped_type<T, T>::type;
@@ -98,14 +92,13 @@ void add_words(CLI::App* verb, const std::string& name, T& value, const std::str
 
 // ---------------------------------------------------------------- options of several verbs
 
-/// An int, or an optional one.
+/// T is int or std::optional<int>.
 template <class T>
 void add_threads(CLI::App* verb, T& threads) {
     add_option(verb, "--threads", threads, "Number of threads; 0: all. The result does not depend on it")
         ->check(at_least<double>(0));
 }
 
-/// The input mesh, the first argument.
 void add_mesh(CLI::App* verb, std::string& input);
 void add_format(CLI::App* verb, std::string& format, const std::vector<std::string>& names);
 void add_flat(CLI::App* verb, config::Flat& flat);
@@ -114,19 +107,17 @@ void add_sizes(CLI::App* verb, std::vector<std::string>& sizes);
 void add_metric(CLI::App* verb, MetricChoice& choice);
 void add_gradation(CLI::App* verb, std::optional<double>& gradation);
 void add_geometry(CLI::App* verb, GeometryArguments& arguments);
-/// The tolerance of boundary nodes.
 void add_geometry_tolerance(CLI::App* verb, GeometryArguments& arguments);
-/// The bound of the verbs that judge curved elements.
+/// Adds --min-scaled-jacobian.
 void add_bound(CLI::App* verb, PipelineArguments& arguments);
-/// Fields that are transferred to the output.
 void add_fields(CLI::App* verb, SolutionChoice& solution);
 void add_partition(CLI::App* verb, PipelineArguments& arguments);
 void add_force(CLI::App* verb, bool& force);
 void add_histogram(CLI::App* verb, bool& histogram);
-/// Options of a run of a config, from whichever verb.
+/// Adds the options that every run of a config has.
 void add_settings(CLI::App* verb, std::vector<std::string>& settings, std::optional<int>& threads, bool& print_config,
                   bool& dry_run);
-/// Options of the verbs that are a pipeline, but for the fields.
+/// Adds the options of all pipeline verbs, except those for fields.
 void add_pipeline(CLI::App* verb, PipelineArguments& arguments);
 
 // ---------------------------------------------------------------- verbs

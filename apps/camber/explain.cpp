@@ -24,9 +24,8 @@ namespace camber::app {
 
 namespace {
 
-/// A word of the tables that the verbs print.
 struct Term {
-    std::string_view names;  ///< in small letters, but for the first; with "|" between them
+    std::string_view names;  ///< separated by "|"; lower case except for the first name
     std::string_view text;
 };
 
@@ -65,8 +64,8 @@ constexpr std::array terms{
          "An element is invalid if its Jacobian determinant is certainly not positive at some point."},
     Term{"undecided", "Neither validity nor invalidity could be proved. An undecided element does not count as valid."},
     Term{"Jacobian|det j|determinant",
-         "The determinant of the map from the reference element to the element. Where it is not positive the element "
-         "is folded."},
+         "The determinant of the map from the reference element to the element. The element is folded where it is not "
+         "positive."},
     Term{"scaled Jacobian|scaled jacobians|smallest scaled jacobian",
          "The minimum of the Jacobian determinant over an element, divided by that of the straight element with the "
          "same vertices. 1: as good as straight; 0 or less: invalid. Knupp's scaled Jacobian is another quantity."},
@@ -147,7 +146,7 @@ char small(char c) { return static_cast<char>(std::tolower(static_cast<unsigned 
 
 bool is_same(std::string_view name, std::string_view phrase) { return std::ranges::equal(name, phrase, {}, small); }
 
-/// True if the phrase has the name as whole words.
+/// True if the phrase contains the name as whole words.
 bool has_words(std::string_view phrase, std::string_view name) {
     for (std::size_t at = 0; at + name.size() <= phrase.size(); ++at) {
         const std::size_t end = at + name.size();
@@ -158,7 +157,7 @@ bool has_words(std::string_view phrase, std::string_view name) {
     return false;
 }
 
-/// Returns the term with that name, or the longest one whose name is part of the phrase; null: there is none.
+/// Finds the name, otherwise the longest name in the phrase; null: none.
 const Term* find_term(std::string_view phrase) {
     const Term* best = nullptr;
     std::size_t longest = 0;
@@ -191,7 +190,6 @@ std::string type_of(const CLI::Option& option) {
     return option.get_option_text().empty() ? option.get_type_name() : option.get_option_text();
 }
 
-/// The commands that have the option with one and the same text.
 struct OptionUse {
     std::string text, type, default_value;
     std::vector<std::string> verbs;
@@ -212,7 +210,6 @@ std::vector<OptionUse> uses_of(const CLI::App& app, const std::string& name) {
     return uses;
 }
 
-/// An indented paragraph.
 std::string paragraph(const std::string& text) {
     constexpr std::size_t indent = 2;
     return std::string(indent, ' ') + wrapped(text, text_width() - indent, indent) + "\n";
@@ -228,7 +225,6 @@ std::string option_text(const CLI::App& app, const std::string& name) {
     return text;
 }
 
-/// Long names of all options, by group of the help.
 std::map<std::string, std::set<std::string>> options_by_group(const CLI::App& app) {
     std::map<std::string, std::set<std::string>> options;
     for (const CLI::App* const verb : app.get_subcommands({}))
@@ -242,7 +238,7 @@ std::string term_text(const Term& term) {
     return std::string(name_of(term)) + "\n\n" + paragraph(std::string(term.text));
 }
 
-/// Fields of report.json, by their key, the path to it or the words of the table: "min_scaled_jacobian".
+/// Finds fields of report.json by key, path or table title: "min_scaled_jacobian".
 std::string report_key_text(std::string name) {
     std::ranges::replace(name, ' ', '_');
     std::map<std::string_view, std::vector<run::ReportKey>> by_meaning;
@@ -273,7 +269,7 @@ std::string list_of(const std::string& title, const std::vector<std::string>& wo
     return title + ":\n" + paragraph(joined(words)) + "\n";
 }
 
-/// Successors of a name of earlier versions, each once; of an option those of the command line alone.
+/// Successors of an old name; for an option only those on the command line.
 std::vector<std::string> new_names(std::string_view name, bool is_option) {
     std::vector<std::string> names;
     for (const config::Rename& r : config::renames)

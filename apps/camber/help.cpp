@@ -1,4 +1,4 @@
-// Help of the program and of its verbs: groups of options, layout, and the parts of the build.
+// Help of the program and its verbs: groups of options, layout, and the parts of the build.
 #include "help.hpp"
 
 #include <algorithm>
@@ -19,14 +19,14 @@ namespace camber::app {
 
 namespace {
 
-/// Options of one group, by their long names with blanks between them.
+/// Long names are separated by spaces.
 struct OptionGroup {
     std::string_view name;
     std::string_view options;
-    std::string_view verb = {};  ///< empty: of all verbs that no other row names
+    std::string_view verb = {};  ///< empty: all verbs without a row for the option
 };
 
-/// Rows of one verb come first.
+/// Rows of one verb precede the general rows.
 constexpr std::array option_groups{
     OptionGroup{"Input", "elements structure set", "generate"},
     OptionGroup{"Input", "field solve", "adapt"},
@@ -51,14 +51,12 @@ constexpr std::array option_groups{
         "allow-commands print-config dry-run verbose quiet help help-all"},
 };
 
-/// Options that `--help` shows.
 constexpr std::string_view common_options =
     "solution field solve elements structure geometry cad boundary-tolerance ridge-angle metric size geometry-error "
     "complexity vertices objective min-scaled-jacobian degree method output force format report page partition elevate "
     "straighten json cut show hide view colour surface threads cycles set allow-commands dry-run verbose quiet help "
     "help-all";
 
-/// True if the list has that word.
 bool has_word(std::string_view list, std::string_view word) {
     for (std::size_t at = list.find(word); at != std::string_view::npos; at = list.find(word, at + 1)) {
         const std::size_t end = at + word.size();
@@ -67,7 +65,6 @@ bool has_word(std::string_view list, std::string_view word) {
     return false;
 }
 
-/// True if `--help` shows the option; `--help-all` shows all of them.
 bool is_common(const CLI::Option& option) {
     return option.get_required() || option.get_lnames().empty() || has_word(common_options, long_name(option));
 }
@@ -96,7 +93,7 @@ std::string entry(const std::string& name, const std::string& text) {
     return out.str();
 }
 
-/// The options of a verb by group: common ones, or all.
+/// `all`: includes options that are not common.
 std::string options_by_group(const CLI::Formatter& formatter, const CLI::App* app, bool all) {
     constexpr std::array titles{"Options", "Input", "Geometry", "Metric", "Quality", "Output", "Run"};
     std::string text;

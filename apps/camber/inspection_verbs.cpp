@@ -1,4 +1,4 @@
-// Arguments of the verbs that examine and show meshes, and of those that explain the program.
+// Arguments of the verbs that examine and show meshes, or explain the program.
 #include "arguments.hpp"
 
 #include <string>
@@ -17,23 +17,24 @@ namespace camber::app {
 Work declare_check(CLI::App* verb, Arguments& all) {
     add_details(
         verb,
-        "  camber check wing-p2.meshb                       print the report\n  camber check wing-p2.meshb --worst "
-        "50            with more of the worst elements\n  camber check wing-p2.meshb --json > check.json   the whole "
-        "report for scripts\n  camber check wing-p2.meshb --elements            each element's verdict, as CSV\n  "
-        "camber check wing-p2.meshb --field 'tanh((sqrt(x^2+y^2+z^2) - "
-        "0.5)/0.01)'\n                                                   interpolation errors of a front on a "
-        "sphere\n  camber check wing.meshb --metric wing.solb       edge lengths in this metric\n  camber check "
-        "wing-p2.meshb --metric wing.solb    the same, straight and along the curves\n\nAn element of degree 2 is "
-        "valid if det J is positive everywhere. Its scaled Jacobian is the minimum of det J divided by det J of the "
-        "straight element with the same vertices. Other programs use this name for Knupp's measure. For a straight "
-        "mesh, the report has the quality, which is the mean ratio. check also examines the whole mesh: conformity, "
-        "orientation, nodes, boundary, and crossing of curved facets.\n\nA field is an expression of x, y, z and pi "
-        "with + - * / ^, c ? a : b, sqrt, exp, tanh ... For a field, the report has the L2 and H1 errors of its "
-        "interpolants: of degree 1 and 2 on straight edges, and on the curved mesh. If the error on straight edges "
-        "divided by that on the curved mesh is above 1, curved elements are more accurate with the same number of "
-        "unknowns (docs/algorithms/interpolation-error.md). In a metric, the quality of an element of degree 2 is 1 "
-        "divided by its mean distortion: 1 is regular, 0 is folded (docs/algorithms/distortion.md). All lines of the "
-        "report: docs/algorithms/check.md");
+        "  camber check wing-p2.meshb                       print the report\n"
+        "  camber check wing-p2.meshb --worst 50            with more of the worst elements\n"
+        "  camber check wing-p2.meshb --json > check.json   the whole report for scripts\n"
+        "  camber check wing-p2.meshb --elements            each element's verdict, as CSV\n"
+        "  camber check wing-p2.meshb --field 'tanh((sqrt(x^2+y^2+z^2) - 0.5)/0.01)'\n"
+        "                                                   interpolation errors of a front on a sphere\n"
+        "  camber check wing.meshb --metric wing.solb       edge lengths in this metric\n"
+        "  camber check wing-p2.meshb --metric wing.solb    the same, straight and along the curves\n\n"
+        "An element of degree 2 is valid if det J is positive everywhere. Its scaled Jacobian is the minimum of det J "
+        "divided by det J of the straight element with the same vertices. Other programs use this name for Knupp's "
+        "measure. For a straight mesh, the report has the quality, which is the mean ratio. check also examines the "
+        "whole mesh: conformity, orientation, nodes, boundary, and crossing of curved facets.\n\n"
+        "A field is an expression of x, y, z and pi with + - * / ^, c ? a : b, sqrt, exp, tanh ... For a field, the "
+        "report has the L2 and H1 errors of its interpolants: of degree 1 and 2 on straight edges, and on the curved "
+        "mesh. If the error on straight edges divided by that on the curved mesh is above 1, curved elements are more "
+        "accurate with the same number of unknowns (docs/algorithms/interpolation-error.md). In a metric, the quality "
+        "of an element of degree 2 is 1 divided by its mean distortion: 1 is regular, 0 is folded "
+        "(docs/algorithms/distortion.md). All lines of the report: docs/algorithms/check.md");
     CheckArguments& a = all.check;
     using Options = run::CheckOptions;
     add_mesh(verb, a.input);
@@ -64,11 +65,12 @@ Work declare_check(CLI::App* verb, Arguments& all) {
 
 Work declare_report(CLI::App* verb, Arguments& all) {
     add_details(verb,
-                "  camber report wing-p2.meshb -o wing.html\n  camber report wing.meshb --metric wing.solb -o "
-                "wing.html    also coloured by the anisotropy of the metric\n  camber report flow.vtu -o "
-                "flow.html                         also coloured by the fields of the file\n  camber curve wing.meshb "
-                "-o wing-p2.meshb --report report.json\n  camber report report.json -o wing.html                      "
-                "before and after correction\n\nContents of the page: docs/page.md");
+                "  camber report wing-p2.meshb -o wing.html\n"
+                "  camber report wing.meshb --metric wing.solb -o wing.html    also coloured by anisotropy\n"
+                "  camber report flow.vtu -o flow.html                         coloured by fields of the file\n"
+                "  camber curve wing.meshb -o wing-p2.meshb --report report.json\n"
+                "  camber report report.json -o wing.html                      before and after correction\n\n"
+                "Contents of the page: docs/page.md");
     ReportArguments& a = all.report;
     using Options = run::CheckOptions;
     add_option(verb, "input", a.input,
@@ -93,22 +95,23 @@ Work declare_report(CLI::App* verb, Arguments& all) {
 Work declare_geometry(CLI::App* verb, Arguments& all) {
     add_details(
         verb,
-        "  camber geometry wing.meshb                              patches, ridges, corners, suspicious places\n  "
-        "camber geometry wing.meshb --ridge-angle 30             the ridges with a ridge angle of 30 degrees\n  camber "
-        "geometry wing-p2.meshb --cad wing.step           distances to and from the CAD model, by face\n  camber "
-        "geometry wing-p2.meshb --cad wing.step -o d.vtu  the same as fields of the facets, for ParaView\n  camber "
-        "geometry wing.meshb --surface smooth.vtu         the smooth surface that curving uses\n  camber geometry "
-        "wing.meshb --json > geometry.json       the whole report for scripts\n\nRidges are edges where facets turn by "
-        "more than the ridge angle, edges between references, and edges that the file lists as ridges. Patches are the "
-        "smooth parts between ridges. Two facets in one plane turn by 0 degrees. Suspicious places depend on the ridge "
-        "angle, or have no smooth surface: knife edges, tips of cones, vertices with divergent normals. Check them "
-        "before curving. To correct them, list edges as Ridges in the file, assign different references to facets of "
-        "different surfaces, or choose another angle.\n\nDistances are measured in both directions. The distance from "
-        "the boundary to the geometry shows how closely the mesh follows the geometry. The distance from the geometry "
-        "to the boundary shows parts that the mesh misses. For a CAD model it is sampled on all faces and edges, for "
-        "other geometries only opposite the facets of the mesh. Without a geometry, the reference is the smooth "
-        "surface through the vertices of the mesh. The distance then measures the deviation of facets or curves from "
-        "that surface, not from the original part. More: docs/algorithms/distances.md");
+        "  camber geometry wing.meshb                              patches, ridges, corners, suspicious places\n"
+        "  camber geometry wing.meshb --ridge-angle 30             the ridges with a ridge angle of 30 degrees\n"
+        "  camber geometry wing-p2.meshb --cad wing.step           distances to and from the CAD model, by face\n"
+        "  camber geometry wing-p2.meshb --cad wing.step -o d.vtu  the same as fields of the facets, for ParaView\n"
+        "  camber geometry wing.meshb --surface smooth.vtu         the smooth surface that curving uses\n"
+        "  camber geometry wing.meshb --json > geometry.json       the whole report for scripts\n\n"
+        "Ridges are edges where facets turn by more than the ridge angle, edges between references, and edges that the "
+        "file lists as ridges. Patches are the smooth parts between ridges. Two facets in one plane turn by 0 degrees. "
+        "Suspicious places depend on the ridge angle, or have no smooth surface: knife edges, tips of cones, vertices "
+        "with divergent normals. Check them before curving. To correct them, list edges as Ridges in the file, assign "
+        "different references to facets of different surfaces, or choose another angle.\n\n"
+        "Distances are measured in both directions. The distance from the boundary to the geometry shows how closely "
+        "the mesh follows the geometry. The distance from the geometry to the boundary shows parts that the mesh "
+        "misses. For a CAD model it is sampled on all faces and edges, for other geometries only opposite the facets "
+        "of the mesh. Without a geometry, the reference is the smooth surface through the vertices of the mesh. The "
+        "distance then measures the deviation of facets or curves from that surface, not from the original part. More: "
+        "docs/algorithms/distances.md");
     GeometryCommandArguments& a = all.geometry;
     using Options = run::InspectOptions;
     add_mesh(verb, a.input);
@@ -140,14 +143,15 @@ Work declare_plot(CLI::App* verb, Arguments& all) {
 Work declare_picture(CLI::App* verb, Arguments& all) {
     add_details(
         verb,
-        "  camber picture wing-p2.meshb -o wing.png                     pixels\n  camber picture wing-p2.meshb -o "
-        "cut.png --cut x=0.5          without the elements beyond x = 0.5\n  camber picture ring.mesh -o ring.svg "
-        "--size 600x600          vector graphics\n  camber picture wing-p2.meshb -o worst.png --worst 10         marks "
-        "the ten worst elements\n  camber picture wing.msh -o wall.png --hide farfield          without the facets of "
-        "a group\n  camber picture wing.meshb -o m.png --metric wing.solb        the anisotropy of a metric\n  camber "
-        "picture wing.meshb -o u.png --solution u.solb --no-edges --background dark\n\nA cut removes whole elements: "
-        "those with their centroid beyond the plane. The projection is parallel, so lengths stay in proportion. The "
-        "number of threads does not change the file. More: docs/pictures.md");
+        "  camber picture wing-p2.meshb -o wing.png                     pixels\n"
+        "  camber picture wing-p2.meshb -o cut.png --cut x=0.5          without the elements beyond x = 0.5\n"
+        "  camber picture ring.mesh -o ring.svg --size 600x600          vector graphics\n"
+        "  camber picture wing-p2.meshb -o worst.png --worst 10         marks the ten worst elements\n"
+        "  camber picture wing.msh -o wall.png --hide farfield          without the facets of a group\n"
+        "  camber picture wing.meshb -o m.png --metric wing.solb        the anisotropy of a metric\n"
+        "  camber picture wing.meshb -o u.png --solution u.solb --no-edges --background dark\n\n"
+        "A cut removes whole elements: those with their centroid beyond the plane. The projection is parallel, so "
+        "lengths stay in proportion. The number of threads does not change the file. More: docs/pictures.md");
     PictureArguments& a = all.picture;
     add_mesh(verb, a.input);
     add_option(verb, "-o,--output", a.output, "Output picture (.png, .svg)")->required();
@@ -198,9 +202,10 @@ Work declare_info(CLI::App* verb, Arguments& all) {
 
 Work declare_explain(CLI::App* verb, Arguments& all) {
     add_details(verb,
-                "  camber explain                       lists all words by group\n  camber explain "
-                "relax                 explains a stage and its options\n  camber explain --geometry-error      "
-                "explains an option\n  camber explain 'scaled Jacobian'     explains a word of the tables");
+                "  camber explain                       lists all words by group\n"
+                "  camber explain relax                 explains a stage and its options\n"
+                "  camber explain --geometry-error      explains an option\n"
+                "  camber explain 'scaled Jacobian'     explains a word of the tables");
     add_option(verb, "topic", all.topic, "Word, such as curve, --geometry-error, complexity. Default: list all words");
     return {[&topic = all.topic, program = verb->get_parent()](const Host&) {
         const auto text = topic.empty() ? list_explained_words(*program) : explanation_of(*program, topic);

@@ -1,4 +1,4 @@
-// Arguments of the verbs that make or convert meshes, metrics and solutions: metric, transfer, convert, generate.
+// Arguments of metric, transfer, convert and generate.
 #include "arguments.hpp"
 
 #include <cstddef>
@@ -31,7 +31,7 @@ void add_solution(CLI::App* verb, std::string& solution, std::vector<std::string
         ->delimiter(',');
 }
 
-/// Arguments that are also keys of the metric {"solution": …} in a config.
+/// Adds the options that the metric {"solution": …} also has.
 void add_options_of_metric(CLI::App* verb, config::SolutionMetric& m) {
     using S = config::SolutionMetric;
     add_described<int>(verb, m, option_of(&S::degree));
@@ -56,15 +56,16 @@ void add_options_of_metric(CLI::App* verb, config::SolutionMetric& m) {
 Work declare_metric(CLI::App* verb, Arguments& all) {
     add_details(
         verb,
-        "  camber metric wing.meshb --solution u.solb -o m.solb --elements 100000\n  camber metric wing-p2.meshb "
-        "--solution u.solb -o m.solb --norm 2 --gradation 1.5\n  camber metric flow.vtu --solution flow.vtu --fields "
-        "mach -o m.sol --vertices 20000 --geometry-error 1e-3\n  camber metric wing.meshb --solution u.solb -o m.solb "
-        "--size 3=0.01 --min-size 1e-5\n\nDerivatives are recovered at the vertices: Hessians for elements of degree "
-        "1, third derivatives for elements of degree 2, from all nodes. They are one-sided at interfaces between "
-        "materials. Fields, and the components of a vector, have equal weights, and their metrics are intersected. "
-        "Sizes by reference and by the geometry are fixed. The part of the solution is scaled until the total metric, "
-        "with gradation, has the complexity. Then camber remesh adapts the mesh to the metric, and camber transfer "
-        "transfers the solution to the new mesh. More: docs/algorithms/metric-from-solution.md");
+        "  camber metric wing.meshb --solution u.solb -o m.solb --elements 100000\n"
+        "  camber metric wing-p2.meshb --solution u.solb -o m.solb --norm 2 --gradation 1.5\n"
+        "  camber metric flow.vtu --solution flow.vtu --fields mach -o m.sol --vertices 20000 --geometry-error 1e-3\n"
+        "  camber metric wing.meshb --solution u.solb -o m.solb --size 3=0.01 --min-size 1e-5\n\n"
+        "Derivatives are recovered at the vertices: Hessians for elements of degree 1, third derivatives for elements "
+        "of degree 2, from all nodes. They are one-sided at interfaces between materials. Fields, and the components "
+        "of a vector, have equal weights, and their metrics are intersected. Sizes by reference and by the geometry "
+        "are fixed. The part of the solution is scaled until the total metric, with gradation, has the complexity. "
+        "Then camber remesh adapts the mesh to the metric, and camber transfer transfers the solution to the new mesh. "
+        "More: docs/algorithms/metric-from-solution.md");
     MetricArguments& a = all.metric;
     add_mesh(verb, a.input);
     add_solution(verb, a.solution, a.metric.fields);
@@ -97,17 +98,18 @@ Work declare_metric(CLI::App* verb, Arguments& all) {
 Work declare_transfer(CLI::App* verb, Arguments& all) {
     add_details(
         verb,
-        "  camber transfer old.meshb new.meshb --solution u.solb -o v.solb\n  camber transfer old.meshb new.meshb "
-        "--solution u.solb -o v.solb --method conserve\n\nNodes that did not move preserve their values exactly. Other "
-        "nodes take the value of the old field at their position in the old curved mesh, or at the nearest point of "
-        "its boundary. Where elements changed, conserve takes the field with the smallest L2 difference that preserves "
-        "the integral over each material. More: docs/algorithms/transfer.md");
+        "  camber transfer old.meshb new.meshb --solution u.solb -o v.solb\n"
+        "  camber transfer old.meshb new.meshb --solution u.solb -o v.solb --method conserve\n\n"
+        "Nodes that did not move preserve their values exactly. Other nodes take the value of the old field at their "
+        "position in the old curved mesh, or at the nearest point of its boundary. In changed elements, conserve takes "
+        "the field with the smallest L2 difference that preserves the integral over each material. More: "
+        "docs/algorithms/transfer.md");
     TransferArguments& a = all.transfer;
     add_option(verb, "old", a.old_mesh, "Mesh of the solution (" + endings_of_input() + ")")->required();
     add_option(verb, "new", a.new_mesh, "Mesh to which the solution is transferred")->required();
     add_solution(verb, a.solution, a.fields);
     add_option(verb, "-o,--output", a.output,
-               "Where it goes (" + endings_of_solutions() + ", or .vtu with the new mesh)")
+               "Output solution file (" + endings_of_solutions() + ", or .vtu with the new mesh)")
         ->required();
     add_format(verb, a.format, field_format_names());
     add_words(verb, "--method", a.options.method, "Method of transfer: interpolate (the default), or conserve");
@@ -121,14 +123,14 @@ Work declare_transfer(CLI::App* verb, Arguments& all) {
 
 Work declare_convert(CLI::App* verb, Arguments& all) {
     add_details(verb,
-                "  camber convert wing.meshb -o wing.mesh                      binary to ASCII, and back\n  camber "
-                "convert wing-p2.meshb -o wing.vtu --cells lagrange   for ParaView, Lagrange cells\n  camber convert "
-                "wing.meshb -o wing.vtu --metric wing.solb    with the fields of a solution\n  camber convert part.msh "
-                "-o part.mfem                        from Gmsh to MFEM\n  camber convert wing-p2.meshb -o wing.pvtu "
-                "--partition 64    for a solver on 64 processes\n  camber convert wing.solb -o "
-                "wing.sol                        only a solution\n  camber convert flow.vtu -o "
-                "flow.sol                         the fields at the nodes of a mesh\n\nData that the output format "
-                "cannot store is reported on standard error. More: docs/formats.md");
+                "  camber convert wing.meshb -o wing.mesh                      binary to ASCII, and back\n"
+                "  camber convert wing-p2.meshb -o wing.vtu --cells lagrange   for ParaView, Lagrange cells\n"
+                "  camber convert wing.meshb -o wing.vtu --metric wing.solb    with the fields of a solution\n"
+                "  camber convert part.msh -o part.mfem                        from Gmsh to MFEM\n"
+                "  camber convert wing-p2.meshb -o wing.pvtu --partition 64    for a solver on 64 processes\n"
+                "  camber convert wing.solb -o wing.sol                        only a solution\n"
+                "  camber convert flow.vtu -o flow.sol                         the fields at the nodes of a mesh\n\n"
+                "Data that the output format cannot store is reported on standard error. More: docs/formats.md");
     ConvertArguments& a = all.convert;
     add_option(verb, "input", a.input, mesh_or_solution())->required();
     add_option(verb, "-o,--output", a.output,
@@ -158,17 +160,20 @@ Work declare_convert(CLI::App* verb, Arguments& all) {
 Work declare_generate(CLI::App* verb, Arguments& all) {
     add_details(
         verb,
-        "  camber generate shell -o shell.meshb --set inner_size=0.3 --set inner_layer/count=5   between two "
-        "spheres\n  camber generate shell --structure prisms --elements 2e7 -o big.meshb                  fast at any "
-        "size\n  camber generate annulus -o ring.mesh --elements 1000                                  between two "
-        "circles\n  camber generate box -o box.msh --set 'cells=[20, 10, 10]' --set 'high=[2, 1, 1]'      a structured "
-        "box\n  camber generate rectangle -o square.vtu --set 'grading=[1, 50]' --set warp=0.04       the same in 2D, "
-        "graded and warped\n  camber generate bump -o channel.mesh --set floor_layer/count=8                        a "
-        "channel with a layer\n  camber generate '{\"box\": {\"cells\": [9, 9, 9]}}' -o box.meshb                      "
-        "the JSON of configs\n  camber generate configs/spheres.json -o spheres.meshb                                 "
-        "the input mesh of a config\n\nOptions of a shape: camber explain shell (annulus, box, rectangle, bump, "
-        "layer). Options of layers are inner_layer/count and so on. The same options give the same file for any number "
-        "of threads. More: docs/algorithms/delaunay-and-shapes.md");
+        "  camber generate shell -o shell.meshb --set inner_size=0.3 --set inner_layer/count=5   between two spheres\n"
+        "  camber generate shell --structure prisms --elements 2e7 -o big.meshb                  fast at any size\n"
+        "  camber generate annulus -o ring.mesh --elements 1000                                  between two circles\n"
+        "  camber generate box -o box.msh --set 'cells=[20, 10, 10]' --set 'high=[2, 1, 1]'      a structured box\n"
+        "  camber generate rectangle -o square.vtu --set 'grading=[1, 50]' --set warp=0.04       in 2D, graded, "
+        "warped\n"
+        "  camber generate bump -o channel.mesh --set floor_layer/count=8                        a channel with a "
+        "layer\n"
+        "  camber generate '{\"box\": {\"cells\": [9, 9, 9]}}' -o box.meshb                      the JSON of configs\n"
+        "  camber generate configs/spheres.json -o spheres.meshb                                 the input mesh of a "
+        "config\n\n"
+        "Options of a shape: camber explain shell (annulus, box, rectangle, bump, layer). Options of layers are "
+        "inner_layer/count and so on. The same options give the same file for any number of threads. More: "
+        "docs/algorithms/delaunay-and-shapes.md");
     GenerateArguments& a = all.generate;
     add_option(verb, "shape", a.shape, "Name of a shape, its JSON, or a file with that JSON or with a config")
         ->required();

@@ -1,4 +1,4 @@
-// Answers to arguments that are not understood: misspelt ones, and those of Gmsh, Mmg and other programs.
+// Errors for unknown arguments: misspelt ones, and those of Gmsh, Mmg and other programs.
 #include "help.hpp"
 
 #include <algorithm>
@@ -23,7 +23,7 @@ namespace camber::app {
 namespace {
 
 struct Row {
-    std::string_view names;  ///< in small letters, "-" for "_", with blanks between them
+    std::string_view names;  ///< lower case, with "-" instead of "_", separated by spaces
     std::string_view program;
     std::string_view remedy;
 };
@@ -138,7 +138,6 @@ std::vector<std::string> names_of_verbs() {
     return names;
 }
 
-/// Long names, without dashes.
 std::vector<std::string> options_of(const CLI::App& app) {
     std::vector<std::string> names;
     for (const CLI::Option* option : app.get_options())
@@ -146,7 +145,7 @@ std::vector<std::string> options_of(const CLI::App& app) {
     return names;
 }
 
-/// The command line as it stands before an option: "camber curve".
+/// Command line before the options: "camber curve".
 std::string called(const CLI::App& app, const CLI::App& verb) {
     return (&verb != &app ? app.get_name() + " " : "") + verb.get_name();
 }
@@ -160,7 +159,7 @@ std::vector<std::string> verbs_with(const CLI::App& app, const std::string& opti
     return verbs;
 }
 
-/// An option that the verb does not have: one of another program, one of other verbs, or a misspelt one.
+/// The option belongs to another program or verb, or is misspelt.
 Error unknown_option(const CLI::App& app, const CLI::App& verb, const std::string& word) {
     const std::string where = shortened(word), here = called(app, verb);
     const auto dashes = word.find_first_not_of('-');
@@ -187,12 +186,11 @@ Error unknown_option(const CLI::App& app, const CLI::App& verb, const std::strin
     return error("is not an option of " + here, "see " + here + (&verb == &app ? " --help" : " --help-all"));
 }
 
-/// True for one dash and more than one letter.
+/// True for `-hmax`: one dash and several letters.
 bool has_one_dash(const std::string& word) {
     return word.size() > 2 && word[0] == '-' && std::isalpha(static_cast<unsigned char>(word[1])) != 0;
 }
 
-/// The parser's error in its parts: the option, what is wrong, what to do.
 Error error_of(const CLI::ParseError& error, const std::string& help) {
     std::string what = error.what(), where, remedy = "see " + help;
     if (const auto colon = what.find(": "); what.starts_with('-') && colon != std::string::npos) {
@@ -205,8 +203,8 @@ Error error_of(const CLI::ParseError& error, const std::string& help) {
     }
     constexpr std::string_view too_many = "At Most 1 required but received ";
     if (what.starts_with(too_many)) {
-        what = "is given " + what.substr(too_many.size()) + " times";
-        remedy = "give it once";
+        what = "appears " + what.substr(too_many.size()) + " times";
+        remedy = "use it once";
     } else if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::ArgumentMismatch)) {
         what = "a value is missing";
     }

@@ -56,13 +56,14 @@ Work declare_curve(CLI::App* verb, Arguments& all) {
 Work declare_repair(CLI::App* verb, Arguments& all) {
     add_details(
         verb,
-        "  camber repair broken.meshb -o valid.meshb\n  camber repair broken.meshb -o valid.meshb --boundary-tolerance "
-        "1e-3\n\nThe boundary and interfaces between materials stay unchanged. Nodes of the volume move, and its "
-        "vertices if necessary. With --cad, or analytic surfaces, boundary nodes are first projected onto these. They "
-        "slide on them only if other moves fail. With --boundary-tolerance T, nodes of boundary edges may move by at "
-        "most T if other moves fail. Between nodes, the surface then moves by at most 4/3 T. Boundary vertices never "
-        "move. Elements that cannot be repaired are listed with the reason. The mesh is written with them, and the "
-        "exit code is 1. Algorithm: docs/algorithms/repair.md");
+        "  camber repair broken.meshb -o valid.meshb\n"
+        "  camber repair broken.meshb -o valid.meshb --boundary-tolerance 1e-3\n\n"
+        "The boundary and interfaces between materials stay unchanged. Nodes of the volume move, and its vertices if "
+        "necessary. With --cad, or analytic surfaces, boundary nodes are first projected onto these. They slide on "
+        "them only if other moves fail. With --boundary-tolerance T, nodes of boundary edges may move by at most T if "
+        "other moves fail. Between nodes, the surface then moves by at most 4/3 T. Boundary vertices never move. "
+        "Elements that cannot be repaired are listed with the reason. The mesh is written with them, and the exit code "
+        "is 1. Algorithm: docs/algorithms/repair.md");
     RepairArguments& a = all.repair;
     add_option(verb, "input", a.input, "The curved mesh (" + endings_of_input() + ")")->required();
     add_option(verb, "-o,--output", a.output, "Output file of the repaired mesh (" + endings_of_output() + ")")
@@ -83,16 +84,17 @@ Work declare_repair(CLI::App* verb, Arguments& all) {
 
 Work declare_remesh(CLI::App* verb, Arguments& all) {
     add_details(verb,
-                "  camber remesh wing.meshb --metric wing.solb -o finer.meshb\n  camber remesh wing.meshb --metric 0.1 "
-                "-o even.meshb\n  camber remesh wing.meshb --metric wing.solb -o finer.meshb --output-metric "
-                "finer.solb\n  camber remesh two.meshb -o three.meshb --geometry '{\"mesh\": "
-                "\"one.meshb\"}'\n\nReferences, materials, interfaces, ridges, listed curves, corners and required "
-                "entities are preserved. New boundary vertices lie on the geometry: by default a smooth surface "
-                "through the boundary's vertices, and through its nodes if it is curved. If a mesh is remeshed "
-                "repeatedly, specify the first mesh or the CAD model as the geometry, so that the boundary does not "
-                "drift. A mesh of degree 2 keeps its degree: edges are measured along their curves, and every new "
-                "element is valid. To curve a remeshed straight mesh onto the same geometry, put \"remesh\" before "
-                "\"elevate\" in a config (configs/remesh.json). Algorithm: docs/algorithms/cavity-operator.md");
+                "  camber remesh wing.meshb --metric wing.solb -o finer.meshb\n"
+                "  camber remesh wing.meshb --metric 0.1 -o even.meshb\n"
+                "  camber remesh wing.meshb --metric wing.solb -o finer.meshb --output-metric finer.solb\n"
+                "  camber remesh two.meshb -o three.meshb --geometry '{\"mesh\": \"one.meshb\"}'\n\n"
+                "References, materials, interfaces, ridges, listed curves, corners and required entities are "
+                "preserved. New boundary vertices lie on the geometry: by default a smooth surface through the "
+                "boundary's vertices, and through its nodes if it is curved. If a mesh is remeshed repeatedly, specify "
+                "the first mesh or the CAD model as the geometry, so that the boundary does not drift. A mesh of "
+                "degree 2 keeps its degree: edges are measured along their curves, and every new element is valid. To "
+                "curve a remeshed straight mesh onto the same geometry, put \"remesh\" before \"elevate\" in a config "
+                "(configs/remesh.json). Algorithm: docs/algorithms/cavity-operator.md");
     RemeshArguments& a = all.remesh;
     add_mesh(verb, a.input);
     add_option(verb, "-o,--output", a.output, "Output file of the new mesh (" + endings_of_output() + ")")->required();
@@ -120,7 +122,6 @@ Work declare_remesh(CLI::App* verb, Arguments& all) {
 
 namespace {
 
-/// Arguments for the target of the adaptation.
 void add_aims(CLI::App* verb, AdaptArguments& a) {
     add_option(verb, "--solution", a.solution.input_file,
                "Solution on MESH: a file of rows at its vertices or nodes (" + endings_of_solutions() +
@@ -147,7 +148,7 @@ void add_aims(CLI::App* verb, AdaptArguments& a) {
         ->type_name("EXPRESSION");
 }
 
-/// --norm, of which H1 is an alias: the norm L2 of gradients.
+/// H1 means the L2 norm of gradients.
 void add_norm(CLI::App* verb, config::SolutionMetric& metric) {
     const auto norm = option_of(&config::SolutionMetric::norm);
     add_option(verb, "--norm", metric.norm, help_of(norm) + "; H1: the same as --norm 2 --error-of gradients")
@@ -182,9 +183,9 @@ void add_metric_of_solution_options(CLI::App* verb, AdaptArguments& a) {
     add_described<double>(verb, a.of_solution, option_of(&S::max_anisotropy));
     add_sizes(verb, a.metric.sizes);
     add_option(verb, "--geometry-error", a.metric.geometry_error,
-               "Largest distance between the boundary and its geometry, in both directions, in model units. If the "
-               "result exceeds it, the exit code is 1. none: no limit. By default the expected error of the solution "
-               "sets it, and a result that exceeds it causes a note; facets are limited as by remesh")
+               "Largest distance between the boundary and its geometry, in both directions, in model units. A larger "
+               "distance in the result: exit code 1. none: no limit. The default is set by the expected error of the "
+               "solution, and a larger distance causes a note; new facets are limited as with remesh")
         ->check(above<double>(0))
         ->transform(none_as("inf"));
     add_gradation(verb, a.metric.gradation);
@@ -225,15 +226,17 @@ Work declare_adapt(CLI::App* verb, Arguments& all) {
     add_details(
         verb,
         "  camber adapt wing.meshb --solve 'python3 flow.py {mesh} {solution}' --complexity 2000,4000,8000 -o "
-        "new.meshb\n  camber adapt wing.meshb --field 'tanh((sqrt(x^2+y^2+z^2)-1.2)/0.02)' --complexity 5000 -o "
-        "new.meshb\n  camber adapt wing.meshb --solution u.solb --complexity 5000 -o new.meshb --output-solution "
-        "v.solb\n  camber adapt wing.meshb --metric wing.solb --degree 1 -o new.meshb\n  camber adapt wing.meshb "
-        "--solve 'flow {mesh} {solution}' -o new.meshb --from 3 --cycles 12\n\nEach cycle reads a mesh and its "
-        "solution. It computes the metric that interpolates the solution best with the specified complexity, remeshes, "
-        "and curves the edges for the solution. Then it transfers the solution to the new mesh. Every mesh is valid. "
-        "The boundary stays on the geometry: that of --geometry or --cad, otherwise that of the first mesh. Cycles end "
-        "if the error has converged (--convergence-tolerance), after --cycles cycles, or by Ctrl-C. OUTPUT is the mesh "
-        "with the smallest error (see --result). Algorithm: docs/algorithms/adaptation.md");
+        "new.meshb\n"
+        "  camber adapt wing.meshb --field 'tanh((sqrt(x^2+y^2+z^2)-1.2)/0.02)' --complexity 5000 -o new.meshb\n"
+        "  camber adapt wing.meshb --solution u.solb --complexity 5000 -o new.meshb --output-solution v.solb\n"
+        "  camber adapt wing.meshb --metric wing.solb --degree 1 -o new.meshb\n"
+        "  camber adapt wing.meshb --solve 'flow {mesh} {solution}' -o new.meshb --from 3 --cycles 12\n\n"
+        "Each cycle reads a mesh and its solution. It computes the metric that interpolates the solution best with the "
+        "specified complexity, remeshes, and curves the edges for the solution. Then it transfers the solution to the "
+        "new mesh. Every mesh is valid. The boundary stays on the geometry: that of --geometry or --cad, otherwise "
+        "that of the first mesh. Cycles end if the error has converged (--convergence-tolerance), at the limit of "
+        "--cycles, or by Ctrl-C. OUTPUT is the mesh with the smallest error (see --result). Algorithm: "
+        "docs/algorithms/adaptation.md");
     AdaptArguments& a = all.adapt;
     add_mesh(verb, a.input);
     add_option(verb, "-o,--output", a.output, "Output file of the result (" + endings_of_output() + ")")->required();

@@ -1,4 +1,4 @@
-// The table of verbs, the parser that is made of it, and the program.
+// The table of verbs, its parser, and the program.
 #include "program.hpp"
 
 #include <algorithm>
@@ -70,18 +70,21 @@ constexpr std::array table{
 
 constexpr const char* description =
     "Camber converts straight meshes to curved (P2) meshes that follow a metric and a geometry. Its curved elements "
-    "are proven valid.\n\n  camber curve wing.meshb -o wing-p2.meshb          curve a mesh by its natural metric\n  "
-    "camber remesh wing.meshb --metric m.sol -o w.mesh adapt a straight or curved mesh to a metric\n  camber adapt "
-    "w.mesh --field 'tanh(x/0.01)' -o v.mesh   adapt a mesh to a solution, in cycles\n  camber repair broken-p2.meshb "
-    "-o valid-p2.meshb   repair a curved mesh from another program\n  camber run "
-    "configs/spheres.json                   run a pipeline\n  camber check wing-p2.meshb                        check "
-    "validity and quality\n  camber report wing-p2.meshb -o wing.html          write the check as a page for a "
-    "browser\n  camber geometry wing-p2.meshb --cad wing.step     boundary, and distances from the CAD model\n  camber "
-    "metric w.mesh --solution u.sol -o m.sol    compute the metric for a solution\n  camber transfer w.mesh new.mesh "
-    "--solution u.sol -o v.sol   transfer a solution to another mesh\n  camber picture wing-p2.meshb -o "
-    "wing.png          draw a picture with curved edges\n  camber convert wing-p2.meshb -o wing-p2.vtu       convert "
-    "for ParaView\n  camber generate shell -o shell.meshb              generate an example mesh\n  camber explain "
-    "curve                              explain a stage and its options\n";
+    "are proven valid.\n\n"
+    "  camber curve wing.meshb -o wing-p2.meshb          curve a mesh by its natural metric\n"
+    "  camber remesh wing.meshb --metric m.sol -o w.mesh adapt a straight or curved mesh to a metric\n"
+    "  camber adapt w.mesh --field 'tanh(x/0.01)' -o v.mesh   adapt a mesh to a solution, in cycles\n"
+    "  camber repair broken-p2.meshb -o valid-p2.meshb   repair a curved mesh from another program\n"
+    "  camber run configs/spheres.json                   run a pipeline\n"
+    "  camber check wing-p2.meshb                        check validity and quality\n"
+    "  camber report wing-p2.meshb -o wing.html          write the check as a page for a browser\n"
+    "  camber geometry wing-p2.meshb --cad wing.step     boundary, and distances from the CAD model\n"
+    "  camber metric w.mesh --solution u.sol -o m.sol    compute the metric for a solution\n"
+    "  camber transfer w.mesh new.mesh --solution u.sol -o v.sol   transfer a solution to another mesh\n"
+    "  camber picture wing-p2.meshb -o wing.png          draw a picture with curved edges\n"
+    "  camber convert wing-p2.meshb -o wing-p2.vtu       convert for ParaView\n"
+    "  camber generate shell -o shell.meshb              generate an example mesh\n"
+    "  camber explain curve                              explain a stage and its options\n";
 
 constexpr const char* exit_codes =
     "Exit codes: 0 success; 1 the output does not meet the requirements: elements are not proven valid, or are below "
@@ -89,14 +92,13 @@ constexpr const char* exit_codes =
     "mesh has other defects); 2 wrong usage or config; 3 an input or output file failed; 4 not enough memory, or an "
     "internal error; 130 interrupted. Errors of input files: docs/input.md.";
 
-/// The parser of the program, the values that it stores, and the work of each verb in the order of the table.
+/// The parser with the stored values, and the work of each verb in table order.
 struct Program {
     std::unique_ptr<Call> call = std::make_unique<Call>();
     std::shared_ptr<CLI::App> parser = std::make_shared<CLI::App>(description, "camber");
     std::vector<Work> works = {};
 };
 
-/// --version and --verbose of the program.
 void add_version(CLI::App& app) {
     const CLI::Option* const verbose = app.add_flag_callback(
         "--verbose",
@@ -109,7 +111,6 @@ void add_version(CLI::App& app) {
     });
 }
 
-/// --quiet and --verbose of a verb.
 void add_voice(CLI::App& verb) {
     CLI::Option* const quiet = verb.add_flag_callback(
         "--quiet", [] { set_voice(Voice::quiet); },
@@ -133,17 +134,17 @@ Program program() {
         if (verb.group != VerbGroup::data) add_voice(*parser);
     }
     set_groups(app);
-    app.footer(exit_codes);  // not the verbs', which take theirs when they are made
+    app.footer(exit_codes);  // set last, so that verbs do not inherit it
     return result;
 }
 
-/// A text is the answer to --help or --version.
+/// A call, or the text for --help or --version.
 Outcome<std::variant<std::unique_ptr<Call>, std::string>> parse(std::vector<std::string> words) {
     Program result = program();
     CLI::App& app = *result.parser;
     if (const auto unknown = check_words(app, words)) return fail(*unknown);
     try {
-        std::ranges::reverse(words);  // the parser takes them from the end
+        std::ranges::reverse(words);  // the parser consumes words from the end
         app.parse(std::move(words));
     } catch (const CLI::Success& success) {
         std::ostringstream text;
@@ -159,7 +160,7 @@ Outcome<std::variant<std::unique_ptr<Call>, std::string>> parse(std::vector<std:
     return std::move(result.call);
 }
 
-/// Rejects work that each of several ranks would do as a whole. Errors: usage.
+/// Several ranks can only run verbs that work by blocks.
 Outcome<Done> check_ranks(const Verb& verb, const Ranks& ranks) {
     if (ranks.size() == 1 || verb.group == VerbGroup::by_blocks) return Done{};
     return fail(ErrorKind::usage, "cannot run on several ranks", std::string(verb.name), {},
@@ -181,7 +182,7 @@ int run_line(std::span<char*> arguments, const std::shared_ptr<Ranks>& ranks, co
     return report_error({ErrorKind::internal, std::string("internal error: ") + error.what(), {}, {}, {}});
 }
 
-/// The exit code of all. A rank that has failed where the others have not tells them so in whichever exchange they are.
+/// Returns the common exit code. A failed rank cancels the exchanges of waiting ranks.
 int end_together(Ranks& ranks, int code) {
     constexpr int first_of_failures = 2;
     if (ranks.size() == 1) return code;

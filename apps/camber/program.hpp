@@ -1,5 +1,5 @@
 #pragma once
-// The program's verbs: their arguments as values, from the words of a command line.
+// Verbs of the program: parses a command line into arguments and runs it.
 #include <functional>
 #include <memory>
 #include <span>
@@ -19,7 +19,6 @@ import camber.distributed;
 
 namespace camber::app {
 
-/// Values of the arguments of each verb.
 struct Arguments {
     RunArguments run;
     CurveArguments curve;
@@ -39,28 +38,26 @@ struct Arguments {
     std::string topic, help_of, schema;
 };
 
-/// Work of a verb with its arguments.
 struct Work {
     std::function<Outcome<int>(const Host&)> run;  ///< returns the exit code
-    /// The pipeline that the verb runs; empty: the verb runs none.
+    /// Empty: the verb runs no pipeline.
     std::function<Outcome<config::Pipeline>()> pipeline = {};
 };
 
 enum class VerbGroup {
-    by_blocks,    ///< the work goes by blocks of the mesh, which several ranks share
-    on_one_rank,  ///< all others that write files or reports
-    data,         ///< prints data alone, on one rank: has no --quiet and --verbose
+    by_blocks,    ///< processes blocks, also on several ranks
+    on_one_rank,  ///< other verbs that write files or reports
+    data,         ///< only prints data: no --quiet or --verbose
 };
 
 struct Verb {
     std::string_view name;
     VerbGroup group;
-    std::string_view summary;  ///< the first sentence of its help
-    /// Adds the arguments to the parser; `arguments` stores their values.
+    std::string_view summary;  ///< first sentence of its help
+    /// Adds arguments to the parser, with their values in `arguments`.
     Work (*declare)(CLI::App* verb, Arguments& arguments);
 };
 
-/// The table of verbs, in the order of the help.
 [[nodiscard]] std::span<const Verb> verbs();
 
 /// A parsed command line.
@@ -71,16 +68,15 @@ struct Call {
     std::shared_ptr<const CLI::App> parser = {};
 };
 
-/// Parses words as on the command line: {"curve", "wing.meshb", "--metric", "0.1", "-o", …}. Errors: usage, with the
-/// messages of the program.
+/// Parses a command line: {"curve", "wing.meshb", "--metric", "0.1", "-o", …}. Errors: usage.
 [[nodiscard]] Outcome<std::unique_ptr<Call>> call_of(std::vector<std::string> words);
 
-/// Arguments of the verbs as JSON: {"curve": {"about": …, "arguments": [{"name", "help", "positional", "required",
-/// "type", "default", "flag", "many"} …]} …}. Names are the long ones, without dashes.
+/// Describes the arguments of all verbs as JSON: {"curve": {"about": …, "arguments": [{"name", "help", "positional",
+/// "required", "type", "default", "flag", "many"} …]} …}. Names are long names without dashes.
 [[nodiscard]] std::string arguments_json();
 
-/// Runs the command line on this rank. All ranks have the same line; the first of them prints, and all return the same
-/// exit code. `partition` partitions the graphs that they share; empty: nothing does.
+/// Runs the command line, which all ranks share, and returns the common exit code. The first rank prints. `partition`
+/// partitions shared graphs; it may be empty.
 [[nodiscard]] int run_program(std::span<char*> arguments, const std::shared_ptr<Ranks>& ranks,
                               const GraphPartitioner& partition = {});
 

@@ -73,12 +73,11 @@ HERE = {
     "and the exit code is 1": "and `success` is False",
     "exit code 1": "`success` is False",
     " (.sol, .solb)": "",
-    ", or by Ctrl-C; what the last whole one made is then in OUTPUT and in its folder": "",
+    ", at the limit of cycles, or by Ctrl-C": " or at the limit of cycles",
+    "OUTPUT is": "The result is",
     "on MESH": "on the mesh",
-    ", with commas by cycle,": ", one a cycle,",
-    ", with commas": "",
-    "; again for more fields": "",
-    "; again for more": "",
+    ", separated by commas": "",
+    ". Can be repeated": "",
 }
 MESH = {
     "mesh": "the mesh: a camber.Mesh, what another verb made, or a mesh of meshio's, PyVista's or VTK's",

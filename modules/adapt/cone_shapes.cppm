@@ -1,4 +1,4 @@
-// Shapes of the straight and curved elements of a star.
+// Shapes (qualities of simplices) of the straight and curved elements of a star.
 module;
 #include <algorithm>
 #include <array>
@@ -31,7 +31,7 @@ template <int D>
     return {r.mesh.points[v], &r.vertices.metrics[v], r.vertices.gradients.empty() ? nullptr : &r.vertices.gradients[v],
             r.mesh.states[v].place};
 }
-/// Sum of an edge's squared lengths in the metrics of both ends; degree 2: twice the squared length of the curve.
+/// Sum of the squared lengths of an edge in the metrics of both ends; degree 2: twice the squared length of the curve.
 template <int D>
 [[nodiscard]] double squares_between(const Adaptation<D>& r, const VertexMetric<D>& a, const VertexMetric<D>& b,
                                      const Vec<D>& chord, const Vec<D>& offset) {
@@ -39,14 +39,14 @@ template <int D>
     const double length = quadratic_edge_length<D>(end_of(a), end_of(b), chord, offset);
     return 2 * length * length;
 }
-/// The same for an edge of the mesh in degree 2.
+/// `squares_between` the ends of an edge in a quadratic mesh.
 template <int D>
 [[nodiscard]] double squares_of(const Adaptation<D>& r, EdgeId edge) {
     const double length = length_of(r, edge);
     return 2 * length * length;
 }
 
-/// This data is scattered in memory.
+/// Prefetches edges of elements, because this data is scattered in memory.
 template <int D>
 void fetch_edges_ahead(const Adaptation<D>& r, std::span<const ElementId> elements) {
     if (!r.mesh.is_curved()) return;
@@ -65,8 +65,8 @@ struct StackMemory {
     std::pmr::monotonic_buffer_resource memory{bytes.data(), bytes.size()};
 };
 
-/// Edges from a point to vertices: straight, or in degree 2 by the closed form of accuracy, as in the star
-/// (edge_accuracy). Likely boundary edges are chords.
+/// Edges from a point to vertices: straight, or in degree 2 by `bent_edges`, as in the star. Likely boundary edges are
+/// chords.
 template <int D>
 class BentSpokes {
   public:
@@ -91,7 +91,6 @@ class BentSpokes {
         to_.push_back({v, &metric});
         chords_.push_back(place - point_.place);
     }
-    /// Computes the edges added since the last call.
     void bend() {
         const std::size_t first = squares_.size(), added = to_.size() - first;
         squares_.resize(to_.size(), unknown);
@@ -106,8 +105,8 @@ class BentSpokes {
         for (double& length : std::span(squares_).last(added)) length *= 2 * length;
         straighten_boundary(first);
     }
-    /// In degree 2, takes the mesh's own edges instead, one for each. Likely boundary edges are chords here too, so
-    /// that positions are compared alike.
+    /// In degree 2, takes the mesh's edges instead, one for each vertex. Likely boundary edges are chords here too, so
+    /// that all positions are compared alike.
     void take_edges(std::span<const EdgeId> edges) {
         squares_.assign(to_.size(), unknown);
         if (!r_.mesh.is_curved()) return;
@@ -119,7 +118,7 @@ class BentSpokes {
         straighten_boundary(0);
     }
 
-    /// True if 4 times each offset is at most 0.3 of its edge's length in the point's metric.
+    /// True if 4 times each offset is at most 0.3 of the edge's length in the point's metric.
     [[nodiscard]] bool are_nearly_straight() {
         if (!r_.mesh.is_curved()) return true;
         constexpr double little = 0.3;
@@ -128,8 +127,8 @@ class BentSpokes {
                 return false;
         return true;
     }
-    /// Moves the point and keeps the offsets: nearly exact for small moves, and much cheaper. The caller sets the
-    /// chords again; lengths use the metrics at both ends.
+    /// Moves the point and preserves the offsets: nearly exact for small moves, and much cheaper. The caller must set
+    /// the chords again.
     void move(const ConePoint<D>& point) {
         point_ = point;
         has_stored_ = true;
@@ -137,7 +136,7 @@ class BentSpokes {
     }
     void put_chord(std::size_t i, const Vec<D>& place) { chords_[i] = place - point_.place; }
 
-    /// Degree 2: passes edges to a request, except likely boundary edges.
+    /// Degree 2: stores the edges in a request, except likely boundary edges.
     void set_edges(CavityRequest<D>& request) const {
         if (!r_.mesh.is_curved()) return;
         request.bent.reserve(to_.size());
@@ -150,7 +149,7 @@ class BentSpokes {
 
     [[nodiscard]] const ConePoint<D>& point() const { return point_; }
     [[nodiscard]] double density_root() const { return point_.metric->measure.density_root; }
-    /// At the point and at the vertex, as long as a chord.
+    /// Tangents at the point and (`tangent_back`) at the vertex. A straight edge's tangent is the chord.
     [[nodiscard]] Vec<D> tangent(std::size_t i) const {
         return r_.mesh.is_curved() ? chords_[i] + 4.0 * offsets_[i] : chords_[i];
     }
@@ -200,14 +199,14 @@ class BentSpokes {
     StackMemory<usual_vertices * (sizeof(To) + 2 * sizeof(Vec<D>) + sizeof(EndSamples<D>) + sizeof(double))>
         stack_memory_;
     std::pmr::vector<To> to_{&stack_memory_.memory};
-    std::pmr::vector<Vec<D>> chords_{&stack_memory_.memory}, offsets_{&stack_memory_.memory};  ///< offsets: degree 2
+    std::pmr::vector<Vec<D>> chords_{&stack_memory_.memory}, offsets_{&stack_memory_.memory};
     std::pmr::vector<EndSamples<D>> ends_{&stack_memory_.memory};
     std::pmr::vector<double> squares_{&stack_memory_.memory};
-    bool has_stored_ = false;  ///< offsets are those of another position
+    bool has_stored_ = false;  ///< offsets were computed for another position
 };
 
-/// Shape of a quadratic simplex as in `ConeShapes`. `tangents[i][j]`: at i towards j, as long as a chord. `density`:
-/// product of the vertices' density roots. `squares`: sum of `squares_between` of the edges.
+/// Shape of a quadratic simplex as in `ConeShapes`. `tangents[i][j]`: tangent at vertex i towards j. `density`: product
+/// of the vertices' density roots. `squares`: sum of `squares_between` over the edges.
 template <int D>
 [[nodiscard]] double bent_shape(const std::array<std::array<Vec<D>, D + 1>, D + 1>& tangents, double density,
                                 double squares) {
@@ -225,15 +224,15 @@ template <int D>
     return 6 * std::sqrt(12.0) * measure * density / (squares * std::sqrt(squares));
 }
 
-/// Shapes of the simplices of faces and one point: `metric_shape`, with curved edges in degree 2 (`BentSpokes`). Data
-/// of the faces is computed once, so another position costs little more than the volumes and new lengths. A face
-/// belongs to an element, whose opposite vertex the point replaces. On a standalone surface, edges of triangles form
-/// triangles with the point; a triangle that turns too far has shape 0.
+/// Shapes of the simplices that join faces to one point: `metric_shape`, with curved edges in degree 2. Data of the
+/// faces is computed once, so another position costs little more than volumes and new lengths. In a face's element, the
+/// point replaces the opposite vertex. On a standalone surface, edges of triangles are joined to the point; a triangle
+/// that turns too far has shape 0.
 template <int D>
 class ConeShapes {
   public:
     ConeShapes(const Adaptation<D>& r, const AdaptationGoal<D>& goal) : r_(r), spokes_(r, goal) {
-        // Sized for most balls: growing vectors cost as much as the computation.
+        // These capacities suffice for most vertices: growing vectors would cost as much as the computation.
         faces_.reserve(usual_faces);
         vertices_.reserve(usual_vertices);
         vertex_ids_.reserve(usual_vertices);
@@ -247,7 +246,6 @@ class ConeShapes {
         vertex_ids_.clear();
         edges_.clear();
     }
-    /// The face opposite a local vertex.
     void add(ElementId e, int opposite) {
         Face face;
         if constexpr (D == 3)
@@ -258,43 +256,42 @@ class ConeShapes {
         faces_.push_back(face);
     }
 
-    /// A vertex, and its number of faces.
+    /// A vertex, and the number of its faces.
     struct Corner {
         VertexId vertex;
         std::uint32_t faces = 0;
-        Vec<D> place;  ///< set by the first `place`
+        Vec<D> place;
         const VertexMetric<D>* metric = nullptr;
     };
     [[nodiscard]] std::span<const Corner> vertices() const { return vertices_; }
 
-    /// Metric and gradient must outlive the use.
+    /// Sets the point. Its metric and gradient must outlive the use.
     void place(const ConePoint<D>& point) {
         begin_at(point);
         spokes_.bend();
     }
-    /// Sets the point to the vertex opposite all faces, with its existing edges.
+    /// Sets the point to the vertex opposite all faces, with the mesh's edges.
     void place_at(VertexId v) {
         begin_at(cone_point(r_, v));
         spokes_.take_edges(edges_);
         is_nearly_straight_ = spokes_.are_nearly_straight();
     }
-    /// Computed as for nearby positions.
+    /// Worst shape for the point at `v`, computed as for nearby positions.
     [[nodiscard]] double worst_shape(VertexId v) {
         if (is_nearly_straight_) place_near(cone_point(r_, v));
         return worst(0);
     }
-    /// Precondition: `place_at`. Moves the point; if edges bend little, keeps their offsets, which is cheap.
+    /// Precondition: `place_at`. Moves the point. If edges bend little, their offsets do not change, which is cheap.
     void place_near(const ConePoint<D>& point) {
         if (!is_nearly_straight_) return place(point);
         spokes_.move(point);
         for (std::size_t i = 0; i < vertices_.size(); ++i) spokes_.put_chord(i, vertices_[i].place);
     }
     [[nodiscard]] double length_to(std::size_t i) { return spokes_.length(i); }
-    /// Tangent at the point, as long as a chord.
     [[nodiscard]] Vec<D> tangent_to(std::size_t i) const { return spokes_.tangent(i); }
 
-    /// The worst shape if it exceeds `least`, otherwise some value that does not. Ignores faces with vertex `without`;
-    /// 0 if no face remains.
+    /// Returns the worst shape if it exceeds `least`, otherwise some value that does not. Ignores faces with vertex
+    /// `without`; returns 0 if no face remains.
     [[nodiscard]] double worst(double least, VertexId without = {}) {
         if (const double first = first_shape(without); least >= 0 && !(first > least)) return first;
         // Volumes are cheap and exclude most bad positions.
@@ -317,7 +314,6 @@ class ConeShapes {
         return worst(least, without);
     }
 
-    /// Checks this face first until another one fails.
     void begin_with(std::size_t i) { std::swap(faces_[i], faces_.front()); }
     /// Shape of the first face with the point nearby (`place_near`); not for standalone surfaces. Infinite if edges
     /// bend too much for an estimate. The caller must set the point again.
@@ -344,12 +340,12 @@ class ConeShapes {
     static constexpr double unknown = -1;
     static constexpr int face_edges = edges_per_simplex<D - 1>;
     struct Face {
-        std::array<std::uint32_t, D> corners{};    ///< in `vertices_`, outward; standalone surface: the first two
-        std::array<Vec<D>, face_edges> offsets{};  ///< of its edges (degree 2)
+        std::array<std::uint32_t, D> corners{};  ///< indices in `vertices_`, outward; standalone surface: two vertices
+        std::array<Vec<D>, face_edges> offsets{};
         double measure = 0;
-        double squares = unknown;  ///< sum over its edges
+        double squares = unknown;  ///< sum over the face's edges
         bool counts = true;
-        Vec<D> normal{};  ///< standalone surface: current triangle
+        Vec<D> normal{};  ///< standalone surface: of the existing triangle
     };
 
     void add_edge(const std::array<VertexId, 3>& triangle, int opposite)
@@ -390,7 +386,6 @@ class ConeShapes {
         spokes_.begin(point);
         for (const Corner& corner : vertices_) spokes_.add(corner.vertex, corner.place, *corner.metric);
     }
-    /// Degree 2: stores edges of the face and to the opposite vertex.
     void take_edges(Face& face, const std::array<EdgeId, edges_per_simplex<D>>& edges, int opposite) {
         const auto outward = face_opposite<D>(opposite);
         face.squares = 0;
@@ -404,7 +399,6 @@ class ConeShapes {
         edges_.resize(vertices_.size());
         for (int i = 0; i < D; ++i) edges_[face.corners[i]] = edges[edge_between<D>[outward[i]][opposite]];
     }
-    /// Index of a key, appended if missing.
     template <class Key>
     [[nodiscard]] static std::uint32_t place_among(std::pmr::vector<Key>& keys, Key key) {
         const auto at = static_cast<std::uint32_t>(std::ranges::find(keys, key) - keys.begin());
@@ -431,7 +425,7 @@ class ConeShapes {
         double sum = at_point;
         for (int i = 0; i < D; ++i) {
             const Vec<D>& from = vertices_[face.corners[i]].place;
-            // The reversed tangent takes the point's column, which changes the sign.
+            // Column i is the tangent back to the point, which changes the sign.
             for (int j = 0; j < D; ++j)
                 sides.column[j] = i == j ? spokes_.tangent_back(face.corners[i])
                                          : vertices_[face.corners[j]].place - from + 4.0 * offset(face, i, j);
@@ -457,7 +451,7 @@ class ConeShapes {
         return triangle_shape({spokes_.point().place, a.place, b.place},
                               {&spokes_.point().metric->measure, &a.metric->measure, &b.metric->measure});
     }
-    /// Infinite if it is ignored.
+    /// Shape of the first face; infinite if the face is ignored.
     [[nodiscard]] double first_shape(VertexId without) {
         if (faces_.empty() || contains(faces_.front(), without)) return std::numeric_limits<double>::infinity();
         Face& face = faces_.front();
@@ -466,7 +460,7 @@ class ConeShapes {
     }
     /// A face that rejects one position often rejects the next.
     void move_to_front(Face& face) { std::swap(face, faces_.front()); }
-    /// Cheaper than finding shared edges.
+    /// The sum is computed per face, which is cheaper than finding shared edges.
     [[nodiscard]] double squares_around(Face& face) {
         if (face.squares != unknown) return face.squares;
         face.squares = 0;
@@ -502,15 +496,15 @@ class ConeShapes {
         stack_memory_;
     std::pmr::vector<Face> faces_{&stack_memory_.memory};
     std::pmr::vector<Corner> vertices_{&stack_memory_.memory};
-    std::size_t placed_ = 0;           ///< number of vertices with positions
-    bool is_nearly_straight_ = false;  ///< at the last `place_at`
+    std::size_t placed_ = 0;
+    bool is_nearly_straight_ = false;
     std::pmr::vector<VertexId> vertex_ids_{&stack_memory_.memory};
     /// Degree 2: edges from the vertices to the vertex opposite their last face.
     std::pmr::vector<EdgeId> edges_{&stack_memory_.memory};
     BentSpokes<D> spokes_;
 };
 
-/// Minimum shape in ratios of gain: an almost inverted element has little value, but not none.
+/// Minimum of the old shape in ratios of new to old shapes: an almost inverted element has little value, but not none.
 inline constexpr double least_bent_shape = 1e-3;
 
 template <int D>
@@ -531,8 +525,8 @@ template <int D>
     return bent_shape<D>(tangents, density, squares);
 }
 
-/// The vertex into which v may collapse (`may_collapse`) with the best worst shape, if that exceeds `least`; else
-/// invalid. `around`: cavity of v.
+/// Returns the vertex into which `v` may collapse (`may_collapse`) with the best worst shape; invalid if that is at
+/// most `least`. `around`: cavity of `v`.
 template <int D>
 [[nodiscard]] VertexId best_neighbour(const Adaptation<D>& r, const AdaptationGoal<D>& goal, const Cavity<D>& around,
                                       VertexId v, double least) {

@@ -35,7 +35,6 @@ class Snaps final : public Pass<D> {
     void follow(Adaptation<D>&, const TopologyChanges&, std::vector<Task>&) override {}
 
   private:
-    /// `share`: part of the way to the geometry.
     [[nodiscard]] std::optional<Candidate<D>> candidate_at(const Adaptation<D>& r, const Task& task,
                                                            double share) const {
         const VertexId v(std::size_t{task.id});
@@ -57,7 +56,7 @@ class Snaps final : public Pass<D> {
         sample_field(r, goal_, r.vertices.metrics[v].back, request);
         candidate.limits.min_shape = shape_of_quality(min_quality, D);
         candidate.limits.below_minimum = BelowMinimum::accepted_if_no_worse;
-        candidate.limits.facet_cosine = 0.2;  // present facets may be wrong
+        candidate.limits.facet_cosine = 0.2;  // existing facets may be inaccurate
         candidate.limits.corrections = 16;
         return candidate;
     }
@@ -72,7 +71,7 @@ template <int D>
 Outcome<PassStatistics> snap_to_geometry(Adaptation<D>& r, const AdaptationGoal<D>& goal, const Execution& execution) {
     PassStatistics all;
     if (!goal.geometry) return all;
-    constexpr int max_turns = 8;  // a move may allow longer moves of neighbours
+    constexpr int max_turns = 8;  // a move may allow neighbours to move farther
     Snaps<D> pass(goal);
     for (int turn = 0; turn < max_turns && !r.off_geometry.empty(); ++turn) {
         const Buffer<VertexId> off_geometry = take(std::exchange(r.off_geometry, {}));
@@ -93,17 +92,17 @@ Outcome<PassStatistics> snap_to_geometry(Adaptation<D>& r, const AdaptationGoal<
 
 namespace {
 
-/// An operation that brings a facet nearer to the geometry: a corner moves onto it (snap); one off the geometry
-/// (remove) or any (clear) collapses; an edge is split or swapped.
+/// Operations that bring a facet nearer to the geometry. `snap`: a corner moves onto the geometry. `remove`: a corner
+/// off the geometry collapses. `clear`: any corner collapses. `split`, `swap`: an edge is split or swapped.
 enum class Approach { snap, remove, clear, split, swap };
 
-/// Relaxed limits of these operations.
+/// Limits of operations on far facets, which are relaxed if there is no progress.
 struct Concessions {
     TwoFacetElements walls = TwoFacetElements::refused;  ///< policy for two-facet elements
-    double min_quality = 0;                              ///< of new elements, unless replaced ones are worse
+    double min_quality = 0;                              ///< of new elements, unless removed ones are worse
     double shortest_part = 0.3;                          ///< minimum length of new edges relative to the split edge
-    bool is_last = false;                                ///< no weaker limits follow
-    double shortest = 0;                                 ///< minimum metric length of new edges
+    bool is_last = false;                                ///< no further relaxation follows
+    double shortest = 0;
 };
 
 struct FarFacetsSum {
@@ -111,7 +110,7 @@ struct FarFacetsSum {
     double excess = 0;
 };
 
-/// One operation a facet, farthest first.
+/// One operation for each facet beyond its bound, the farthest first.
 template <int D>
 class FarFacets final : public Pass<D> {
   public:
@@ -143,9 +142,9 @@ class FarFacets final : public Pass<D> {
         }
         return refused;
     }
-    /// Facets still too far are tasks of the next round.
+    /// Facets that are still too far become tasks of the next round.
     void follow(Adaptation<D>&, const TopologyChanges&, std::vector<Task>&) override {}
-    /// The facets' shares of their bounds, weighted by area (2D: length). Errors: stopped.
+    /// Sums the far facets' shares of their bounds (`bound_shares`), weighted by area (2D: length). Errors: stopped.
     [[nodiscard]] Outcome<FarFacetsSum> sum(const Adaptation<D>& r, const Execution& execution) const {
         return reduce_each(
             execution, r.mesh.facets.size(), FarFacetsSum{},
@@ -170,8 +169,8 @@ class FarFacets final : public Pass<D> {
         if (!is_judged(r, f)) return;
         if (const double share = bound_shares(r, goal_, f).largest(); share > 1) tasks.push_back(task(-share, f));
     }
-    /// Edges of a facet that are too far, farthest first, then others, longest first: these help if only the middle is
-    /// too far.
+    /// Edges that are too far, the farthest first, then the other edges, the longest first. The other edges help if
+    /// only the facet's middle is too far.
     [[nodiscard]] static std::array<EdgeId, edges_per_simplex<D - 1>> edges_to_try(const Adaptation<D>& r, FacetId f,
                                                                                    const BoundShares<D>& shares) {
         struct Choice {
@@ -190,7 +189,7 @@ class FarFacets final : public Pass<D> {
         for (std::size_t e = 0; e < edges.size(); ++e) edges[e] = choices[e].edge;
         return edges;
     }
-    /// Moves a corner onto the geometry or collapses it.
+    /// Moves a corner of the facet onto the geometry, or collapses it.
     [[nodiscard]] std::optional<Candidate<D>> vertex_of(const Adaptation<D>& r, FacetId f) const {
         for (const VertexId v : r.mesh.facets.vertices[f]) {
             const VertexState& state = r.mesh.states[v];
@@ -219,7 +218,7 @@ class FarFacets final : public Pass<D> {
         }
         return {};
     }
-    /// Collapses a corner that may conflict with splits and swaps; later splits insert others.
+    /// Collapses a corner that may conflict with splits and swaps; later splits insert other vertices.
     [[nodiscard]] std::optional<Candidate<D>> corner_of(const Adaptation<D>& r, FacetId f) const {
         for (const VertexId v : r.mesh.facets.vertices[f]) {
             const VertexState& state = r.mesh.states[v];
@@ -239,7 +238,7 @@ class FarFacets final : public Pass<D> {
         }
         return {};
     }
-    /// Splits at any metric length. New edges are not much shorter than half of it.
+    /// New edges are not much shorter than half of the split edge.
     [[nodiscard]] std::optional<Candidate<D>> split_of(const Adaptation<D>& r, EdgeId edge) const {
         const double shortest =
             std::max(may_.shortest, std::min(options_.shortest, may_.shortest_part * length_of(r, edge)));
@@ -284,8 +283,8 @@ class FarFacets final : public Pass<D> {
         }
     }
 
-    /// True if both new facets' normals are near those of the surface, on the side of the better old facet. The turn of
-    /// the worse one is ignored then.
+    /// True if the normals of both new facets are near the surface normals, on the side of the more accurate old facet.
+    /// The other old facet is then ignored.
     [[nodiscard]] bool follows_surface(const Adaptation<D>& r, const Cavity<D>& cavity,
                                        const std::array<VertexId, 2>& ends) const
         requires(D == 3)
@@ -296,7 +295,7 @@ class FarFacets final : public Pass<D> {
             const auto& vertices = r.mesh.facets.vertices[f];
             return *std::ranges::find_if(vertices, [&](VertexId v) { return v != ends[0] && v != ends[1]; });
         };
-        /// Signed by the order of corners.
+        /// Minimum cosine between facet and surface normals, signed by the order of corners.
         const auto along = [&](const std::array<Vec<3>, 3>& corners) {
             const FacetSite<3> site{{}, r.mesh.facets.references[cavity.facets[0]], corners};
             const auto normals = (*goal_.geometry)->normals_at(site);
@@ -320,7 +319,7 @@ class FarFacets final : public Pass<D> {
     }
 
     static constexpr double any_cosine = -2;
-    static constexpr double least_cosine = 0;  ///< present facets may be wrong
+    static constexpr double least_cosine = 0;  ///< existing facets may be inaccurate
     const AdaptationGoal<D>& goal_;
     const SplitOptions& options_;
     Approach approach_;
@@ -372,8 +371,8 @@ Outcome<RemeshResult<D>> refine_within_bounds(Adaptation<D> state, const Adaptat
             return FarFacets<D>(goal, options.split, Approach::split, may).sum(out.state, execution);
         });
         if (!sum) return fail(sum.error());
-        // Each round should halve edges. If the excess stays, straight meshes may get two-facet elements, then elements
-        // need only be valid. If it still stays, smaller facets do not help.
+        // Each round should halve edges. If the excess does not decrease, straight meshes may get two-facet elements;
+        // the next time, elements need only be valid. After that the loop ends, because smaller facets do not help.
         constexpr double least_progress = 0.9, shortest_part = 0.1;
         const bool stays = sum->excess > least_progress * excess;
         if (sum->count == 0 || (stays && may.is_last)) break;

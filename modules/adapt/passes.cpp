@@ -1,4 +1,4 @@
-// Split, collapse, mend, and the adaptation loop.
+// Split, collapse, mending of bad elements, and the adaptation loop.
 module;
 #include <algorithm>
 #include <cmath>
@@ -20,7 +20,8 @@ namespace camber {
 
 namespace {
 
-/// Parameter of an edge's middle by length: ∫_0^t a^(1−s) b^s ds is half of ∫_0^1.
+/// Parameter t of an edge's middle by metric length, at which ∫_0^t a^(1−s) b^s ds is half of ∫_0^1. `a`, `b`: lengths
+/// in the metrics of the ends.
 double half_of_length(double a, double b) {
     const double log_ratio = log(b / a);
     if (!std::isfinite(log_ratio) || std::abs(log_ratio) < 1e-6) return 0.5;
@@ -43,14 +44,16 @@ class Splits final : public Pass<D> {
         if (candidate && candidate->request.cavity.facets.empty()) candidate.reset();
         return candidate;
     }
-    [[nodiscard]] static bool is_cached_rejection(const Adaptation<D>&, EdgeId) { return false; }  // cavities grow far
+    [[nodiscard]] static bool is_cached_rejection(const Adaptation<D>&, EdgeId) { return false; }  // rejections are not cached:
+                                                                                                   // cavities extend far
     void follow(Adaptation<D>& r, const TopologyChanges& changes, std::vector<Task>& tasks) override {
         add_edge_tasks(r, changes, [&](double length) { return order_of(length); }, tasks);
     }
 
   private:
-    /// Splits of very long edges may make short edges, and of edges twice as long, flat elements: collapses and swaps
-    /// repair these, but nothing else repairs a long edge. A point short of the geometry justifies no bad element.
+    /// Splits of edges longer than 2 may create short edges, and of edges longer than 4, flat elements. Collapses and
+    /// swaps repair these, but nothing else repairs a long edge. A point that does not reach the geometry justifies no
+    /// flat element.
     [[nodiscard]] SplitLimits limits_of(double length, double share) const {
         constexpr double max_overlength = 2;
         SplitLimits limits{options_.shortest, options_.min_quality};
@@ -61,7 +64,6 @@ class Splits final : public Pass<D> {
         return limits;
     }
 
-    /// `share`: part of the way to the geometry.
     [[nodiscard]] std::optional<Candidate<D>> candidate_at(const Adaptation<D>& r, const Task& task,
                                                            double share) const {
         const EdgeId edge(std::size_t{task.id});
@@ -97,13 +99,13 @@ std::optional<Candidate<D>> split_candidate(const Adaptation<D>& r, const Adapta
     }
     request.share = share;
     const SurfacePoint<D> foot = on_geometry_at_edge(goal, r.mesh, edge, request.cavity.facets, request.place);
-    if (share < 1 && foot.point == request.place) return {};  // the geometry is there already
+    if (share < 1 && foot.point == request.place) return {};  // the point is on the geometry already
     request.place += share * (foot.point - request.place);
     request.geometry_position = place_after(share, foot);
     if (r.mesh.point_references[a] == r.mesh.point_references[b]) request.reference = r.mesh.point_references[a];
     sample_field(r, goal, r.vertices.metrics[a].back, request);
     request.fixed_element_count = request.cavity.elements.size();
-    // No growth removes the vertices of these elements: reject at once.
+    // The vertices of these elements remain in any cavity, so a vertex too near rejects the split at once.
     const ConePoint<D> point{request.place, &request.metric, &request.gradient,
                              request.cavity.facets.empty() ? VertexPlace::inside : VertexPlace::surface};
     BentSpokes<D> spokes(r, goal);
@@ -142,7 +144,7 @@ class Collapses final : public Pass<D> {
         const EdgeId edge(std::size_t{task.id});
         if (r.mesh.is_free(edge) || !(length_of(r, edge) < options_.shortest)) return {};
         const auto& [a, b] = r.mesh.edges[edge];
-        // Collapses to the end with the better worst element, preferring one without too long edges.
+        // Collapses to the end with the better worst element. An end without too long edges is preferred.
         std::optional<Candidate<D>> best;
         double best_shape = 0;
         ConeShapes<D> cones(r, goal_);
@@ -217,8 +219,8 @@ Outcome<Adapted<D>> collapse(Adaptation<D> state, const AdaptationGoal<D>& goal,
 
 namespace {
 
-/// Collapses vertices of bad elements if the worst one improves, and vertices that cannot reach the geometry if none
-/// gets worse. Swaps and moves cannot remove an excess vertex.
+/// Collapses vertices of bad elements if the worst element improves, and vertices that cannot reach the geometry if no
+/// element gets worse. Swaps and moves cannot remove a superfluous vertex.
 template <int D>
 class Removals final : public Pass<D> {
   public:
@@ -229,7 +231,6 @@ class Removals final : public Pass<D> {
         std::ranges::sort(off_geometry_);
     }
 
-    /// One task a vertex, none for cached rejections.
     [[nodiscard]] std::vector<Task> tasks(const Adaptation<D>& r) const {
         std::vector<double> orders(r.mesh.points.size(), infinite_order);
         for (std::size_t e = 0; e < r.mesh.elements.size(); ++e) {
@@ -260,13 +261,14 @@ class Removals final : public Pass<D> {
         if (is_off_geometry) {
             limits.min_shape = shape_of_quality(min_quality, D);
             limits.below_minimum = BelowMinimum::accepted_if_no_worse;
-            limits.facet_cosine = 0.2;  // present facets may be wrong
+            limits.facet_cosine = 0.2;  // existing facets may be inaccurate
         }
         limits.longest = 2 * longest_unit_edge;
         limits.corrections = 0;
         limits.two_facet_elements = TwoFacetElements::refused;
         limits.facet_distance = 0.2;  // as in `CollapseOptions`
-        // Estimates are exact for straight elements and approximate for curved ones; worse candidates are not planned.
+        // Estimates are exact for straight elements and approximate for curved ones. Candidates with worse estimates
+        // are not planned.
         const double nearly = r.mesh.is_curved() ? 0.7 : 1;
         const double least = is_off_geometry ? 0 : nearly * std::max(limits.min_shape, 0.0);
         const VertexId into = best_neighbour(r, goal_, request.cavity, v, least);
@@ -380,7 +382,8 @@ class PassSequence {
 
 bool has_converged(const UnitMeshStatistics& before, const UnitMeshStatistics& after, std::size_t changed_vertices,
                    double min_change) {
-    const auto vertices = static_cast<double>(after.edges) / 7;  // of tetrahedra; triangles have fewer edges a vertex
+    const auto vertices = static_cast<double>(after.edges) / 7;  // for tetrahedra; a vertex of triangles has fewer
+                                                                 // edges
     return after.unit_share() - before.unit_share() < min_change &&
            static_cast<double>(changed_vertices) < min_change * vertices;
 }

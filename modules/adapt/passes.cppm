@@ -14,20 +14,19 @@ import camber.operation;
 
 export namespace camber {
 
-/// A remeshed mesh, with statistics.
 template <int D>
 struct Adapted {
     Adaptation<D> state;
     PassStatistics statistics;
 };
 
-/// Splits edges longer than `longest` at the middle by length, longest first.
+/// Splits edges longer than `longest` at the middle by metric length, the longest first.
 struct SplitOptions {
     double longest = longest_unit_edge;
-    /// Minimum length of new edges; for an edge longer than 2, (2/length)² of it. Collapses repair short edges, and a
-    /// split has no substitute.
+    /// Minimum length of new edges, times (2/length)² for an edge longer than 2. Collapses repair short edges, but
+    /// nothing else repairs long ones.
     double shortest = 0.61;
-    /// Minimum for new elements, unless replaced ones are worse; at most 0.02 for edges longer than 4.
+    /// Minimum quality of new elements, unless removed ones are worse; at most 0.02 for edges longer than 4.
     double min_quality = 0.05;
 
     [[nodiscard]] static constexpr auto options() {
@@ -51,12 +50,12 @@ template <int D>
 [[nodiscard]] Outcome<Adapted<D>> split(Adaptation<D> state, const AdaptationGoal<D>& goal, const SplitOptions& options,
                                         const Execution& execution);
 
-/// Collapses edges shorter than `shortest`, shortest first. Edges slightly longer than unit may remain, so that the
+/// Collapses edges shorter than `shortest`, the shortest first. Edges slightly longer than 1 may remain, so that the
 /// mean length is 1.
 struct CollapseOptions {
     double shortest = 0.73;
-    double longest = longest_unit_edge;  ///< maximum length of new edges
-    double min_quality = 0.1;            ///< of new elements, unless replaced ones are worse
+    double longest = longest_unit_edge;
+    double min_quality = 0.1;            ///< of new elements, unless removed ones are worse
     double distance = 0.2;               ///< of new facets, see `distance_from_geometry`
     int bend_around = 0;                 ///< degree 2, see `PatchLimits`
 
@@ -88,11 +87,11 @@ template <int D>
 [[nodiscard]] Outcome<Adapted<D>> collapse(Adaptation<D> state, const AdaptationGoal<D>& goal,
                                            const CollapseOptions& options, const Execution& execution);
 
-/// Swaps edges and faces of elements below the target quality. The removed elements are joined to the vertex, an end or
-/// around, that improves the worst one most.
+/// Swaps edges and faces of elements below the target quality. The outer faces of the removed elements are joined to
+/// the vertex that improves the worst element most.
 struct SwapOptions {
     double target_quality = 0.7;
-    double gain = 1.02;     ///< ratio of the worst qualities
+    double gain = 1.02;     ///< minimum ratio of worst qualities, after to before
     double distance = 0.2;  ///< of new facets, see `distance_from_geometry`
 
     [[nodiscard]] static constexpr auto options() {
@@ -115,15 +114,15 @@ template <int D>
                                        const Execution& execution);
 
 enum class SmoothedNodes : std::uint8_t {
-    objective,   ///< updated with vertices, to the goal's positions of new edges
-    distortion,  ///< then moved to reduce distortion, see `smooth_nodes`
+    objective,   ///< nodes move with vertices, to the goal's positions of new edges
+    distortion,  ///< nodes then also move to reduce distortion, see `smooth_nodes`
 };
 [[nodiscard]] constexpr auto words(SmoothedNodes) {
     return words_of(Word{SmoothedNodes::objective, "objective"}, Word{SmoothedNodes::distortion, "distortion"});
 }
 
-/// Moves inner vertices, and vertices of smooth surfaces if there is a geometry, so that edges get nearer to unit and
-/// the worst element improves. First moves vertices off the geometry onto it.
+/// Moves vertices so that edge lengths approach 1 and the worst element improves; boundary vertices along the geometry
+/// or, without one, along planes and straight lines. First moves vertices onto the geometry.
 struct SmoothOptions {
     double target_quality = 0.8;
     double gain = 1.01;
@@ -151,7 +150,7 @@ template <int D>
 [[nodiscard]] Outcome<Adapted<D>> smooth(Adaptation<D> state, const AdaptationGoal<D>& goal,
                                          const SmoothOptions& options, const Execution& execution);
 
-/// Sweeps of swaps and moves for bad elements only.
+/// Sweeps of swaps, moves and removals of vertices for bad elements only.
 struct MendOptions {
     double target_quality = 0.5;
     int sweeps = 4;
@@ -171,9 +170,9 @@ template <int D>
                                        const Execution& execution);
 
 /// Rounds of collapse, split, swap and smooth, then mending of bad elements. Rounds before the last use looser lengths.
-/// Collapses may make longer edges, which splits halve: with a limit of √2 most short edges would stay. Splits leave
-/// slightly long edges, since most get shorter anyway and their halves would lower the mean length below 1. Splits also
-/// avoid edges that a collapse would remove.
+/// Their collapses may create longer edges, which splits halve: with a limit of √2 most short edges would stay. Their
+/// splits leave slightly long edges, since most get shorter anyway and their halves would lower the mean length below
+/// 1. Splits also avoid edges that a collapse would remove.
 struct ToMetricOptions {
     double early_collapse_longest = 2;
     double early_split_longest = 1.55;
@@ -242,13 +241,13 @@ template <int D>
     return remesh_to_metric(std::move(state), goal, options, without_wrapper(execution));
 }
 
-/// Means to meet distance bounds: any, or only near the metric. In the latter, edges are halved once, and no element
-/// gets worse than quality 0.2.
+/// Operations to meet distance bounds: any, or only those near the metric. With `near_metric`, edges are halved once,
+/// and no element gets worse than quality 0.2.
 enum class BoundaryEffort : std::uint8_t { any, near_metric };
 
-/// Refines the boundary until every facet meets the goal's `distance_bounds`, in rounds of splits and swaps of far
-/// facets. Swap, smooth and mend follow within the bounds. Ends early without progress, or after `max_bound_rounds`.
-/// `statistics` has no lengths. Errors: options out of range, those of the passes.
+/// Refines the boundary until every facet meets the goal's `distance_bounds`. Each round splits and swaps far facets,
+/// then swaps, smooths and mends within the bounds. Ends early without progress, or after `max_bound_rounds`. Lengths
+/// in `statistics` are not set. Errors: options out of range, those of the passes.
 template <int D>
 [[nodiscard]] Outcome<RemeshResult<D>> refine_to_bounds(Adaptation<D> state, const AdaptationGoal<D>& goal,
                                                         const ToMetricOptions& options, BoundaryEffort effort,
@@ -260,26 +259,25 @@ template <int D>
 [[nodiscard]] Outcome<std::size_t> count_far_facets(const Adaptation<D>& r, const AdaptationGoal<D>& goal,
                                                     const Execution& execution);
 
-/// Numbers of inner nodes.
+/// Counts of inner nodes.
 struct NodeMoves {
     std::size_t tried = 0, moved = 0;
 };
 
-/// Degree 2: moves inner edges' nodes to reduce the distortion of elements in their vertices' metric
-/// (camber.metric:unit_mesh), never of the worst. Vertices and the boundary stay. Skips edges whose elements all reach
-/// the target quality, and those of required or invalid elements or interfaces. Changed elements are certified to 0.1
-/// of the straight determinant, or to det J > 0 if they were below. The result is that of one edge after another,
-/// ordered by number. Errors: options out of range, stopped, memory.
+/// Degree 2: moves nodes of inner edges to reduce the distortion of elements in their vertices' metric
+/// (camber.metric:unit_mesh). The worst element at a node never gets worse. Skips edges whose elements all reach the
+/// target quality, and edges of interfaces or of required or invalid elements. Certificates prove det J of changed
+/// elements above 0.1 of the straight determinant, or above 0 if it was lower. The result is that of one edge after
+/// another in the order of `spread_rank`. Errors: options out of range, stopped, memory.
 template <int D>
 [[nodiscard]] Outcome<NodeMoves> smooth_nodes(Adaptation<D>& r, const SmoothOptions& options,
                                               const Execution& execution);
 
-/// Options of vertex reinsertion.
 struct ReinsertionOptions {
     double min_scaled_jacobian = min_bound;
     double target = 0.01;
-    /// Sweeps over vertices: the first over all, inner ones first; later ones over those with a node short of its
-    /// target next to a change. Nodes pass one layer of a stack a sweep.
+    /// Maximum number of sweeps over vertices. The first visits all vertices with a node off its target, inner ones
+    /// first; later sweeps visit those next to a change. Nodes pass one layer of stacked elements in each sweep.
     int max_sweeps = 100;
 
     [[nodiscard]] static constexpr auto options() {
@@ -306,19 +304,21 @@ struct ReinsertionOptions {
 
 template <int D>
 struct ReinsertionResult {
-    Proposal<D> proposal;  ///< nodes after all cavities
+    Proposal<D> proposal;  ///< nodes after all operations
     PassStatistics statistics;
     std::size_t sweeps = 0;
-    std::size_t left = 0;  ///< vertices with reason for another sweep beyond `max_sweeps`
+    std::size_t left = 0;  ///< vertices that need another sweep beyond `max_sweeps`
 };
 
-/// The paper's global algorithm (§4): reinserts every vertex in place, with its ball as the cavity (§3.2). Edge nodes
-/// move to their targets, fully or by halves of the way, while elements stay valid. Vertices with nodes held back get
-/// another sweep after changes. No element becomes invalid, or worse than the worst of its cavity unless it is good.
+/// The paper's global algorithm (§4): reinserts every vertex at its position, with its ball as the cavity (§3.2). Edge
+/// nodes move to their targets, fully or by halves of the way, while elements stay valid. Vertices with nodes short of
+/// their targets get another sweep after changes. No element becomes invalid, or worse than the worst of its cavity
+/// unless it is good.
 ///
-/// Parameters: the targets of `curve`, a row an edge (kind `fixed` stays); breaks as in `make_dynamic`; the field for
-/// qualities. Edges without elements move directly. The number of threads does not matter. Errors: options out of
-/// range, a proposal of another mesh, those of `make_dynamic`; stopped, memory.
+/// The proposal has the targets of `curve`, one row for each edge (kind `fixed` does not change); `breaks` is as in
+/// `make_dynamic`; `field` is the metric for qualities. Nodes of edges without elements move directly to their targets.
+/// The number of threads does not matter. Errors: options out of range, a proposal of another mesh, those of
+/// `make_dynamic`; stopped, memory.
 template <int D>
 [[nodiscard]] Outcome<ReinsertionResult<D>> reinsert(const QuadraticMesh<D>& mesh, const Proposal<D>& target,
                                                      const BreaksOfMesh& breaks, const BackMesh<D>& field,
@@ -329,7 +329,7 @@ template <int D>
 namespace camber {
 
 /// Moves vertices of surfaces and lines onto the geometry as far as their elements allow; cavities grow if that helps.
-/// Vertices that are not there yet stay in `off_geometry`. Errors: of `run_pass`.
+/// The other vertices stay in `off_geometry`. Errors: those of `run_pass`.
 template <int D>
 [[nodiscard]] Outcome<PassStatistics> snap_to_geometry(Adaptation<D>& r, const AdaptationGoal<D>& goal,
                                                        const Execution& execution);

@@ -1,4 +1,4 @@
-// Shapes of tetrahedra made by inner swaps, straight and curved.
+// Shapes of tetrahedra that inner swaps create, straight and curved.
 module;
 #include <algorithm>
 #include <array>
@@ -19,7 +19,7 @@ namespace camber {
 
 namespace {
 
-/// Local vertices of a positive tetrahedron, those of an edge first.
+/// For each edge: the local vertices of a positive tetrahedron, the edge's ends first.
 constexpr auto edge_first = [] {
     std::array<std::array<int, 4>, edges_per_simplex<3>> table{};
     for (int k = 0; k < edges_per_simplex<3>; ++k) {
@@ -45,7 +45,6 @@ struct ShapedVertex {
 ShapedVertex shaped_vertex(const Adaptation<3>& r, VertexId v) {
     return {v, r.mesh.points[v], &r.vertices.metrics[v].measure};
 }
-/// In the metrics of both ends.
 double squares_between(const ShapedVertex& a, const ShapedVertex& b) {
     const Vec<3> edge = b.place - a.place;
     return a.measure->length_squared(edge) + b.measure->length_squared(edge);
@@ -79,7 +78,7 @@ EdgeRing::Walk EdgeRing::walk(const DynamicMesh<3>& mesh, std::span<const double
         at = across.element();
         if (shapes[at.index()] < shapes[e.index()]) return Walk::worse;
         elements_[count_] = at;
-        // The vertex that is neither on the edge nor the last one.
+        // The next ring vertex is neither on the edge nor the last one.
         const auto& v = mesh.elements.vertices[at];
         const std::uint32_t next =
             v[0].value ^ v[1].value ^ v[2].value ^ v[3].value ^ a_.value ^ b_.value ^ around_[count_].value;
@@ -94,7 +93,7 @@ struct EdgeRing::Measured {
     std::size_t count;
     ShapedVertex a, b;
     std::array<ShapedVertex, most> around;
-    std::array<Vec<3>, most> normals_from_a, normals_from_b;  ///< twice the area vector of (i, next) and an end
+    std::array<Vec<3>, most> normals_from_a, normals_from_b;  ///< twice the area vectors of triangles (end, i, next)
     std::array<double, most> to_a{}, to_b{}, to_next{};       ///< `squares_between`
 
     Measured(const Adaptation<3>& r, const EdgeRing& ring)
@@ -115,7 +114,7 @@ struct EdgeRing::Measured {
             to_next[i] = squares_between(around[i], around[next(i)]);
         }
     }
-    /// Six times the volume of (i, next), an end and p.
+    /// Six times the volume of the tetrahedron i, next(i), p and an end.
     [[nodiscard]] double volume_at_a(std::size_t i, std::size_t p) const {
         return dot(normals_from_a[i], around[p].place - a.place);
     }
@@ -129,7 +128,7 @@ struct EdgeRing::Measured {
     }
     [[nodiscard]] double worst(std::size_t p, double least) const {
         double worst = std::numeric_limits<double>::infinity();
-        double to_p = to_next[p];  // from i, from next
+        double to_p = to_next[p];  // `squares_between` p and i
         for (std::size_t i = next(p); next(i) != p; i = next(i)) {
             const std::size_t j = next(i);
             const double to_p_next = next(j) == p ? to_next[j] : squares_between(around[p], around[j]);
@@ -152,7 +151,7 @@ EdgeRing::Best EdgeRing::best(const Adaptation<3>& r, double least) const {
     Measured measured(r, *this);
     Best best{{}, least};
     bool has_measured = false;
-    // For three vertices all swaps are equal, for four opposite ones.
+    // For three ring vertices all swaps are equal, for four those of opposite vertices.
     const std::size_t different = count_ == 3 ? 1 : count_ == 4 ? 2 : count_;
     for (std::size_t p = 0; p < different; ++p) {
         if (!measured.are_volumes_positive(p)) continue;
@@ -260,10 +259,10 @@ double BentEdges::shape(const std::array<std::size_t, 4>& corners) const {
 
 namespace {
 
-/// Sign of det J at a corner with these tangents; if not positive, `bent_shape` is 0.
+/// True if det J is positive at a corner with these tangents; otherwise `bent_shape` is 0.
 bool is_positive(const Vec<3>& a, const Vec<3>& b, const Vec<3>& c) { return dot(cross(a, b), c) > 0; }
 
-/// Vertices 0 … n − 1 are around the edge, n and n + 1 its ends.
+/// Swaps of a curved edge: vertices 0 … n − 1 are around it, n and n + 1 are its ends.
 class BentRing {
   public:
     BentRing(const Adaptation<3>& r, const AdaptationGoal<3>& goal, const EdgeRing& ring)
@@ -292,7 +291,6 @@ class BentRing {
 
   private:
     [[nodiscard]] std::size_t next(std::size_t i) const { return i + 1 < count_ ? i + 1 : 0; }
-    /// Element i has ring vertices i and i + 1.
     void take_spokes() {
         for (std::size_t i = 0; i < count_; ++i) {
             edges_.take_edge(elements_[i], a_, i);
@@ -303,9 +301,9 @@ class BentRing {
         edges_.take_edge(elements_[0], a_, b_);
         for (std::size_t i = 0; i < count_; ++i) edges_.take_edge(elements_[i], i, next(i));
     }
-    /// Ring vertices with positive elements, rising, in `room`.
+    /// Ring vertices whose new elements are positive, in ascending order, stored in `room`.
     [[nodiscard]] std::span<const std::size_t> possible_points(std::span<std::size_t> room) const {
-        // For three vertices all swaps are equal, for four opposite ones.
+        // For three ring vertices all swaps are equal, for four those of opposite vertices.
         const std::size_t different = count_ == 3 ? 1 : count_ == 4 ? 2 : count_;
         std::size_t count = 0;
         for (std::size_t p = 0; p < different; ++p)
@@ -317,7 +315,7 @@ class BentRing {
         for (std::size_t i = 0; i < count_; ++i) worst = std::min(worst, edges_.shape({a_, b_, i, next(i)}));
         return std::max(worst, least_bent_shape);
     }
-    /// True if elements joined to p are positive at the edge's ends, where all edges exist.
+    /// True if elements joined to ring vertex `p` are positive at the edge's ends.
     [[nodiscard]] bool is_positive_at_ends(std::size_t p) const {
         const Vec<3> from_a = edges_.tangent(a_, p), from_b = edges_.tangent(b_, p);
         for (std::size_t i = next(p); next(i) != p; i = next(i))
@@ -326,7 +324,6 @@ class BentRing {
                 return false;
         return true;
     }
-    /// New edges of these vertices, each once.
     void bend_diagonals(std::span<const std::size_t> possible) {
         const auto comes_before = [&](std::size_t j, std::size_t p) {
             return j < p && std::ranges::binary_search(possible, j);
@@ -364,7 +361,7 @@ std::array<std::size_t, 3> corners_of_face(int face) {
             static_cast<std::size_t>(outward[2])};
 }
 
-/// True if the three elements around the new edge to q are positive at the face's corners, where all edges exist.
+/// True if the three elements around the new edge are positive at the face's corners.
 bool is_positive_at_face(const BentEdges& edges, int face, std::size_t q) {
     const auto p = static_cast<std::size_t>(face);
     const auto s = corners_of_face(face);

@@ -1,4 +1,4 @@
-// Shapes of swaps, Delaunay cavities, and tools of passes.
+// Shapes after swaps, Delaunay cavities, and helper functions of passes.
 module;
 #include <algorithm>
 #include <array>
@@ -19,18 +19,18 @@ import :passes;
 
 export namespace camber {
 
-/// The elements and vertices around an inner edge (3D), found in one walk, of either degree. For straight meshes,
-/// computes shapes of swaps as `ConeShapes` does, in a fraction of its time.
+/// The elements and vertices around an inner edge (3D), found in one walk. For straight meshes, computes shapes after
+/// swaps as `ConeShapes` does, in a fraction of its time.
 class EdgeRing {
   public:
     enum class Walk {
         closed,
-        open,   ///< ends at a facet, or has more than `most` elements
-        worse,  ///< has an element worse than the first
+        open,   ///< ends at a facet, or at more than `most` elements
+        worse,  ///< an element is worse than the first
     };
-    /// `shapes`: of all elements.
+    /// `shapes`: `shape_of` all elements.
     [[nodiscard]] Walk walk(const DynamicMesh<3>& mesh, std::span<const double> shapes, ElementId e, int local_edge);
-    /// Straight mesh: the best ring vertex for a swap, if its worst shape exceeds `least`.
+    /// The best ring vertex for a swap in a straight mesh, if its worst shape exceeds `least`.
     struct Best {
         VertexId point;
         double worst = 0;
@@ -40,45 +40,44 @@ class EdgeRing {
     [[nodiscard]] std::span<const VertexId> around() const { return std::span(around_).first(count_); }
     [[nodiscard]] std::array<VertexId, 2> ends() const { return {a_, b_}; }
 
-    static constexpr std::size_t most = 12;  ///< elements
+    static constexpr std::size_t most = 12;  ///< maximum number of elements
 
   private:
     struct Measured;
-    std::array<ElementId, most> elements_;  ///< the i-th is between ring vertices i and i + 1
+    std::array<ElementId, most> elements_;  ///< element i is between ring vertices i and i + 1
     std::array<VertexId, most> around_;
     std::size_t count_ = 0;
-    VertexId a_, b_;  ///< edge ends: (a, b, i-th vertex, next) is positive
+    VertexId a_, b_;  ///< edge ends; tetrahedra (a, b, ring vertex i, next) are positive
 };
 
 /// Worst shape of the three elements that replace two at a face, if it exceeds `least`; otherwise some value that does
-/// not. `other`: the element across.
+/// not. `other`: element across the face.
 [[nodiscard]] double worst_without_face(const Adaptation<3>& r, ElementId e, int face, ElementId other, double least);
 
-/// A swap in degree 2, with the worst `bent_shape`s.
+/// A swap in degree 2, with the worst `bent_shape` before and after.
 struct BentSwap {
-    VertexId point;    ///< invalid: none
-    ElementId beside;  ///< face swap: the element across
+    VertexId point;
+    ElementId beside;  ///< face swap: element across the face
     double before = 0, after = 0;
 };
 
-/// A few vertices and the curves between them, each computed once: existing edges, and new ones by `bent_edges`, as in
-/// the star.
+/// A few vertices and the curves between them, each computed once: edges of the mesh, and new edges by `bent_edges`, as
+/// in the star.
 class BentEdges {
   public:
     BentEdges(const Adaptation<3>& r, const AdaptationGoal<3>& goal) : r_(r), goal_(goal) {}
 
-    /// Returns its number, from 0. At most `most` vertices.
+    /// Adds a vertex and returns its index. At most `most` vertices.
     std::size_t add(VertexId v);
     [[nodiscard]] VertexId vertex(std::size_t i) const { return vertices_[i].id; }
     void take_edges(ElementId e);
-    /// Stores one of them.
+    /// Stores the element's edge from `i` to `j`.
     void take_edge(ElementId e, std::size_t i, std::size_t j);
-    /// Requests a new edge, computed by `bend`; at most `max_requested`.
+    /// Requests a new edge, which `bend` computes; at most `max_requested`.
     void add_request(std::size_t i, std::size_t j);
     void bend();
-    /// At i towards j, as long as a chord.
+    /// Tangent at vertex i towards j; for a straight edge, the chord.
     [[nodiscard]] Vec<3> tangent(std::size_t i, std::size_t j) const;
-    /// Shape of a tetrahedron with positively ordered corners.
     [[nodiscard]] double shape(const std::array<std::size_t, 4>& corners) const;
 
     static constexpr std::size_t most = EdgeRing::most + 2;
@@ -100,25 +99,25 @@ class BentEdges {
     std::size_t count_ = 0, requested_ = 0;
     std::array<Vertex, most> vertices_;
     std::array<std::array<Edge, most>, most> edges_;
-    static constexpr std::size_t max_requested = EdgeRing::most * (EdgeRing::most - 3) / 2;  ///< new edges in a ring
+    static constexpr std::size_t max_requested = EdgeRing::most * (EdgeRing::most - 3) / 2;
     std::array<std::array<std::size_t, 2>, max_requested> pairs_{};
     std::array<Vec<3>, max_requested> chords_, offsets_;
     std::array<EndSamples<3>, max_requested> ends_;
     std::array<double, max_requested> lengths_{};
 };
 
-/// The best swap of an inner edge, if it exceeds `gain` times the present worst shape.
+/// Returns the best swap of an inner edge, if its worst shape exceeds `gain` times the present one.
 [[nodiscard]] BentSwap best_around_edge(const Adaptation<3>& r, const AdaptationGoal<3>& goal, const EdgeRing& ring,
                                         double gain);
 
-/// The best face swap of an element, likewise.
+/// Returns the best swap of these faces of an element, with the same condition.
 [[nodiscard]] BentSwap best_without_face(const Adaptation<3>& r, const AdaptationGoal<3>& goal, ElementId e,
                                          std::span<const int> faces, double gain);
 
-/// Grows a Delaunay cavity of a point in its own metric (paper §1.3). Starts from elements that hold the point and adds
-/// face neighbours, not across facets, in whose spheres (2D: circles) the point lies. Excludes elements whose opposite
-/// vertex is nearer than `shortest` (metric length). Degree 2: vertices are at the ends of tangents. At most `most`
-/// elements. `spokes`: begun at the point; extended to all vertices visited.
+/// Grows a Delaunay cavity of a point in the point's metric (paper §1.3). Starts from elements that contain the point.
+/// Adds neighbours across faces without facets if the point lies in their spheres (2D: circles), at most `most`
+/// elements. Excludes elements whose vertex opposite the face is nearer than `shortest` (metric length). Degree 2: ends
+/// of tangents replace vertices. `spokes`: edges from the point, extended to all visited vertices.
 template <int D>
 void grow_delaunay(const Adaptation<D>& r, BentSpokes<D>& spokes, std::size_t most, double shortest, Cavity<D>& cavity);
 
@@ -126,7 +125,7 @@ void grow_delaunay(const Adaptation<D>& r, BentSpokes<D>& spokes, std::size_t mo
 
 namespace camber {
 
-/// Computes missing element shapes in `shapes`.
+/// Computes the missing values in `r.shapes`.
 template <int D>
 [[nodiscard]] Outcome<Done> compute_shapes(Adaptation<D>& r, const Execution& execution) {
     auto shapes = take(std::move(r.shapes));
@@ -137,17 +136,16 @@ template <int D>
     r.shapes = std::move(shapes);
     return measured;
 }
-/// The same for elements of a commit.
 template <int D>
 void compute_shapes(Adaptation<D>& r, std::span<const ElementId> created) {
-    if (!r.mesh.is_curved()) return;  // `operate` has computed all
+    if (!r.mesh.is_curved()) return;  // `operate` has computed all shapes
     auto shapes = take(std::move(r.shapes));
     for (const ElementId e : created)
         if (!r.mesh.is_free(e) && shapes[e.index()] < 0) shapes[e.index()] = shape_of(r, e);
     r.shapes = std::move(shapes);
 }
 
-/// Precondition: the shapes are known.
+/// Precondition: `r.shapes` are known.
 template <int D>
 [[nodiscard]] double worst_cached_shape_of(const Adaptation<D>& r, std::span<const ElementId> elements) {
     double worst = std::numeric_limits<double>::infinity();
@@ -155,7 +153,7 @@ template <int D>
     return worst;
 }
 
-// Tools of passes before requests.
+// Helper functions of passes, used before requests.
 
 struct ElementEdge {
     ElementId element;
@@ -168,7 +166,7 @@ template <int D>
     return {};
 }
 
-/// The face through which the way from this vertex to b leaves; −1: none.
+/// Returns the face through which the way from vertex `from` to `b` leaves the element; −1: none.
 template <int D>
 [[nodiscard]] int face_towards(const DynamicMesh<D>& mesh, ElementId e, int from, const Vec<D>& b) {
     const auto& vertices = mesh.elements.vertices[e];
@@ -192,7 +190,7 @@ template <int D>
     return best;
 }
 
-/// Walks around the first vertex towards the second; then searches all elements there.
+/// Walks around the first vertex towards the second. If that fails, searches all elements at the first vertex.
 template <int D>
 [[nodiscard]] ElementEdge element_with_edge(const DynamicMesh<D>& mesh, EdgeId edge) {
     const auto& [a, b] = mesh.edges[edge];
@@ -226,7 +224,7 @@ template <int D>
     return {};
 }
 
-/// Without branches, to compare several at once.
+/// Compares without branches, so that several comparisons run at once.
 template <class Id>
 [[nodiscard]] bool is_among(const std::vector<Id>& ids, Id id) {
     bool found = false;
@@ -234,7 +232,7 @@ template <class Id>
     return found;
 }
 
-/// Length from the request's position to the nearest vertex of its holders.
+/// Metric length from the point to the nearest vertex of the elements that contain it.
 template <int D>
 [[nodiscard]] double nearest_fixed_vertex(const Adaptation<D>& r, const CavityRequest<D>& request,
                                           const ConePoint<D>& point, BentSpokes<D>& spokes) {
@@ -254,25 +252,24 @@ template <int D>
     return nearest;
 }
 
-/// Shape of a quality target. For standalone surfaces the distance from 1 is quartered: 0.8 for tetrahedra is 0.95 for
-/// triangles.
+/// Shape for a quality target. For standalone surfaces the target's distance from 1 is quartered: 0.8 for tetrahedra is
+/// 0.95 for triangles.
 template <int D>
 [[nodiscard]] double target_shape(const Adaptation<D>& r, double quality) {
     return shape_of_quality(r.mesh.is_surface() ? 1 - (1 - quality) / 4 : quality, D);
 }
 
 struct SplitLimits {
-    double shortest = 0;                             ///< minimum metric length at the new point
-    double min_quality = 0;                          ///< of new elements, unless replaced ones are worse
+    double shortest = 0;
+    double min_quality = 0;                          ///< of new elements, unless removed ones are worse
     double bad_quality = PatchLimits{}.bad_quality;  ///< see `PatchLimits`
 };
-/// A split request at the edge's middle by length; the point moves by `share` to the geometry. Empty if no element has
-/// the edge, or the geometry is there already (`share` below 1).
+/// A request to split the edge at the middle by metric length. The new point moves by `share` of the way to the
+/// geometry. Empty if no element has the edge, or if `share` is below 1 and the middle is on the geometry.
 template <int D>
 [[nodiscard]] std::optional<Candidate<D>> split_candidate(const Adaptation<D>& r, const AdaptationGoal<D>& goal,
                                                           EdgeId edge, double share, const SplitLimits& limits);
 
-/// No task.
 inline constexpr double infinite_order = std::numeric_limits<double>::infinity();
 
 /// See `RejectionCache`.
@@ -284,7 +281,7 @@ void refuse(Adaptation<D>& r, CachedPass pass, std::span<const Task> tasks, std:
     r.rejection_cache.template refuse<Tag>(pass, ids, entities);
 }
 
-/// Edges with finite `order_of(length)`, except cached rejections.
+/// Tasks for edges with finite `order_of(length)`, except cached rejections.
 template <int D, class OrderOf, class IsRejected>
 [[nodiscard]] Outcome<std::vector<Task>> edge_tasks(const Adaptation<D>& r, OrderOf&& order_of,
                                                     IsRejected&& is_cached_rejection, const Execution& execution) {
@@ -301,7 +298,6 @@ template <int D, class OrderOf, class IsRejected>
         });
 }
 
-/// Runs a pass on these edges.
 template <int D, class EdgePass>
 [[nodiscard]] Outcome<Adapted<D>> run_on_edges(Adaptation<D> state, const AdaptationGoal<D>& goal, EdgePass pass,
                                                const Execution& execution) {
@@ -314,7 +310,6 @@ template <int D, class EdgePass>
     return Adapted<D>{std::move(state), *statistics};
 }
 
-/// Tasks for created edges.
 template <int D, class OrderOf>
 void add_edge_tasks(const Adaptation<D>& r, const TopologyChanges& changes, OrderOf&& order_of,
                     std::vector<Task>& tasks) {
@@ -323,7 +318,7 @@ void add_edge_tasks(const Adaptation<D>& r, const TopologyChanges& changes, Orde
             if (const double order = order_of(length_of(r, e)); order < infinite_order) tasks.push_back(task(order, e));
 }
 
-/// The same for elements by known shape.
+/// Tasks for elements with finite `order_of(shape)`. The shapes must be known.
 template <int D, class OrderOf>
 [[nodiscard]] Outcome<std::vector<Task>> element_tasks(const Adaptation<D>& r, CachedPass pass, OrderOf&& order_of,
                                                        const Execution& execution) {

@@ -8,13 +8,12 @@ module;
 #include <span>
 #include <utility>
 #include <vector>
-/// Trees of bounding boxes for searches.
 export module camber.box_tree;
 import camber.core;
 
 export namespace camber {
 
-/// An immutable balanced tree of items' boxes. It finds the nearest item and overlapping items.
+/// Immutable balanced tree of boxes, to find nearest and overlapping items.
 template <int D>
 class BoxTree {
   public:
@@ -40,8 +39,8 @@ class BoxTree {
         double distance_squared = std::numeric_limits<double>::infinity();
     };
 
-    /// Returns the item with the minimum distance_squared(item) to p; of equal ones the lowest item. Precondition:
-    /// distance_squared(item) is at least the squared distance of p to the item's box. Only items nearer than `within`
+    /// Returns the item with the minimum distance_squared(item) to p; of equal ones the lowest. Precondition:
+    /// distance_squared(item) is not below the squared distance to the item's box. Only items nearer than `within`
     /// (squared) are considered.
     template <class DistanceSquared>
     [[nodiscard]] Nearest nearest(const Vec<D>& p, DistanceSquared&& distance_squared,
@@ -57,9 +56,9 @@ class BoxTree {
         double distance = std::numeric_limits<double>::infinity();  ///< ray parameter s
     };
 
-    /// Returns the first item on the ray p + s·d, s >= 0. meets(item) returns the item's s, or infinity if the ray
-    /// misses it; of equal items the lowest is first. Items whose boxes the ray misses are skipped, so boxes need a
-    /// margin for rounding. Only s below `within` count.
+    /// Returns the first item on the ray p + s·d, s >= 0: that with the minimum s = meets(item), infinity for none; of
+    /// equal items the lowest. Items whose boxes the ray misses are skipped, so boxes need a margin for rounding. Only
+    /// s below `within` count.
     template <class Meets>
     [[nodiscard]] RayHit first_hit(const Vec<D>& p, const Vec<D>& d, Meets&& meets,
                                    double within = std::numeric_limits<double>::infinity()) const {

@@ -30,14 +30,14 @@ struct SampledReference {
     std::vector<FacetId> facets;
 };
 
-/// Share of a sample that is astray, that is, off the model. A facet counts by the share of its vertices farther from
-/// the best face than half of its longest edge. It counts fully if that face is transverse to it.
+/// Share of a sample that is off the model. A facet counts by the share of its vertices farther from the best face than
+/// half of its longest edge; it counts fully if that face is transverse to it.
 struct SampleVerdict {
-    double share = 0;                        ///< estimate for all facets
-    std::size_t off_count = 0, facets = 0;   ///< numbers of facets in the sample
-    const SampledReference* lost = nullptr;  ///< reference with the largest astray share, if above one half
+    double share = 0;  ///< estimate for all facets
+    std::size_t off_count = 0, facets = 0;
+    const SampledReference* lost = nullptr;  ///< reference with the largest share, if above one half
     std::size_t worst_off_count = 0;
-    FacetId farthest;  ///< farthest of the astray facets
+    FacetId farthest;  ///< farthest facet that is off
 
     [[nodiscard]] bool fits() const {
         constexpr double most = 0.1;
@@ -70,7 +70,6 @@ double away_from(const CadModel& model, std::size_t face, const Vec<D>& p) {
     return closest_on_virtual_face(model, face, p).foot.distance;
 }
 
-/// Sine of the angle between a facet and the face at the facet's middle.
 double sine_between(const CadModel& model, std::size_t face, const std::array<Vec<3>, 3>& c) {
     const Vec<3> normal = normalised(cross(c[1] - c[0], c[2] - c[0]));
     return norm(cross(normal, closest_on_virtual_face(model, face, (c[0] + c[1] + c[2]) / 3).foot.normal));
@@ -85,7 +84,7 @@ FacetCheck check_facet(const CadModel& model, std::span<const std::size_t> candi
                        const std::array<Vec<D>, D>& corners) {
     constexpr double across = 0.9, far = 0.5;
     const double longest = longest_side(corners);
-    // Boxes show that distant facets are off the model; searches from far away would be slow.
+    // Distant facets are recognised by boxes, since searches from far away are slow.
     const bool is_unassociated = std::all_of(corners.begin(), corners.end(), [&](const Vec<D>& p) {
         return std::all_of(candidates.begin(), candidates.end(),
                            [&](std::size_t face) { return is_beyond(model, face, p, far * longest); });
@@ -209,7 +208,7 @@ Box<D> box_of(const CadParts& parts, std::span<const std::size_t> faces) {
     return box;
 }
 
-/// True if the boxes agree within a tenth of the mesh's diagonal. The mesh has only chords of a curved boundary.
+/// True if the boxes agree within a tenth of the mesh's diagonal: the mesh has only chords of curves.
 template <int D>
 bool agree(const Box<D>& mesh, const Box<D>& model, double factor) {
     const double most = match_tolerance * mesh.diagonal();
@@ -254,7 +253,6 @@ Outcome<std::vector<CadUnit>> fitting_units(const CadParts& parts, Fits&& fits) 
     return found;
 }
 
-/// Units of the mesh in which its sampled facets lie on the model.
 template <int D>
 Outcome<std::vector<CadUnit>> units_of_sample(const LinearMesh<D>& mesh, const CadModel& model,
                                               std::span<const SampledReference> sample,
@@ -266,7 +264,6 @@ Outcome<std::vector<CadUnit>> units_of_sample(const LinearMesh<D>& mesh, const C
     });
 }
 
-/// First unit that fits, for the remedy of an error.
 std::optional<std::string> suggested_unit(const std::vector<CadUnit>& units) {
     if (units.empty()) return std::nullopt;
     return std::string(word_of(units.front()));
@@ -301,7 +298,6 @@ std::pair<VertexId, double> farthest_corner(const LinearMesh<D>& mesh, const Cad
     return found;
 }
 
-/// True if elements of equal reference are on both sides of the facet.
 template <int D>
 bool is_within_material(const LinearMesh<D>& mesh, const Incidence<ElementId>& balls, FacetId facet) {
     const auto& corners = mesh.facets.vertices[facet];
@@ -323,7 +319,6 @@ bool is_within_material(const LinearMesh<D>& mesh, const Incidence<ElementId>& b
     return true;
 }
 
-/// True if a corner is farther from the model than `off_limit` times the facet's longest side.
 template <int D>
 bool is_off(const LinearMesh<D>& mesh, const CadModel& model, std::span<const std::size_t> candidates, FacetId facet) {
     const auto corners = facet_site(mesh, facet).corners;
@@ -333,7 +328,6 @@ bool is_off(const LinearMesh<D>& mesh, const CadModel& model, std::span<const st
     });
 }
 
-/// Text with the number of sampled facets that are off the model.
 std::string off_facets_text(const auto& verdict, const char* facets) {
     const bool is_one = verdict.share <= 0.1 && verdict.lost != nullptr;
     const auto counted = [&](std::size_t off_count, std::size_t all) {

@@ -31,9 +31,9 @@ std::vector<std::size_t> faces_of(const CadAssociation& association, std::span<c
 
 namespace {
 
-/// True if a second face fits the facet nearly as well as the best one.
+/// True if another face fits the facet nearly as well as the best one.
 bool is_unsure(const CadFit& fit) { return fit.face != no_face && fit.second <= ambiguity_ratio * fit.fit_error; }
-/// True if such a second face does not meet the best one smoothly.
+/// True if such a face does not meet the best one smoothly.
 bool is_ambiguous(const CadFit& fit) { return fit.face != no_face && fit.other <= ambiguity_ratio * fit.fit_error; }
 
 template <int D>
@@ -114,8 +114,7 @@ struct EntityMatch {
     bool is_detached = false;      ///< near its faces, far from their common edge or vertex
     bool is_within_group = false;  ///< on no edge, between faces of one virtual face
     EdgeLengthsAt edges = {};
-    std::vector<std::pair<std::size_t, double>> off = {};  ///< for vertices: faces that are too far, with their
-                                                           ///< distances
+    std::vector<std::pair<std::size_t, double>> off = {};  ///< for vertices: distant faces, with distances
 };
 
 template <int D>
@@ -265,7 +264,7 @@ Outcome<Done> match_vertices(const LinearMesh<D>& mesh, const CadModel& model, c
     if (!met) return fail(met.error());
     Fits fits;
     std::vector<std::int64_t> corners;
-    std::pair<bool, double> farthest;  // torn vertices count as farther than all others
+    std::pair<bool, double> farthest;  // detached vertices count as farther than all others
     for (std::size_t v = 0; v < met->size(); ++v) {
         const EntityMatch& m = (*met)[v];
         if (const std::pair far(m.is_detached, m.distance); far > farthest) {
@@ -409,7 +408,6 @@ double fit_error(const CadModel& model, std::size_t face, const std::array<Vec<3
     return sum + farthest;
 }
 
-/// True if two faces coincide at a facet.
 bool coincide(const CadModel& model, std::size_t a, std::size_t b, const std::array<Vec<3>, 3>& corners) {
     constexpr double same = 1e-6, parallel = 1e-3;
     const double most = same * longest_side(corners);
@@ -449,7 +447,7 @@ bool bounds(const occ::EdgeFacts& edge, std::size_t face) {
 
 CadFit best_face(const CadModel& model, std::span<const std::size_t> faces, const std::array<Vec<3>, 3>& corners) {
     const Vec<3> middle = (corners[0] + corners[1] + corners[2]) / 3;
-    // Faces with more than twice the misfit of the best one are not needed. Misfits of coincident faces differ by
+    // Faces with more than twice the fit error of the best one are not needed. Fit errors of coincident faces differ by
     // rounding.
     const double rounding = 1e-6 * longest_side(corners);
     struct Fit {
@@ -511,7 +509,7 @@ std::optional<std::size_t> nearest_face(const CadModel& model, std::span<const s
 
 namespace {
 
-/// Closest edge to the points between two faces, or of all edges of `face` without `other`.
+/// Edge of `face` closest to the points; with `other`, only among edges of both faces.
 std::optional<std::size_t> edge_of_pair(const CadModel& model, std::size_t face, std::optional<std::size_t> other,
                                         std::span<const Vec<3>> points) {
     std::optional<std::size_t> best;

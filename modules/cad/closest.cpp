@@ -184,8 +184,8 @@ struct Step {
     std::array<bool, 2> active{};
 };
 
-/// Newton step for ½|S(u, v) − p|² in the parameters that are not held. Where it is not convex, uses the Gauss-Newton
-/// matrix. A small multiple of the trace is added against singularity at poles.
+/// Newton step for ½|S(u, v) − p|² in the parameters that are not at active bounds. Uses the Gauss-Newton matrix if the
+/// function is not convex; a small multiple of the trace avoids singularity at poles.
 Step step(const OnSurface& from, const Cell& within, const Vec<3>& p) {
     const occ::SurfaceJet& jet = from.jet;
     const Vec<3> r = from.point() - p, u = vec(jet.u), v = vec(jet.v);
@@ -207,7 +207,7 @@ Step step(const OnSurface& from, const Cell& within, const Vec<3>& p) {
     return out;
 }
 
-/// True if a held parameter is at a bound of its cell, but inside the face: the closest point is in another cell.
+/// True if a bound of the cell is active inside the face: the closest point is in another cell.
 bool continues_beyond_cell(const Step& step, const Parameters& uv, const occ::FaceFacts& facts) {
     for (std::size_t k = 0; k < 2; ++k)
         if (step.active[k] && uv[k] > facts.low[k] && uv[k] < facts.high[k]) return true;
@@ -272,7 +272,7 @@ std::size_t cell_of(const occ::FaceFacts& facts, const Parameters& uv) {
     return cell[0] * facts.cells[1] + cell[1];
 }
 
-/// True if the next step, with held parameters fixed, would not move the point.
+/// True if the next step, with parameters at active bounds fixed, would not move the point.
 bool is_converged(const CadParts& parts, const OnSurface& place, const Cell& within, const Vec<3>& p) {
     constexpr double nothing = 1e-9;  // relative to the model's size
     const Parameters change = step(place, within, p).change;
@@ -280,8 +280,7 @@ bool is_converged(const CadParts& parts, const OnSurface& place, const Cell& wit
 }
 
 /// Closest point of the surface within the face's parameter bounds; for closed forms, of the untrimmed surface. `near`:
-/// parameters of a nearby point, or null. The search starts there; other cells follow only if their boxes are nearer
-/// than its result.
+/// parameters at which the search starts, or null; other cells are searched if their boxes are nearer.
 OnSurface nearest(const CadParts& parts, std::size_t face, const Vec<3>& p, const Parameters* near) {
     const occ::FaceFacts& facts = parts.kernel->faces[face];
     OnSurface best;
@@ -324,7 +323,6 @@ struct OnEdge {
     CadFoot foot;
 };
 
-/// Closest point on the edges of a face, if it has edges.
 std::optional<OnEdge> nearest_edge(const CadModel& model, std::size_t face, const Vec<3>& p) {
     const CadParts& parts = model.parts();
     std::optional<OnEdge> best;
@@ -397,7 +395,6 @@ FaceDistances::Place FaceDistances::place_at(const Vec<3>& from, const Parameter
     return {from, uv, model_->parts().kernel->on_surface(face_, uv[0], uv[1])};
 }
 
-/// Chooses an earlier closest point as the start of the search for p.
 void FaceDistances::set_start(const Vec<3>& p) {
     if (!first_of_row_ || !(norm_squared(first_of_row_->from - p) < norm_squared(last_->from - p))) return;
     last_ = first_of_row_;
@@ -555,7 +552,6 @@ OnCurve nearest_between(const CadParts& parts, std::size_t edge, double low, dou
     return best;
 }
 
-/// Closest point of an edge. Searches all cells whose boxes are near enough.
 OnCurve nearest_on_curve(const CadParts& parts, std::size_t edge, const Vec<3>& p) {
     const EntityCells& cells = parts.edges[edge];
     OnCurve best;

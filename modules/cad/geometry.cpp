@@ -31,7 +31,6 @@ double middle_of(double low, double high, std::size_t i, std::size_t n) {
     return low + (high - low) * (static_cast<double>(i) + 0.5) / static_cast<double>(n);
 }
 
-/// Points of an n by m parameter grid that are on the trimmed face.
 Samples grid_on_face(const CadModel& model, std::size_t face, std::size_t n, std::size_t m) {
     const occ::Kernel& kernel = *model.parts().kernel;
     const occ::FaceFacts& facts = kernel.faces[face];
@@ -77,7 +76,6 @@ std::array<double, 2> extents_of(const CadModel& model, std::size_t face) {
     return longest;
 }
 
-/// Number of parts of about length `step`, within limits.
 std::size_t parts_of(double length, double step, std::size_t least, std::size_t most) {
     if (!(step > 0) || !(length > 0)) return least;
     return static_cast<std::size_t>(
@@ -118,7 +116,6 @@ void append(GeometrySamples<3>& to, const GeometryEntity& entity, const Samples&
     for (std::size_t i = 0; i < samples.points.size(); ++i) to.add(samples.points[i], samples.weights[i]);
 }
 
-/// Curve of a model edge, with the edge's first two faces as sides.
 GeometryEntity curve(const occ::EdgeFacts& facts, std::size_t edge) {
     std::array<std::int64_t, 2> sides{GeometryEntity::unnumbered, GeometryEntity::unnumbered};
     for (std::size_t i = 0; i < 2 && i < facts.faces.size(); ++i) sides[i] = static_cast<std::int64_t>(facts.faces[i]);
@@ -328,7 +325,6 @@ class CadGeometryModel final : public GeometryModel<3> {
         return name;
     }
 
-    /// If only part of the boundary is on the model, samples the faces with facets, and their edges.
     [[nodiscard]] Outcome<GeometrySamples<3>> sample_all(std::size_t target_count,
                                                          const Execution& execution) const override {
         auto whole = samples_of<3>(cad_.model, target_count, execution);
@@ -395,7 +391,7 @@ class CadGeometryModel final : public GeometryModel<3> {
         return rim;
     }
 
-    /// Closest edge between the faces, or of the rim of a single face; if there is none, the first face.
+    /// Closest edge between the faces (for one face, of its rim), else the first face.
     [[nodiscard]] GeometryEntity curve_of(const std::vector<std::size_t>& faces, std::span<const Vec<3>> points) const {
         const auto edge = edge_between(cad_.model, faces, points);
         return edge ? curve(*edge, faces) : surface(faces[0]);
@@ -406,7 +402,6 @@ class CadGeometryModel final : public GeometryModel<3> {
         };
         return {GeometryKind::curve, static_cast<std::int64_t>(edge), {side(0), side(1)}};
     }
-    /// Edge or face of a junction; by default the first face.
     [[nodiscard]] static GeometryEntity entity_of(const Junction& at, const std::vector<std::size_t>& faces) {
         if (at.on == Junction::On::edge) return curve(at.number, faces);
         return surface(at.on == Junction::On::face ? at.number : faces[0]);

@@ -13,7 +13,7 @@ import camber.core;
 import camber.surface;
 import :model;
 
-/// A model in a plane z = constant is a geometry of 2D meshes. Its edges are curves of the mesh.
+/// A model in a plane z = constant as geometry of 2D meshes; its edges are curves.
 export namespace camber {
 
 /// Errors (input): the model has no edges, or leaves a plane z = constant by more than 1e-7 of its size.
@@ -34,7 +34,7 @@ struct CadCurveFoot {
 /// Closest of these edges, the first of equally near ones; empty without edges.
 [[nodiscard]] std::optional<std::size_t> nearest_curve(const CadModel& model, std::span<const std::size_t> edges,
                                                        const Vec<2>& p);
-/// Like `best_face` for a 2D facet; the last term of the misfit is length × sine of the angle between the tangents.
+/// Like `best_face` for a 2D facet; the last term of the error is length × sine of the angle between the tangents.
 [[nodiscard]] CadFit best_curve(const CadModel& model, std::span<const std::size_t> edges,
                                 const std::array<Vec<2>, 2>& ends);
 
@@ -86,7 +86,7 @@ template <int D>
 struct CadGeometry {
     CadModel model;
     CadAssociation association;
-    LinearMesh<D> mesh;  ///< the associated mesh
+    LinearMesh<D> mesh;  ///< associated mesh
 
     [[nodiscard]] bool is_whole() const { return association.facets == mesh.facets.size(); }
     /// True if the facet is a facet of `mesh`, by number and position, and on the model.
@@ -122,7 +122,6 @@ template <int D>
 [[nodiscard]] Outcome<GeometrySamples<D>> samples_of(const CadModel& model, std::size_t target_count,
                                                      const Execution& execution);
 
-/// Samples of the entities for which is_selected(entity) is true.
 template <int D, class IsSelected>
 [[nodiscard]] Outcome<GeometrySamples<D>> part_of_samples(const GeometrySamples<D>& whole, IsSelected&& is_selected) {
     return guarded([&]() -> Outcome<GeometrySamples<D>> {
@@ -144,19 +143,18 @@ enum class CadVertices : std::uint8_t { keep, move };
 
 template <int D>
 struct VerticesOnModel {
-    Column<Vec<D>> points;  ///< all vertices
-    std::size_t moved = 0;  ///< vertices with a new position
-    std::size_t constrained =
-        0;               ///< vertices that did not reach their targets, because elements or facets would become flat
-    double largest = 0;  ///< length of the largest move
-    VertexId farthest = {};  ///< vertex of the largest move
+    Column<Vec<D>> points;
+    std::size_t moved = 0;
+    std::size_t constrained = 0;  ///< vertices kept from their targets, so that nothing becomes flat
+    double largest = 0;           ///< largest move
+    VertexId farthest = {};       ///< vertex of the largest move
 };
 
 /// Moves vertices of facets on the model to the closest point of their entity: the model's vertex for three faces (2D:
-/// two curves), the edge for two faces, else the virtual face. Where the part of the boundary on the model ends, the
-/// entity is the face's rim. Beside another surface that `geometry` prescribes, it is the curve of both; `geometry`
-/// contains the model. Elements preserve a fifth of their volume, facets a fifth of their area along their normal.
-/// Moves that violate this are halved up to six times, then dropped. Required vertices are fixed. Errors: stopped.
+/// two curves), the edge for two faces, else the virtual face. At the end of the part of the boundary on the model, it
+/// is the face's rim. Beside another surface that `geometry` prescribes, it is the curve of both; `geometry` contains
+/// the model. Elements preserve a fifth of their volume, facets a fifth of their area along their normal. Moves that
+/// violate this are halved up to six times, then dropped. Required vertices are fixed. Errors: stopped.
 template <int D>
 [[nodiscard]] Outcome<VerticesOnModel<D>> vertices_onto(const CadModel& model, const CadAssociation& association,
                                                         const LinearMesh<D>& mesh, const Geometry<D>& geometry,

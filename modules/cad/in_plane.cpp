@@ -32,7 +32,6 @@ Vec<2> normal_to(const Vec<2>& tangent) {
     return norm(tangent) > 0 ? normalised(Vec<2>{{tangent[1], -tangent[0]}}) : Vec<2>{};
 }
 
-/// True if two edges coincide within 1e-5 of their size.
 bool coincide(const CadModel& model, std::size_t a, std::size_t b) {
     constexpr double same = 1e-5;
     constexpr int samples = 8;
@@ -132,7 +131,7 @@ CadFit best_curve(const CadModel& model, std::span<const std::size_t> edges, con
     CadFit best{edges.front(), infinite, infinite, infinite};
     const VirtualFaces& joined = model.parts().virtual_curves;
     for (const std::size_t edge : edges) {
-        // Misfits above twice the best one need not be exact.
+        // Fit errors above twice the best one need not be exact.
         const double enough = ambiguity_ratio * best.fit_error;
         if (model.parts().edges[edge].reach.distance_squared(middle) > enough * enough) continue;
         const double here = fit_error(model, edge, ends);
@@ -167,7 +166,6 @@ Vec<2> vertex_in_plane(const CadModel& model, std::size_t vertex) { return in_pl
 
 namespace {
 
-/// Edges of the model as curves of a 2D mesh.
 class CurvesModel final : public GeometryModel<2> {
   public:
     explicit CurvesModel(CadGeometry<2> cad)
@@ -253,7 +251,6 @@ class CurvesModel final : public GeometryModel<2> {
         return name;
     }
 
-    /// If only part of the boundary is on the model, samples the edges with facets.
     [[nodiscard]] Outcome<GeometrySamples<2>> sample_all(std::size_t target_count,
                                                          const Execution& execution) const override {
         auto whole = samples_of<2>(cad_.model, target_count, execution);

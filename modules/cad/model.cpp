@@ -26,7 +26,7 @@ namespace {
 struct Library {
     occ::Open* open = nullptr;
     occ::Restore* restore = nullptr;
-    std::string missing;  ///< reason if it cannot be loaded
+    std::string missing;  ///< loading error
 };
 
 Library loaded() {

@@ -57,9 +57,9 @@ struct CadOptions {
 
 /// Numbers of entities of a file that the model lacks.
 struct CadLosses {
-    std::size_t faces = 0;        ///< faces that could not be converted
-    std::size_t entities = 0;     ///< entities whose transfer failed
-    std::size_t open_shells = 0;  ///< open shells in solids
+    std::size_t faces = 0;        ///< not converted
+    std::size_t entities = 0;     ///< transfer failed
+    std::size_t open_shells = 0;  ///< in solids
 };
 
 /// A CAD model: immutable, thread-safe. Faces, edges and vertices are numbered from 0, in the order of their first
@@ -88,13 +88,12 @@ class CadModel {
 
 [[nodiscard]] bool has_cad_support();
 
-/// File extensions, for messages.
 inline constexpr std::string_view cad_endings = ".step, .stp, .iges, .igs or .brep";
 
 /// Reads a STEP, IGES or BREP file; the extension selects the format. Faces of IGES files are sewn at edges that
 /// coincide within 1e-5 of the model's size. A file without a unit is in millimetres. Errors: other extension (usage);
 /// no OpenCASCADE (unsupported); a broken file, or a file without faces and edges (input). On damaged files the library
-/// may crash, hang or exhaust memory. It is safe to read them in a separate process, with the functions below.
+/// may crash, hang or exhaust memory; read them in a separate process, with the functions below.
 [[nodiscard]] Outcome<CadModel> read_cad(const std::string& path, const CadOptions& options);
 
 /// Converts a model to bytes and back, bitwise equal in any unit, for processes of one version. Errors of
@@ -131,7 +130,7 @@ struct CadFoot {
 [[nodiscard]] std::optional<std::size_t> nearest_face(const CadModel& model, std::span<const std::size_t> faces,
                                                       const Vec<3>& p);
 
-/// Marks a facet that is off the model.
+/// Face number of facets off the model.
 inline constexpr std::uint32_t no_face = 0xffffffffU;
 
 /// A face or edge of the model from which too many vertices of the mesh are off.
@@ -157,23 +156,23 @@ struct CadAssociation {
     /// References, ascending, with their faces, ascending.
     std::vector<std::pair<Reference, std::vector<std::size_t>>> of_references;
 
-    std::size_t facets = 0;  ///< number of facets on the model
+    std::size_t facets = 0;  ///< facets on the model
 
     /// Mesh edges on a model edge between two faces, and mesh vertices on a model vertex of three or more faces; both
     /// ascending. Some are smooth, so the mesh alone does not show them.
     std::vector<EdgeId> ridges;
     std::vector<VertexId> corners;
 
-    std::size_t faces_met = 0, edges_met = 0, vertices_met = 0;  ///< numbers of entities that the mesh uses
+    std::size_t faces_met = 0, edges_met = 0, vertices_met = 0;  ///< entities that the mesh uses
     std::size_t coincident_facets = 0;   ///< facets with another coincident face (touching solids); the first is used
     std::size_t ambiguous_facets = 0;    ///< facets that another face, not joined to theirs, fits nearly as well
-    std::size_t settled_facets = 0;      ///< doubtful facets with the face of the sure facets of their reference
+    std::size_t settled_facets = 0;      ///< ambiguous facets that got the face of the other facets of their reference
     std::size_t ambiguous_edges = 0;     ///< mesh edges between faces without a common edge
     std::size_t ambiguous_vertices = 0;  ///< mesh vertices between three or more faces, far from any model vertex
     std::size_t vertices = 0;            ///< vertices of facets on the model
     std::size_t off_vertices = 0;        ///< vertices farther from the model than their longest edge
     std::size_t detached_vertices = 0;   ///< vertices that far from the common edge or vertex of their faces
-    double largest_vertex_distance = 0;  ///< distance of a vertex from its face, edge or vertex
+    double largest_vertex_distance = 0;  ///< from its face, edge or vertex
     VertexId farthest_vertex = {};
 
     /// Lists (ascending) of faces that meet smoothly and that the mesh treats as one: facets span them, or one of them
@@ -183,13 +182,13 @@ struct CadAssociation {
     std::optional<CadFitError> fit_error;  ///< entity with the largest share of off vertices; empty: the mesh fits
 };
 
-/// Associates each facet with the face that fits its vertices, middle and normal best. A doubtful facet, which two
-/// faces fit similarly well, gets the face of the sure facets of its reference and entity, if unique.
+/// Associates each facet with the face that fits its vertices, middle and normal best. An ambiguous facet, which two
+/// faces fit similarly well, gets the face of the unambiguous facets of its reference and entity, if unique.
 ///
 /// Errors (input):
 /// - More than a tenth of the sampled facets, or half of those of one reference, are farther from the model than half
 ///   of their longest edge, or transverse to it.
-/// - A vertex is torn, or more than a tenth of the vertices are stray (see `CadAssociation`).
+/// - A vertex is detached, or more than a tenth of the vertices are off (see `CadAssociation`).
 /// - The mesh has no boundary, or the model no faces. 2D: the model is not in a plane z = constant.
 ///
 /// The error names the unit that would fit.
@@ -205,7 +204,7 @@ template <int D>
                                                 const Execution& execution);
 
 /// Returns the model in the unit of the mesh: unchanged if the sampled facets of each reference lie on it, else in the
-/// only other unit for which they do. If no unit or several units fit, it is unchanged, and `associate` fails. Errors:
+/// only other unit for which they do. If none or several fit, it is unchanged (`associate` then fails). Errors:
 /// stopped, and those of `in_unit`.
 template <int D>
 [[nodiscard]] Outcome<CadModel> in_unit_of(const LinearMesh<D>& mesh, const CadModel& model,
@@ -213,8 +212,8 @@ template <int D>
 
 /// Returns the references (ascending) whose facets are inside one material and off the model, for example sheets (2D:
 /// lines) added to the mesh. All their facets have elements of equal reference on both sides. Over half of their
-/// sampled facets have a corner farther from the model than `off_limit` times the longest side. References in
-/// `excluded` (ascending) are excluded. Errors: stopped, memory.
+/// sampled facets have a corner farther from the model than `off_limit` times the longest side. `excluded`: ascending.
+/// Errors: stopped, memory.
 template <int D>
 [[nodiscard]] Outcome<std::vector<Reference>> references_within_materials(const LinearMesh<D>& mesh,
                                                                           const CadModel& model,
@@ -225,7 +224,7 @@ template <int D>
 struct CadFit {
     std::size_t face = 0;
     double fit_error = 0;            ///< 0: same vertices, middle and normal
-    double second = 0;               ///< misfit of the second-best face, exact up to twice `fit_error`
+    double second = 0;               ///< error of the second-best face, exact up to twice `fit_error`
     double other = 0;                ///< as `second`, among faces that do not meet the best one smoothly
     std::array<double, 2> middle{};  ///< parameters of the face at the facet's middle; unused in 2D
     bool has_twin = false;           ///< another face coincides with the best one; it does not count as second

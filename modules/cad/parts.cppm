@@ -40,7 +40,6 @@ struct OrientedBox {
     }
 };
 
-/// Cells of one entity, with bounding boxes.
 struct EntityCells {
     std::vector<Cell> cells;
     std::vector<Box<3>> boxes;
@@ -65,7 +64,7 @@ struct CadParts {
     VirtualFaces virtual_faces, virtual_curves;
     Box<3> bounds;  ///< bounds of faces, else of edges
     Box<3> of_edges;
-    double size = 0;  ///< diagonal of `bounds`
+    double size = 0;  ///< bounds' diagonal
 };
 
 /// Lower bound of the distance, from boxes of cells.
@@ -115,7 +114,7 @@ class FaceDistances {
 
 [[nodiscard]] inline Vec<3> vec(const occ::Point& p) { return {p}; }
 
-/// Two faces fit similarly well if their misfits differ at most by this factor.
+/// Two faces fit similarly well if their fit errors differ at most by this factor.
 inline constexpr double ambiguity_ratio = 2;
 
 /// Largest distance of a match, as a share of the length of a mesh edge (boxes: of the diagonal).
@@ -149,8 +148,7 @@ template <int D, std::size_t N>
 
 }  // namespace camber
 
-/// A virtual face is a group of faces that meet smoothly. Meshers merge sliver and split faces, so facets can span
-/// several faces of a group.
+/// Virtual faces: groups of faces that meet smoothly. Meshers merge sliver and split faces, so facets can span several.
 namespace camber {
 
 /// Largest angle (degrees) between the normals of smooth neighbours along their edge (2D: between tangents).
@@ -209,9 +207,9 @@ inline constexpr double smooth_reach = 0.005;
 /// - Closest edge between any of the faces, beyond reach.
 [[nodiscard]] Junction junction_at(const CadModel& model, std::span<const std::size_t> faces,
                                    std::span<const Vec<3>> points, const Reach& reach);
-/// As `junction_at` for a mesh vertex. With more than two faces, the closest model vertex comes first if it is within
-/// reach; within one or two virtual faces, within the smooth reach. With three or more virtual faces, or if the edge
-/// found is beyond reach, the result is always that vertex.
+/// Like `junction_at`, for a mesh vertex. With more than two faces, a model vertex within reach comes first (within one
+/// or two virtual faces, within the smooth reach). With three or more virtual faces, or if the edge found is beyond
+/// reach, the result is the closest vertex.
 [[nodiscard]] Junction junction_at_vertex(const CadModel& model, std::span<const std::size_t> faces, const Vec<3>& p,
                                           const Reach& reach);
 /// Closest edge between the virtual faces of these faces. Searches edges of faces at most two smooth edges away.
@@ -228,7 +226,6 @@ template <int D>
 /// For each face, the number of its list in `joined`, or `no_face`.
 [[nodiscard]] std::vector<std::uint32_t> joined_lists(const CadAssociation& association, std::size_t faces);
 
-/// Virtual faces for facets; in 2D virtual curves.
 template <int D>
 [[nodiscard]] const VirtualFaces& virtual_faces_of(const CadParts& parts) {
     if constexpr (D == 2)

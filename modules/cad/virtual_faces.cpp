@@ -70,7 +70,6 @@ std::vector<std::vector<std::pair<std::size_t, bool>>> ends_at_vertices(const oc
     return ends;
 }
 
-/// Largest distance that counts as on the face.
 double negligible(const CadModel& model) { return 1e-9 * model.parts().size; }
 
 /// True if the foot is on a rim: the face would be nearer if it were extended.
@@ -134,7 +133,6 @@ std::vector<std::size_t> with_neighbours(const CadModel& model, std::span<const 
     return all;
 }
 
-/// Chain of edges between two virtual faces within reach of all points.
 std::optional<Junction> chain_at(const CadModel& model, std::span<const std::size_t> faces,
                                  std::span<const Vec<3>> points, double reach) {
     Junction junction{.on = Junction::On::edge, .is_chain = true};
@@ -248,7 +246,7 @@ Junction junction_at_vertex(const CadModel& model, std::span<const std::size_t> 
 
 namespace {
 
-/// Union-find sets of faces, each named by its lowest face.
+/// Union-find sets of faces, each named by its lowest.
 class JoinedFaces {
   public:
     explicit JoinedFaces(std::size_t faces) : lowest_(faces) {

@@ -118,7 +118,7 @@ struct Meeting {
     }
 };
 
-/// Returns the state of each vertex. `inside`: ends of lines without facets.
+/// `inside`: ends of lines without facets.
 template <int D>
 Buffer<VertexState> places(const LinearMesh<D>& mesh, const DynamicMesh<D>& result, const BreaksOfMesh& breaks,
                            std::span<const VertexId> inside) {
@@ -307,7 +307,6 @@ Buffer<std::array<FaceNeighbour, D + 1>> faces_across(const Neighbours<D>& neigh
     return across;
 }
 
-/// Marks ridges, which are facets in 2D.
 Buffer<Marks> with_ridges(Buffer<Marks> marks, const Column<std::uint32_t>& ridges) {
     for (const std::uint32_t f : ridges) marks[f] |= Mark::ridge;
     return marks;
@@ -372,9 +371,8 @@ namespace {
 
 constexpr std::uint32_t no_piece = std::numeric_limits<std::uint32_t>::max();
 
-/// Pieces of a surface, which edges of exactly two triangles connect; their order is that of their first triangles. A
-/// triangle that meets another one of its piece at an edge of more than two triangles belongs to no piece and does not
-/// change.
+/// Pieces of a surface, connected by edges of exactly two triangles, in the order of their first triangles. A triangle
+/// belongs to no piece and does not change if it meets its own piece at an edge of more than two triangles.
 struct Pieces {
     Buffer<std::uint32_t> of;  ///< piece of each triangle
     std::size_t count = 0;
@@ -421,7 +419,6 @@ Reference reference_of_none(const Column<Reference>& references) {
     return free;
 }
 
-/// Adds faces between border edges and the vertices at infinity.
 Simplices<2> with_faces_to_infinity(const LinearMesh<3>& mesh, const EdgeSet<3>& edges,
                                     const Incidence<FacetId>& around, const Pieces& pieces) {
     Simplices<2> facets = mesh.facets;

@@ -206,7 +206,6 @@ auto wrong(std::string what, const char* kind, std::size_t number) {
     return fail(ErrorKind::internal, std::move(what), {}, Entity{kind, number + 1});
 }
 
-/// Returns the error for the first item for which `look` returns a message.
 template <class Look>
 Outcome<Done> none_wrong(std::size_t n, const char* kind, const Execution& execution, Look&& look) {
     const auto first = reduce_each(

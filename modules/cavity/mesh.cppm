@@ -41,14 +41,14 @@ enum class VertexPlace : std::uint8_t {
     surface,   ///< on one smooth piece of boundary or interface
     line,      ///< on a curve: two lines of one reference meet here
     corner,    ///< fixed: lines end or meet here, or the input lists it
-    infinity,  ///< of standalone surfaces, see `make_dynamic_surface`
+    infinity,  ///< only in standalone surfaces, see `make_dynamic_surface`
 };
 
 enum class Mark : std::uint8_t {
     required = 1,        ///< must not change
     frozen = 2,          ///< fixed: a facet has no elements, or the mesh touches itself
     has_input_data = 4,  ///< has directions or associations of the input
-    moved = 8,           ///< a new or moved vertex
+    moved = 8,
     ridge = 16,          ///< a ridge listed by the input
     implied = 32,        ///< a line at which facets break, not listed by the input
     corner = 64,         ///< a corner listed by the input
@@ -100,8 +100,8 @@ using Stamp = std::shared_ptr<const char>;
 [[nodiscard]] inline Stamp new_stamp() { return std::make_shared<const char>(); }
 
 /// A linear or quadratic mesh whose topology changes at the cost of the change: an immutable value of columns, like
-/// `LinearMesh`. Ids are stable; slots are reused, the last freed first. Free slots have invalid entries: elements,
-/// facets and edges no vertex, lines no edge, vertices no element (unless frozen).
+/// `LinearMesh`. Ids are stable; slots are reused, the last freed first. In free slots, elements, facets and edges have
+/// invalid vertices, lines invalid edges, and vertices invalid elements (unless frozen).
 template <int D>
 struct DynamicMesh {
     static constexpr int dimension = D;
@@ -109,14 +109,14 @@ struct DynamicMesh {
     Column<Vec<D>> points;
     Column<Reference> point_references;
     Column<VertexState> states;
-    Column<ElementId> element_of;  ///< one element of each vertex
+    Column<ElementId> element_of;
 
     DynamicSimplices<D> elements;
     Column<std::array<FaceNeighbour, D + 1>> face_neighbours;
     Column<std::array<EdgeId, edges_per_simplex<D>>> edges_of;  ///< in the order of `local_edges`
     Column<std::array<VertexId, 2>> edges;                      ///< lower vertex first
     Column<LineId> line_of;                                     ///< empty in 2D
-    Column<LagrangeNode<D>> nodes;                              ///< one per edge; empty for a straight mesh
+    Column<LagrangeNode<D>> nodes;                              ///< empty for a straight mesh
     DynamicSimplices<D - 1> facets;
     Column<FacetSides> sides;
     Column<EdgeId> lines;  ///< edges of lines (3D)
@@ -124,9 +124,9 @@ struct DynamicMesh {
     Column<Marks> line_marks;
 
     FreeSlots free;
-    InputGeometry<D> geometry;  ///< input data of vertices with `Mark::has_input_data`
+    InputGeometry<D> geometry;
     Column<Group> groups;
-    Column<VertexId> at_infinity;  ///< only standalone surface meshes
+    Column<VertexId> at_infinity;  ///< only in standalone surface meshes
     Stamp stamp;
 
     [[nodiscard]] std::size_t vertex_count() const { return points.size() - free.vertices.size(); }
@@ -193,21 +193,21 @@ template <int D>
     return sides[0] == e ? sides[1] : sides[0];
 }
 
-/// Returns an invalid id if the face has no facet.
+/// Invalid if the face has no facet.
 template <int D>
 [[nodiscard]] inline FacetId facet_at(const DynamicMesh<D>& mesh, ElementId e, int face) {
     const FaceNeighbour across = mesh.face_neighbours[e][face];
     return across.is_facet() ? across.facet() : FacetId{};
 }
 
-/// The triangle of an element in a standalone surface mesh.
+/// The facet of an element in a standalone surface mesh.
 [[nodiscard]] inline FacetId facet_of(const DynamicMesh<3>& mesh, ElementId e) { return facet_at(mesh, e, 3); }
 
 /// Finds the elements around a vertex by a walk from face to face, which starts at `element_of`.
 template <int D>
 void ball(const DynamicMesh<D>& mesh, VertexId v, std::vector<ElementId>& found);
 
-/// Finds the elements around an edge by a walk from face to face: from `e` in one direction and, if that ends at the
+/// Finds the elements around an edge by a walk from `e` from face to face, in one direction and, if that ends at the
 /// boundary, in the other.
 template <int D>
 void shell(const DynamicMesh<D>& mesh, ElementId e, int local_edge, std::vector<ElementId>& found);
@@ -240,7 +240,7 @@ template <int D>
     return false;
 }
 
-/// Edge opposite local vertex `k` of the facet, found in the facet's first element.
+/// Edge opposite the facet's vertex `k`, found in the first element.
 [[nodiscard]] EdgeId facet_edge(const DynamicMesh<3>& mesh, FacetId f, int k);
 
 /// Breaks of surfaces that the mesh does not list: edges of kind `ridge`, with one kind for each unique edge (3D), and
@@ -252,11 +252,10 @@ struct BreaksOfMesh {
 
 /// Creates a dynamic mesh.
 /// - Lines (3D): listed edges, edges of kind `ridge`, and edges with one facet, with more than two, or with facets of
-///   two
-///   references or entities. Lines whose kind is not `ridge` are embedded.
+///   two references or entities. Lines whose kind is not `ridge` are embedded.
 /// - Corners: listed corners, those of `breaks`, vertices associated with points or in vertex groups. Also vertices at
 ///   which other than two lines of one reference, entity and kind meet, or a line without facets meets a facet. In 2D
-///   facets count as lines here, and ends of listed ridges are corners.
+///   facets count as lines, and ends of listed ridges are corners.
 /// - Frozen: vertices without elements, vertices of facets or listed edges without elements, and vertices at which the
 ///   mesh touches itself.
 ///
@@ -272,10 +271,9 @@ template <int D>
                                                    const Execution& execution);
 
 /// Creates the dynamic mesh of a standalone surface (triangles in space, no tetrahedra). Each triangle forms an element
-/// with a vertex at infinity, its last vertex, as in CGAL's triangulations. Faces between border edges and infinity are
-/// facets of a separate reference. `compacted` omits all elements, vertices and facets at infinity. Border edges and
-/// edges of more than two triangles are lines and do not change. Errors: those of `make_dynamic`, internal (not a
-/// standalone surface).
+/// with a vertex at infinity, its last one, as in CGAL's triangulations. Faces between border edges and infinity are
+/// facets of a separate reference. `compacted` omits all that is at infinity. Border edges and edges of more than two
+/// triangles are lines and do not change. Errors: those of `make_dynamic`, internal (not a standalone surface).
 [[nodiscard]] Outcome<DynamicMesh<3>> make_dynamic_surface(const LinearMesh<3>& mesh, const EdgeSet<3>& edges,
                                                            const BreaksOfMesh& breaks, const Execution& execution);
 
@@ -283,7 +281,6 @@ template <int D>
 
 namespace camber {
 
-/// `make_dynamic` for a mesh that contains the vertices `at_infinity`.
 template <int D>
 [[nodiscard]] Outcome<DynamicMesh<D>> make_dynamic_with(const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
                                                         const BreaksOfMesh& breaks,
@@ -298,7 +295,7 @@ export namespace camber {
 template <int D>
 struct MeshPart {
     LinearMesh<D> mesh;          ///< its edges are the lines, each once; no directions or groups
-    Column<VertexState> states;  ///< as in the whole mesh
+    Column<VertexState> states;
     Column<Marks> facet_marks;   ///< `frozen`: the facet is shared with another part
     Column<Marks> line_marks;
 };
@@ -309,19 +306,18 @@ struct DynamicPart {
     Column<std::uint8_t> on_rim;  ///< 1: the vertex is on the cut, shared with other parts
 };
 
-/// Creates a dynamic mesh with a fixed rim, which is the cut: its vertices are required and, on surfaces, temporarily
-/// corners; frozen facets and lines on the rim are required. Surface edges on the rim become lines, because the surface
-/// does not end there. Vertices are frozen if a walk around them misses elements. Errors: input (two facets or more
-/// than two elements on a face), internal (columns of wrong size), stopped, memory.
+/// Creates a dynamic mesh with a fixed rim (the cut): its vertices are required and, on surfaces, temporarily corners;
+/// frozen facets and lines on it are required. Surface edges on the rim become lines, because the surface does not end
+/// there. Vertices are frozen if a walk around them misses elements. Errors: input (two facets or more than two
+/// elements on a face), internal (columns of wrong size), stopped, memory.
 template <int D>
 [[nodiscard]] Outcome<DynamicPart<D>> make_dynamic_part(const MeshPart<D>& part, const Execution& execution);
 
-/// A mesh without free slots, and maps from the dynamic mesh to it.
 template <int D>
 struct CompactMesh {
     LinearMesh<D> mesh;
     EdgeSet<D> edges;
-    Column<LagrangeNode<D>> nodes;  ///< one per edge; empty for a straight mesh
+    Column<LagrangeNode<D>> nodes;  ///< empty for a straight mesh
     MeshMaps maps;
 };
 

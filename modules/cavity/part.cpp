@@ -34,7 +34,7 @@ Buffer<std::uint8_t> rim_of(const DynamicMesh<D>& mesh) {
     return on_rim;
 }
 
-/// Stores the listed lines, and surface edges on the rim as lines.
+/// Stores the listed lines, and surface edges on the rim (the cut) as lines.
 void put_lines(const MeshPart<3>& part, const EdgeSet<3>& edges, const Incidence<FacetId>& facet_shells,
                const Buffer<std::uint8_t>& on_rim, DynamicMesh<3>& mesh) {
     Buffer<LineId> of_edges(edges.size(), LineId{});

@@ -13,7 +13,7 @@ export namespace camber {
 template <int D>
 struct PatchPoint {
     VertexId vertex;                   ///< invalid for a new vertex
-    std::optional<Vec<D>> place = {};  ///< if the vertex is new or moves
+    std::optional<Vec<D>> place = {};
     Reference reference = 0;           ///< of a new vertex
     friend bool operator==(const PatchPoint&, const PatchPoint&) = default;
 };
@@ -32,7 +32,7 @@ struct Patch {
     Stamp planned_for;  ///< stamp of the mesh
     PatchPoint<D> point;
     Cavity<D> removed;
-    Star<D> star;  ///< result of `star` for `removed` and `point`
+    Star<D> star;
     /// Degree 2: nodes of edges from the point to `star.boundary`. Edges shared with elements or facets outside keep
     /// their nodes.
     std::vector<LagrangeNode<D>> nodes = {};
@@ -61,14 +61,13 @@ struct IdChanges {
     friend bool operator==(const IdChanges&, const IdChanges&) = default;
 };
 
-/// Changes of a commit; other entities keep their ids.
 struct TopologyChanges {
     IdChanges<VertexId> vertices;
     IdChanges<EdgeId> edges;
     IdChanges<LineId> lines;
     IdChanges<FacetId> facets;
     IdChanges<ElementId> elements;
-    std::vector<VertexId> points;  ///< the point of each patch
+    std::vector<VertexId> points;
     /// Degree 2: edges from each patch's point to its star's boundary.
     std::vector<EdgeId> spokes;
     friend bool operator==(const TopologyChanges&, const TopologyChanges&) = default;
@@ -80,10 +79,10 @@ struct ChangedMesh {
     TopologyChanges changes;
 };
 
-/// Applies patches at the cost of their size. Another order of patches gives the same mesh up to numbering. New
-/// entities except vertices first take slots that their patch removes, in ascending order. Then they, like vertices,
-/// take free slots (the last freed first), then new ones. With `preserves_topology`, elements stay in their slots. Pass
-/// the mesh by `std::move` to avoid a copy; an error then destroys it.
+/// Applies patches at the cost of their size. Another order gives the same mesh up to numbering. New entities except
+/// vertices first take slots that their patch removes, in ascending order. Then they, like vertices, take free slots
+/// (the last freed first), then new ones. With `preserves_topology`, elements stay in their slots. Pass the mesh by
+/// `std::move` to avoid a copy; an error then destroys it.
 ///
 /// Errors: internal (patches of another mesh; patches that overlap or create the same edge; a moved vertex or node of
 /// elements neither in the cavity nor reshaped; a point that another patch removes; in degree 2, not one node for each

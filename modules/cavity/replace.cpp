@@ -29,7 +29,6 @@ std::vector<Id> rising(std::vector<Id> ids) {
 
 auto refused(std::string what) { return fail(ErrorKind::internal, std::move(what)); }
 
-/// True if edges of elements outside keep their nodes.
 template <int D>
 bool preserves_outer_nodes(const DynamicMesh<D>& mesh, const Patch<D>& patch) {
     const auto& boundary = patch.star.boundary;
@@ -75,7 +74,7 @@ Outcome<Done> check_following(const DynamicMesh<D>& mesh, const Patch<D>& patch,
     return Done{};
 }
 
-/// Checks that patches belong to this mesh and do not conflict. Errors: those of `replace_cavities`.
+/// Errors: those of `replace_cavities`.
 template <int D>
 Outcome<Done> check_patches(const DynamicMesh<D>& mesh, std::span<const Patch<D>> patches) {
     std::vector<bool> is_removed(mesh.elements.size(), false);
@@ -323,7 +322,6 @@ class PatchCommit {
         return v;
     }
 
-    /// Computes the new elements, except their edges and faces at the point.
     void gather(const Patch<D>& patch, VertexId point) {
         const Star<D>& star = patch.star;
         static_cast<void>(find_faces<D>(d_.elements, d_.edges_of, star, patch.point.vertex, names_, faces_));
@@ -437,7 +435,6 @@ class PatchCommit {
         return old;
     }
 
-    /// Creates facets in the star's order. `put_elements` sets `sides`.
     std::vector<FacetId> put_facets(const Patch<D>& patch, VertexId point) {
         const Star<D>& star = patch.star;
         std::vector<NewFacet<D>> result;
@@ -481,7 +478,6 @@ class PatchCommit {
         });
         return ids;
     }
-    /// The side that a removed facet shares with its new facet.
     [[nodiscard]] SideId<D> preserved_side(const JoinedFacet& joined) const {
         const auto& facet = d_.facets[joined.facet.index()];
         const int k = static_cast<int>(joined.opposite);
@@ -538,7 +534,7 @@ class PatchCommit {
                     elements_[face.sides[s].of].face_neighbours[face.sides[s].local] = FaceNeighbour(f);
                     d_.sides[f.index()][s] = ids_[face.sides[s].of];
                 }
-            } else if (second.preserved) {  // `find_faces` adds kept faces last
+            } else if (second.preserved) {  // `find_faces` adds preserved faces last
                 elements_[first.of].face_neighbours[first.local] = preserved_beyond_[second.of].outside;
                 turn_to(preserved_beyond_[second.of], ids_[first.of]);
             } else {

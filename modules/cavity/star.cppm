@@ -19,7 +19,6 @@ class FlatMap {
     static constexpr std::uint32_t none = 0xffffffffU;
 
     void clear() { numbers_.clear(); }
-    /// Returns the key's number, or `none`.
     [[nodiscard]] std::uint32_t find(Key key) const {
         const std::uint32_t* number = numbers_.find(key);
         return number ? *number : none;
@@ -73,7 +72,7 @@ struct Star {
     std::vector<JoinedLine> lines;            ///< ends of removed lines; each gives a new line
     std::vector<VertexId> boundary;           ///< vertices of `joined`; each has an edge to the point
     std::vector<VertexId> vanishing;          ///< other vertices of the cavity, ascending
-    VertexPlace place = VertexPlace::inside;  ///< place of the point by the joined entities
+    VertexPlace place = VertexPlace::inside;
 
     void clear() {
         joined.clear();
@@ -104,7 +103,6 @@ enum class StarFailure : std::uint8_t {
 /// boundary vertex), collapse (a neighbour), reinsertion (the removed vertex), move (the removed vertex elsewhere).
 export namespace camber {
 
-/// Elements, facets and line at local edge `k`.
 template <int D>
 void cavity_of_edge(const DynamicMesh<D>& mesh, ElementId e, int k, Cavity<D>& out);
 
@@ -141,7 +139,7 @@ using SideId = typename SideName<D>::Id;
 /// A face at the star's point: the adjacent faces in `joined` and `preserved`, and the facet on it.
 struct StarFace {
     struct Side {
-        std::uint32_t of = 0;  ///< index in `joined` or `preserved`
+        std::uint32_t of = 0;
         bool preserved = false;
         std::uint8_t local = 0;  ///< joined: vertex of the new element opposite this face
     };
@@ -151,7 +149,7 @@ struct StarFace {
 };
 
 /// Side of a face at the point. `other`: for a joined face, the new element's local vertex opposite the face; for a
-/// kept face, the point's local vertex.
+/// preserved face, the point's local vertex.
 template <int D, class Elements, class EdgesOf>
 [[nodiscard]] SideId<D> side_without(const Elements& elements, const EdgesOf& edges_of, const ElementFace& face,
                                      int other) {
@@ -210,11 +208,11 @@ class StarWorkspace {
     std::vector<StarFace> faces;
     struct ToPoint {
         bool is_present = false;       ///< the edge exists in the cavity
-        bool is_line = false;          ///< the edge has or gets a line
-        bool lost_facet = false;       ///< a facet of the vertex is removed
+        bool is_line = false;
+        bool lost_facet = false;
         bool preserves_facet = false;  ///< the vertex is on the border of the removed facets
         std::uint8_t facets = 0;       ///< number on the edge after the operation
-        std::uint8_t before = 0;       ///< for a line: number before, on it or the line that it continues
+        std::uint8_t before = 0;       ///< for a line: number of facets before, on it or the line that it continues
         Reference reference = 0;       ///< of the facets
     };
     std::vector<ToPoint> to_point;
@@ -225,7 +223,7 @@ class StarWorkspace {
         bool is_line = false;
     };
     std::vector<OpenSide> open_sides;
-    std::vector<ElementId> outside;  ///< all elements at the point
+    std::vector<ElementId> outside;
     std::vector<LineId> lines_at_point;
     std::vector<std::uint32_t> groups;
 };
@@ -243,7 +241,7 @@ namespace camber {
 
 inline constexpr std::uint32_t none_found = 0xffffffffU;
 
-/// Connected groups of items (union-find).
+/// Connected groups (union-find).
 class Groups {
   public:
     Groups(std::vector<std::uint32_t>& storage, std::size_t n) : of_(storage), count_(n) {
@@ -284,7 +282,7 @@ class StarBuilder {
         Reference reference = 0;
         JoinedLine line;
     };
-    /// Stores the cavity's entities as sets. Fails if an entity must not be removed.
+    /// Fails if an entity must not be removed.
     StarFailure take_parts();
     [[nodiscard]] bool is_open(ElementId e, int face) const {
         const FaceNeighbour across = mesh_.face_neighbours[e][face];
@@ -298,9 +296,7 @@ class StarBuilder {
     /// True if the topology does not change: the cavity is all elements around an inner vertex.
     [[nodiscard]] bool is_ball_inside() const;
     StarFailure faces_at_point();
-    /// Marks the ends of a removed line as vertices on the border of removed facets.
     void preserve_facet_at(EdgeId edge);
-    /// Lists the sides of removed facets, except those on removed lines.
     void list_facet_sides();
     [[nodiscard]] auto vertices_of(SideId<D> side) const {
         if constexpr (D == 2)
@@ -312,7 +308,6 @@ class StarBuilder {
         return point_.valid() && std::ranges::count(vertices_of(side), point_) > 0;
     }
     using OpenSide = typename StarWorkspace<D>::OpenSide;
-    /// True if these sides of one reference are inside the removed surface.
     [[nodiscard]] bool is_inside(std::span<const OpenSide> sides, std::size_t first, std::size_t last) const;
     /// True if each piece of removed facets has a border. A closed piece would vanish.
     [[nodiscard]] bool pieces_have_sides();
@@ -332,8 +327,8 @@ class StarBuilder {
     /// Checks that joined faces are connected, with V − E + F (Euler characteristic) of a sphere around the point or a
     /// disc beside it (2D: chain).
     StarFailure ball_around();
-    /// True if faces connect the cavity's elements at the point. Otherwise new elements would close its surroundings to
-    /// a ring, or touch only in the point.
+    /// True if faces connect the cavity's elements at the point. Otherwise new elements would close the point's
+    /// surroundings to a ring, or touch only in the point.
     [[nodiscard]] bool is_beside_one_part();
     /// Fails if a new edge or face exists outside the cavity.
     StarFailure check_existing();
@@ -341,10 +336,10 @@ class StarBuilder {
     [[nodiscard]] bool count_facet(const SimplexVertices<D - 1>& facet, Reference reference);
     void count_before(const SimplexVertices<D - 1>& facet);
     /// True if lines at the point have as many facets as before, or as the line that they continue. Otherwise a surface
-    /// would reach or leave a line that did not bound it (3D).
+    /// would begin or end there (3D).
     [[nodiscard]] bool lines_preserve_facets();
-    /// Checks that edges without a line have no facets or two of one reference, and that the point remains on surfaces,
-    /// or off them.
+    /// Checks that edges without a line have no facets or two of one reference, and that the point is on surfaces if it
+    /// was before, and only then.
     StarFailure surface_at_point();
     /// True if the sides joined to a surface point form one chain (3D); otherwise two surfaces would meet.
     [[nodiscard]] bool is_one_fan();
@@ -357,7 +352,7 @@ class StarBuilder {
     /// Checks that two lines of one reference, or none, pass through the point.
     StarFailure line_at_point();
     std::size_t facets_at_point_ = 0;
-    std::size_t passed_before_ = 0;  ///< the number before the operation
+    std::size_t passed_before_ = 0;  ///< number of lines (2D: facets) at the point before
     std::size_t passing_ = 0;
     Reference passing_reference_ = 0;
     bool mixed_ = false;

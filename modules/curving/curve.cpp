@@ -167,9 +167,9 @@ class Curving {
     }
 
     Outcome<CurveStatistics> curve_accurately(const Execution& execution) {
-        const double of_nodes = options_.measured == MeasuredEdges::all ? 0.1 : 0.48;  // share of the progress:
-                                                                                       // measuring all lengths is
-                                                                                       // expensive
+        const double of_nodes = options_.measured == MeasuredEdges::all ? 0.1 : 0.48;  // share of the progress for
+                                                                                       // placing nodes; measuring all
+                                                                                       // lengths is expensive
         const auto placed = place_accurately(part_of(execution, 0, of_nodes));
         if (!placed) return placed;
         const auto measured = measure_placed(part_of(execution, of_nodes, 1));
@@ -177,8 +177,7 @@ class Curving {
         return *placed + *measured;
     }
 
-    /// Offsets for accuracy after all limits, and the numbers of offsets reduced by `limit_smooth_loss` and by
-    /// `limit_by_jacobian`.
+    /// Offsets for accuracy after all limits; numbers reduced by `limit_smooth_loss` and `limit_by_jacobian`.
     struct LimitedOffsets {
         Buffer<Vec<D>> offsets;
         std::size_t loss_limited = 0, relaxed = 0;
@@ -199,7 +198,7 @@ class Curving {
         return LimitedOffsets{std::move(*offsets), loss_limited, *limited};
     }
 
-    /// Sets the targets without storing the offsets, which would need as much memory as the nodes.
+    /// Does not store the offsets, which would need as much memory as the nodes.
     Outcome<CurveStatistics> place_accurately(const Execution& execution) {
         const auto limited_offsets = offsets_by_element(execution);
         if (!limited_offsets) return fail(limited_offsets.error());
@@ -324,7 +323,7 @@ Outcome<EdgeLengths> in_columns(std::size_t edges, const Execution& execution, c
     });
 }
 
-/// Returns the length of the edge's chord if the chord is an edge of a straight back mesh, where the field is linear.
+/// Length of the chord if it is an edge of a straight back mesh, where the field is linear.
 template <int D>
 std::optional<double> chord_in_straight_field(const EdgeSet<D>& edges, EdgeId edge, const Proposal<D>& proposal,
                                               const BackMesh<D>& back, const Quadrature& rule) {
@@ -338,7 +337,7 @@ std::optional<double> chord_in_straight_field(const EdgeSet<D>& edges, EdgeId ed
                              QuadraticEdge<D>{from.point, {midpoint(from.point, to.point)}, to.point}, rule);
 }
 
-/// Measures the chord and the curved edge. `chord` is the chord's length if it is known.
+/// `chord` is the chord's length if known.
 template <int D>
 Lengths lengths_of(const EdgeSet<D>& edges, const EdgeOfElement& source, const Proposal<D>& proposal,
                    const BackMesh<D>& back, const Quadrature& rule, std::optional<double> chord) {
@@ -390,9 +389,9 @@ Outcome<EdgeLengths> updated_lengths(const EdgesOfElements<D>& source, const Cur
 
 namespace {
 
-/// Displacements shorter than this in the metric are ignored: they turn axes by less than the axes' uncertainty.
+/// Smaller displacements, in the metric, are ignored: they turn axes by less than the axes' uncertainty.
 constexpr double negligible = 0.01;
-/// Minimum scaled Jacobian of the back mesh; elements below it count as folded.
+/// Elements below this scaled Jacobian count as folded.
 constexpr double min_back_jacobian = 0.1;
 
 template <int D>

@@ -1,4 +1,4 @@
-/// Target positions of edge nodes before validity checks: edges curved for a metric, a solution or element shapes, and
+/// Target positions of nodes before validity checks: edges curved for a metric, a solution or element shapes, and
 /// boundary displacements extended over faces.
 export module camber.curving;
 export import :edges;

@@ -112,18 +112,17 @@ void measure(const QuadraticMesh<D>& mesh, const EdgeOfElement& source, const Ba
 
 namespace {
 
-/// The energy is ∫ l'ᵀ M l' dt with l' = (P_02 − P_20) + 4(1−2t) o, o being the node's offset. In a constant metric the
-/// offset adds (16/3) oᵀ M o. At constant speed the energy is the squared length, so the relative change of the length
-/// is half that of the energy.
+/// In a constant metric an offset o of the node adds (16/3) oᵀ M o to the energy ∫ l'ᵀ M l' dt, l' = (P_02 − P_20) +
+/// 4(1−2t) o. At constant speed energy is squared length, so the length changes relatively by half as much.
 constexpr double stretch = 16.0 / 3;
-/// Minimum weight. It applies to slides along the edge, which cost no length: with it a slide by a tenth of the chord
-/// costs 0.13 % of the length.
+/// Weight of slides along the edge, which cost no length: with it a slide by a tenth of the chord costs 0.13 % of the
+/// length.
 constexpr double min_weight = 0.05;
 constexpr double max_weight = 16;
-/// The model is fitted at offsets for which the energy predicts this relative loss of length.
+/// Models are fitted at offsets for which the energy predicts this relative loss of length.
 constexpr double fitted_loss = 1e-3;
 
-/// Basis that is orthonormal in the inner product H, with its first vector along `tangent`.
+/// Basis orthonormal in the inner product H, first vector along `tangent`.
 template <int D>
 std::array<Vec<D>, D> basis_along(const Sym<D>& h, const Vec<D>& tangent) {
     std::array<Vec<D>, D> basis{tangent};
@@ -143,7 +142,7 @@ std::array<Vec<D>, D> basis_along(const Sym<D>& h, const Vec<D>& tangent) {
     return basis;
 }
 
-/// Returns Σ_k w_k (H b_k)(H b_k)ᵀ, which is H if all weights are 1.
+/// Σ_k w_k (H b_k)(H b_k)ᵀ, which is H for weights 1.
 template <int D>
 Sym<D> weighted(const Sym<D>& h, const std::array<Vec<D>, D>& basis, const Vec<D>& weights) {
     Sym<D> out;
@@ -163,7 +162,7 @@ Sym<D> with_cheap_slides(const Sym<D>& h, const Vec<D>& tangent) {
     return weighted<D>(h, basis_along(h, tangent), weights);
 }
 
-/// Weights each basis direction by `loss(offset)`, the relative loss of length at an offset in that direction.
+/// Weights each basis direction by `loss(offset)`, the relative loss of length at an offset along it.
 template <int D, class Loss>
 Sym<D> fitted(const Sym<D>& h, const Vec<D>& tangent, Loss&& loss) {
     const auto basis = basis_along(h, tangent);
@@ -186,7 +185,7 @@ Sym<D> scaled(const SpectralMetric<D>& metric, double weight) {
     return out;
 }
 
-/// Isotropic model, stiff in all directions (slides too) and independent of the metric's scale.
+/// Stiff in all directions, slides too, and independent of the metric's scale.
 template <int D>
 QuadraticModel<D> accuracy_model(const LogMetric<D>& log_metric, const Vec<D>& chord, const Vec<D>& centre) {
     const SpectralMetric<D> metric(log_metric);

@@ -24,10 +24,10 @@ enum class CurvingAim : std::uint8_t {
     length,    ///< minimum Riemannian length (paper §2.2)
 };
 
-/// Selects the edges whose lengths are reported; measuring costs more than the curving itself.
+/// Edges whose lengths are reported; measuring costs more than curving.
 enum class MeasuredEdges : std::uint8_t {
     none,
-    some,  ///< about 131 072 edges of a larger mesh, selected by a hash
+    some,  ///< about 131 072 edges of a larger mesh, by a hash
     all,
 };
 
@@ -40,7 +40,7 @@ enum class MeasuredEdges : std::uint8_t {
     return hash * edges < (std::uint64_t{enough} << 32);
 }
 
-/// Options of curving. `aim` also sets the objective of the minimiser.
+/// `aim` also sets the objective of the minimiser.
 struct CurveOptions : EdgeMinimiserOptions, EdgeAccuracyOptions {
   private:
     using EdgeMinimiserOptions::objective;  // set by `aim`
@@ -71,30 +71,28 @@ struct CurveOptions : EdgeMinimiserOptions, EdgeAccuracyOptions {
     friend bool operator==(const CurveOptions&, const CurveOptions&) = default;
 };
 
-/// Returns the minimiser's options for the aim `energy` or `length`.
+/// Minimiser's options for the aims `energy` and `length`.
 [[nodiscard]] EdgeMinimiserOptions search_options(const CurveOptions& options);
 
 struct SearchFlags {
     std::uint8_t volume = 0, curved = 0, polished = 0, exhausted = 0, shortened = 0, outside = 0, lost = 0;
-    std::uint8_t by_walls = 0, by_metric = 0;  ///< aim accuracy: 1 if walls or the metric moved the node by more than
+    std::uint8_t by_walls = 0, by_metric = 0;  ///< aim accuracy: 1 if walls, or the metric, moved the node by more than
                                                ///< 1/1000 of the chord
 };
 
-/// An edge's target before validity checks.
 template <int D>
 struct EdgeTarget {
     LagrangeNode<D> node;
     EdgeChange change = EdgeChange::straight;
     SearchFlags flags;
-    /// Riemannian lengths by `report_points` of the chord and of the edge with `node`; 0 on boundary edges and edges
-    /// not measured.
+    /// Lengths by `report_points` of the chord and of the edge with `node`; 0 on boundary and unmeasured edges.
     double straight_length = 0, length = 0;
 };
 
 template <int D>
 [[nodiscard]] EdgeTarget<D> boundary_target(const QuadraticMesh<D>& mesh, EdgeId edge, const LagrangeNode<D>& node);
 
-/// Edges of a mesh, their kinds, and the elements around each edge (`shells`).
+/// `shells` lists the elements around each edge.
 template <int D>
 struct MeshEdges {
     const QuadraticMesh<D>& mesh;
@@ -102,7 +100,7 @@ struct MeshEdges {
     const Incidence<ElementId>& shells;
 };
 
-/// Edges to search, each with elements. `base` holds the starting nodes of all edges.
+/// Edges to search, each with elements; `base` has the starting nodes of all edges.
 template <int D>
 struct SearchedEdges {
     const MeshEdges<D>& all;
@@ -110,12 +108,12 @@ struct SearchedEdges {
     const Column<LagrangeNode<D>>& base;
 };
 
-/// Number of edges searched together: so many that only a few packs are not full.
+/// Edges searched together: so many that few packs are not full.
 inline constexpr std::size_t searched_together = 1024;
 
-/// Computes `targets[i]` of `edges[i]` for the aim `energy` or `length`, without lengths. The field's mesh must be
-/// straight or have the nodes of `base`. Searches start from chord middles and from `base`, and never return a longer
-/// edge. Each target is independent of the other edges.
+/// Computes `targets[i]` of `edges[i]` for the aims `energy` and `length`, without lengths. The field's mesh is
+/// straight or has the nodes of `base`. Searches start from chord middles and from `base`, and never return a longer
+/// edge. Targets are independent of other edges.
 template <int D>
 EdgeSearchWork searched_targets(const SearchedEdges<D>& searched, const BackMesh<D>& back, const EdgeRules& rules,
                                 const CurveOptions& options, std::span<EdgeTarget<D>> targets);
@@ -125,8 +123,8 @@ struct EdgeOfElement {
     ElementId element_at;
 };
 
-/// Computes offsets F D for accuracy, from the back mesh's nodes. D is the offset of the straight edge in the reference
-/// mesh, F the Jacobian of the map to the curved back mesh. The field is sampled for all edges at once.
+/// Offsets F D for accuracy, from the back mesh's nodes. D is the offset of the straight edge in the reference mesh, F
+/// = ∂x/∂X the Jacobian of the curved back mesh. The field is sampled for all edges at once.
 template <int D>
 void accurate_offsets(const QuadraticMesh<D>& mesh, std::span<const BackEdge> edges, const BackMesh<D>& back,
                       const EdgeAccuracyOptions& options, std::span<Vec<D>> offsets);
@@ -137,29 +135,28 @@ template <int D>
 void measure(const QuadraticMesh<D>& mesh, const EdgeOfElement& source, const BackMesh<D>& back,
              const Quadrature& report, EdgeTarget<D>& target);
 
-/// Quantity that an edge's model approximates: its interpolation error, or the length lost at a small offset. Unlike
-/// the curvature of the energy, the loss of length includes kinks of the field.
+/// An edge's model approximates its interpolation error, or the length lost at a small offset. Unlike the energy's
+/// curvature, this loss includes kinks of the field.
 enum class ModelFit : std::uint8_t { accuracy, length };
 
-/// Quadratic cost of moving a node off its target, in a field on the straight mesh. With `length` it is the length lost
-/// relative to the edge's length; slides along the edge are cheap. With `accuracy` it is the squared metric length of
-/// the offset relative to the chord's, equal in all directions. The third derivatives left by an offset o in an element
-/// are Σ (cᵀ H o)² over its edges c, of unit metric length. `shell` lists the elements around the edge.
+/// Quadratic cost of a node off its target, in a field on the straight mesh. `length`: lost length relative to the
+/// edge's length; slides along the edge are cheap. `accuracy`: squared metric length of the offset relative to that of
+/// the chord, equal in all directions (docs/algorithms/edge-accuracy.md). `shell` lists the elements around the edge.
 template <int D>
 [[nodiscard]] QuadraticModel<D> edge_model(const QuadraticMesh<D>& mesh, EdgeId edge, const LagrangeNode<D>& target,
                                            std::span<const ElementId> shell, const BackMesh<D>& back, ModelFit fit);
 
-/// Returns the cost of moving an edge's node off its target. Has no side effects; several threads call it.
+/// Cost of an edge's node off its target; no side effects, called by several threads.
 template <int D>
 using EdgeModels = std::function<QuadraticModel<D>(EdgeId)>;
 
-/// Returns the edge models for an aim; for energy and length they are fitted to lengths.
+/// Models of edges with nodes for `aim`; for energy and length they are fitted to lengths.
 template <int D>
 [[nodiscard]] EdgeModels<D> edge_models(CurvingAim aim, const QuadraticMesh<D>& mesh,
                                         const Column<LagrangeNode<D>>& target, const Incidence<ElementId>& shells,
                                         const BackMesh<D>& back);
 
-/// Cost of moving a node off its target without a field: uses the mean natural metric of the elements around the edge.
+/// Model without a field: uses the mean natural metric of the elements.
 template <int D>
 [[nodiscard]] QuadraticModel<D> implied_edge_model(const QuadraticMesh<D>& mesh, EdgeId edge,
                                                    const LagrangeNode<D>& target, std::span<const ElementId> shell);
@@ -170,14 +167,13 @@ template <int D>
 
 }  // namespace camber
 
-/// Boundary nodes moved on the geometry, so that edges are shortest or nearest to the geometry.
-/// docs/algorithms/surface.md.
+/// Boundary nodes moved on the geometry: shortest edges, or edges nearest to it. docs/algorithms/surface.md.
 export namespace camber {
 
 enum class BoundaryNodeAim : std::uint8_t {
     projection,  ///< projection of the chord's middle, see `boundary_nodes`
-    length,      ///< shortest P2 edge in the metric with its node on the geometry
-    accuracy,    ///< minimum of ∫ (distance of the P2 edge from the geometry)² dt with its node on the geometry
+    length,      ///< node with the shortest P2 edge in the metric
+    accuracy,    ///< node with the minimum of ∫ (distance of the P2 edge from the geometry)² dt
 };
 [[nodiscard]] constexpr auto words(BoundaryNodeAim) {
     return words_of(Word{BoundaryNodeAim::projection, "projection"}, Word{BoundaryNodeAim::length, "length"},
@@ -186,7 +182,7 @@ enum class BoundaryNodeAim : std::uint8_t {
 
 struct PlacementOptions {
     BoundaryNodeAim boundary_nodes = BoundaryNodeAim::projection;
-    /// Aim `length`: maximum distance of the edge from the geometry, relative to the sagitta. Twice the distance of the
+    /// Aim `length`: maximum distance of the edge from the geometry, divided by the sagitta. Twice the distance of the
     /// edge with the projected middle is always allowed.
     double distance_share = 0.02;
 
@@ -217,24 +213,23 @@ enum class PlacementStatus : std::uint8_t {
     elements,  ///< rejected: the elements allow no motion
 };
 
-/// Result for a boundary node. `before` and `after` measure the aim: the length by `report_points`, or the root mean
-/// square distance.
+/// `before` and `after` measure the aim: length by `report_points`, or root mean square distance.
 template <int D>
 struct PlacedNode {
     LagrangeNode<D> node;
     PlacementStatus status = PlacementStatus::fixed;
-    bool has_left_facets = false;  ///< the node moved to a surrogate facet that does not contain the edge
-    bool is_limited = false;       ///< the node moved only a part of the way
+    bool has_left_facets = false;  ///< node is on a surrogate facet that does not contain the edge
+    bool is_limited = false;       ///< moved only a part of the way
     double before = 0, after = 0;
 };
 
 struct PlacementStatistics {
-    std::size_t edges = 0;  ///< number of edges that could move
+    std::size_t edges = 0;  ///< edges that could move
     std::size_t placed = 0, best = 0;
     std::size_t off = 0, far = 0, elements = 0;
-    std::size_t walked = 0, limited = 0;               ///< numbers among the placed ones
-    double mean_reduction = 0, largest_reduction = 0;  ///< relative reduction of the sum over all `edges`; largest
-                                                       ///< relative reduction of one edge
+    std::size_t walked = 0, limited = 0;               ///< numbers among `placed`
+    double mean_reduction = 0, largest_reduction = 0;  ///< relative reduction of the sum over all `edges`, and the
+                                                       ///< largest one of an edge
 };
 template <int D>
 [[nodiscard]] PlacementStatistics placement_statistics(std::span<const PlacedNode<D>> nodes);
@@ -243,7 +238,7 @@ template <int D>
 struct EdgeToPlace {
     const EdgeSite<D>& site;
     LagrangeNode<D> present;       ///< current node, on the geometry
-    std::span<const Vec<D>> thin;  ///< opposite corners on ridges; the node must not move past these
+    std::span<const Vec<D>> thin;  ///< opposite corners on ridges, which the node must not pass
     ElementId element_at;          ///< an element that contains the edge
 };
 
@@ -264,8 +259,8 @@ struct GeometricBoundary {
 };
 
 /// Places nodes of boundary edges whose kind equals that of the features. `nodes` are the current ones, one row per
-/// edge. Elements limit the motion (`min_jacobian`, see `limit_by_jacobian`). Errors: rows that do not fit the mesh
-/// (internal); stopped.
+/// edge. Elements limit the motion (see `limit_by_jacobian`). Errors: rows that do not fit the mesh (internal);
+/// stopped.
 template <int D>
 [[nodiscard]] Outcome<Buffer<PlacedNode<D>>> placed_nodes(const MeshEdges<D>& edges,
                                                           const Column<LagrangeNode<D>>& nodes,
@@ -273,20 +268,18 @@ template <int D>
                                                           const PlacementSearch& parameters,
                                                           const Execution& execution);
 
-/// Statistics of `curve`.
 struct CurveStatistics {
     std::size_t volume_edges = 0;
     std::size_t curved_edges = 0;  ///< volume edges with a node off the chord middle
-    std::size_t polished = 0;      ///< searches that stopped at a kink and were completed by pattern search
+    std::size_t polished = 0;      ///< searches stopped by a kink and completed by pattern search
     std::size_t exhausted = 0;     ///< searches that ran out of iterations
-    std::size_t shortened = 0;     ///< nodes moved towards the chord because the edge was longer than the chord by the
-                                   ///< finer rule
+    std::size_t shortened = 0;     ///< nodes moved towards chords that were shorter by the finer rule
     std::size_t outside = 0;       ///< edges with sample points beyond the back mesh
-    std::size_t lost = 0;          ///< edges with sample points that were not found in the back mesh
+    std::size_t lost = 0;          ///< edges with sample points not found in the back mesh
     std::size_t relaxed = 0;       ///< accuracy: nodes limited by elements
-    std::size_t by_walls = 0;      ///< accuracy: nodes moved by boundaries by more than 1/1000 of the chord
-    std::size_t by_metric = 0;     ///< accuracy: nodes moved likewise by the metric
-    std::size_t loss_limited = 0;  ///< nodes moved by less than half of their offset, see `limit_smooth_loss`
+    std::size_t by_walls = 0;      ///< accuracy: nodes moved by boundaries (1/1000 of the chord)
+    std::size_t by_metric = 0;     ///< accuracy: nodes moved by the metric (1/1000 of the chord)
+    std::size_t loss_limited = 0;  ///< nodes moved by less than half, see `limit_smooth_loss`
 
     CurveStatistics& operator+=(const CurveStatistics& other);
 };
@@ -294,8 +287,8 @@ struct CurveStatistics {
 template <int D>
 struct Curved {
     Proposal<D> proposal;
-    Column<double> straight_lengths;  ///< chord lengths by `report_points`; 0 on boundary edges and edges not measured
-    Column<double> lengths;           ///< the same for the proposal's edges
+    Column<double> straight_lengths;  ///< chord lengths by `report_points`; 0 on boundary and unmeasured edges
+    Column<double> lengths;           ///< lengths of the proposal's edges; 0 as in `straight_lengths`
     CurveStatistics statistics;
 };
 
@@ -303,30 +296,29 @@ template <int D>
 [[nodiscard]] Curved<D> in_columns(const LinearMesh<D>& mesh, std::span<const EdgeTarget<D>> targets,
                                    const Column<EdgeKind>& kinds);
 
-/// Curves a whole mesh. Nodes of volume edges are placed for the aim in the field `back`. The field's mesh is that of
-/// `edges`, straight or with the nodes of `base`. `base` has one row per edge. For boundary edges it holds the nodes on
-/// the geometry, which the result takes. For volume edges it holds the back mesh's nodes (if straight: chord middles),
-/// from which searches start and offsets for accuracy are measured. Edges are independent, so the cost is linear and
-/// the order has no effect. Errors: columns that do not fit the mesh; options out of range (usage); stopped.
+/// Curves a whole mesh. Volume edges get nodes by the aim in the field `back`, whose mesh is that of `edges`, straight
+/// or with the nodes of `base`. `base` has one row per edge. Boundary edges take their nodes from it. For volume edges
+/// it has the back mesh's nodes (if straight: chord middles), from which searches start and offsets for accuracy are
+/// measured. The cost is linear. Errors: columns that do not fit the mesh; options out of range (usage); stopped.
 template <int D>
 [[nodiscard]] Outcome<Curved<D>> curve(const MeshEdges<D>& edges, const Column<LagrangeNode<D>>& base,
                                        const BackMesh<D>& back, const CurveOptions& options,
                                        const Execution& execution);
 
-/// Computes offsets from the back mesh's nodes for edges of one kind; 0 for other edges and for edges without elements.
-/// Errors: stopped.
+/// Offsets from the back mesh's nodes for edges of one kind; 0 for other edges and edges without elements. Errors:
+/// stopped.
 template <int D>
 [[nodiscard]] Outcome<Buffer<Vec<D>>> accurate_offsets(const MeshEdges<D>& edges, EdgeKind kind,
                                                        const BackMesh<D>& back, const EdgeAccuracyOptions& options,
                                                        const Execution& execution);
 
-/// Curves only the boundary, without a field; volume edges remain straight.
+/// Curves without a field: volume edges remain straight.
 template <int D>
 [[nodiscard]] Outcome<Curved<D>> curve_boundary(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds,
                                                 const Column<LagrangeNode<D>>& boundary_nodes,
                                                 const Execution& execution);
 
-/// Lengths of volume edges by `report_points`; 0 on other edges and edges not measured.
+/// Lengths of volume edges by `report_points`; 0 on other and unmeasured edges.
 struct EdgeLengths {
     Column<double> straight;  ///< lengths of the chords
     Column<double> curved;
@@ -338,13 +330,13 @@ struct EdgesOfElements {
     const Incidence<ElementId>& shells;
 };
 
-/// Measures the edges of a proposal in any field. Errors: stopped.
+/// Measures a proposal in any field. Errors: stopped.
 template <int D>
 [[nodiscard]] Outcome<EdgeLengths> edge_lengths(const EdgesOfElements<D>& source, const Proposal<D>& proposal,
                                                 const BackMesh<D>& back, MeasuredEdges measured,
                                                 const Execution& execution);
 
-/// Measures a later proposal and its chords. Computes only edges that changed. Errors: stopped.
+/// Measures a later proposal and its chords; computes only changed edges. Errors: stopped.
 template <int D>
 [[nodiscard]] Outcome<EdgeLengths> updated_lengths(const EdgesOfElements<D>& source, const Curved<D>& curved,
                                                    const Proposal<D>& after, const BackMesh<D>& back,
@@ -352,15 +344,16 @@ template <int D>
 
 }  // namespace camber
 
-/// Minimisation on a smooth surface (sheet) by BFGS in one or two tangential coordinates. Each step is projected onto
-/// the surface. The tangents move with the node, so the projection's derivative is that of the tangent plane.
+/// Minimisation on a smooth surface (sheet): BFGS in one or two tangential coordinates with projected steps. The
+/// tangents move with the node, so the projection's derivative is that of the tangent plane.
 namespace camber {
 
 /// Limits of a node's motion from its start.
 template <int D>
 struct NodeReach {
     static constexpr double most = 0.3;          ///< relative to the chord
-    static constexpr double to_the_ridge = 0.4;  ///< fraction of the way to a corner on a ridge
+    static constexpr double to_the_ridge = 0.4;  ///< largest motion towards a corner on a ridge, relative to its
+                                                 ///< distance
 
     Vec<D> origin, middle, chord;
     double max_shift = 0;          ///< largest motion along the chord, relative to the chord
@@ -392,7 +385,7 @@ class SheetSearch {
   public:
     SheetSearch(const EdgeSheet<D>& sheet, const NodeReach<D>& reach) : sheet_(sheet), reach_(reach) {}
 
-    /// Returns the place at `from` plus the tangential step y; no value if it is out of reach.
+    /// Moves `from` by the tangential step y; no value if out of reach.
     [[nodiscard]] std::optional<SheetPosition<D>> at(const SheetPosition<D>& from, const Vec<2>& y) const {
         Vec<D> step;
         for (int i = 0; i < sheet_.unknowns(); ++i) step += y[i] * from.tangents[static_cast<std::size_t>(i)];
@@ -417,7 +410,7 @@ class SheetSearch {
         return out;
     }
 
-    /// `stopped`: no step lowers the objective (at a kink), or no steps remain.
+    /// `stopped`: no step lowers the objective (a kink), or no steps remain.
     enum class End : std::uint8_t { converged, stopped };
 
     template <class Objective>
@@ -459,7 +452,7 @@ class SheetSearch {
     }
 
   private:
-    /// Halves the step `s` until it lowers the objective enough; `s` returns that step.
+    /// Halves the step `s` until it lowers the objective enough.
     template <class Objective>
     std::optional<SheetIterate<D>> along(const Objective& objective, const SheetIterate<D>& from, Vec<2>& s) const {
         constexpr double longest = 0.15;  // relative to the chord
@@ -475,7 +468,7 @@ class SheetSearch {
         return std::nullopt;
     }
 
-    /// Inverse of h with a multiple of its trace added to the diagonal, since h may not determine all directions.
+    /// A multiple of the trace is added, since h may not determine all directions.
     [[nodiscard]] Sym<2> inverse_of(const Sym<2>& h, double damping) const {
         const bool is_one = sheet_.unknowns() == 1;
         const double added = damping * (h(0, 0) + (is_one ? 0 : h(1, 1)));

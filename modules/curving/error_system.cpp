@@ -19,7 +19,7 @@ using Lanes = std::array<double, pack_size>;
 using FloatPack = float __attribute__((ext_vector_type(8)));
 
 constexpr std::size_t packs_at_once = 16;
-/// Fraction of the mean error added to each element's error in its stiffness, since tiny errors give no information.
+/// Fraction of the mean error added to each element's error in its stiffness, since tiny errors carry no information.
 constexpr double least_share = 0.01;
 
 Pack loaded(const Lanes& lanes) {
@@ -28,7 +28,7 @@ Pack loaded(const Lanes& lanes) {
     return p;
 }
 
-/// Inverse of A, which must be positive definite or 0.
+/// A must be positive definite or 0.
 template <int D>
 Sym<D> inverse_of(const Sym<D>& a) {
     Sym<D> adjugate;
@@ -90,7 +90,7 @@ ErrorSystem<D>::ErrorSystem(const QuadraticMesh<D>& mesh, const Column<EdgeKind>
       product_(packs() * Errors::unknowns * pack_size),
       errors_(elements_) {}
 
-/// Returns the element of a lane. The last element also fills the lanes that remain in the last pack.
+/// The last element also fills the remaining lanes of the last pack.
 template <int D>
 std::size_t ErrorSystem<D>::element_of(std::size_t pack, int lane) const {
     return std::min(pack * pack_size + static_cast<std::size_t>(lane), elements_ - 1);
@@ -161,7 +161,7 @@ void ErrorSystem<D>::begin_pack(std::size_t pack, std::span<const Vec<D>> offset
     }
 }
 
-/// Adds stiffness · error · |J⁻¹(d − home)|² for the offset d of each edge, with J at the centre.
+/// Adds stiffness · error · |J⁻¹(d − home)|² for each edge's offset d, with J at the centre.
 template <int D>
 void ErrorSystem<D>::stiffen(std::size_t pack, std::span<const Vec<D>> offsets,
                              std::span<const Vec<D>> reference_offsets, double least) {

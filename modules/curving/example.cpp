@@ -32,7 +32,7 @@ static LinearMesh<2> ring() {
     return mesh;
 }
 
-/// Exits on an error. Only a program may do so; a library returns the error.
+/// Exits on an error, as only a program may; libraries return it.
 template <class T>
 static T must(Outcome<T> outcome) {
     if (outcome) return std::move(*outcome);

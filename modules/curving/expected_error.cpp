@@ -18,7 +18,7 @@ namespace {
 template <int D>
 using LatticeRow = std::array<double, lattice_size<D>>;
 
-/// Coefficients of the lattice values in the value of the polynomial at a point.
+/// Coefficients of the lattice values in the polynomial's value at a point.
 template <int D>
 LatticeRow<D> values_row(const std::array<double, D + 1>& at) {
     const LatticeBasis<D>& basis = lattice_basis<D>();
@@ -36,7 +36,7 @@ void subtract(LatticeRow<D>& row, double factor, const LatticeRow<D>& other) {
     for (std::size_t k = 0; k < row.size(); ++k) row[k] -= factor * other[k];
 }
 
-/// Coefficients of the lattice values in u − u_h at the points of a rule that is exact for the square.
+/// Coefficients of the lattice values in u − u_h at the points of a rule that is exact for its square.
 template <int D>
 struct ResidualRule {
     std::vector<RulePoint<D>> points = conical_rule<D>(known_degree + 1);  ///< weights sum to 1/D!
@@ -135,7 +135,7 @@ template Outcome<double> expected_error<3>(const LinearMesh<3>&, const KnownSolu
 
 namespace {
 
-/// Shape functions 4 λ_i λ_j of edges and λ_i (2 λ_i − 1) of vertices at the rule's points.
+/// Shape functions of edges, 4 λ_i λ_j, and of vertices, λ_i (2 λ_i − 1), at the rule's points.
 template <int D>
 constexpr auto edge_functions = [] {
     std::array<std::array<double, edges_per_simplex<D>>, simplex_rule<D>.size()> at{};
@@ -240,14 +240,13 @@ namespace {
 template <int D>
 using Polynomial = std::array<double, lattice_size<D>>;
 
-/// Index of an exponent in `exponents`.
 template <int D>
 std::size_t place_of(const std::array<int, D>& exponent) {
     const auto& all = exponents<D, known_degree>;
     return static_cast<std::size_t>(std::ranges::find(all, exponent) - all.begin());
 }
 
-/// Product p · (slope_1 x_1 + … + constant). The degree of p must be below the maximum.
+/// Product p · (slope_1 x_1 + … + constant); p must be below the maximum degree.
 template <int D>
 Polynomial<D> times_linear(const Polynomial<D>& p, const std::array<double, D>& slope, double constant) {
     Polynomial<D> product{};
@@ -263,7 +262,7 @@ Polynomial<D> times_linear(const Polynomial<D>& p, const std::array<double, D>& 
     return product;
 }
 
-/// Lagrange polynomial φ_α = ∏_i ∏_{m < α_i} (n ξ_i − m)/(m + 1), with ξ_0 = 1 − x_1 − ….
+/// φ_α = ∏_i ∏_{m < α_i} (n ξ_i − m)/(m + 1), with ξ_0 = 1 − x_1 − ….
 template <int D>
 Polynomial<D> lagrange_polynomial(const MultiIndex<D>& alpha) {
     constexpr double n = known_degree;

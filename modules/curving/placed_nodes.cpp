@@ -36,9 +36,9 @@ struct InMetric {
     [[nodiscard]] ObjectiveSample<D> evaluate(const Vec<D>& node) const { return objective.evaluate(node); }
 };
 
-/// Objective ∫ r² dt, where r is the vector from the nearest surface point to l(t). Nearest points move across r, so
-/// ∂r²/∂P = 2 · 4t(1−t) r with the Gauss–Newton Hessian Σ 2 (4t(1−t))² n nᵀ (curve: projector normal to it). The node
-/// moves only along its edge. Sideways motion hardly changes its distance and increases that of adjacent facets.
+/// Objective ∫ r² dt, r from the nearest surface point to l(t). Nearest points move across r, so ∂r²/∂P = 2 · 4t(1−t)
+/// r, with the Gauss–Newton Hessian Σ 2 (4t(1−t))² n nᵀ (on a curve: the projector normal to it). The node moves only
+/// along its edge: sideways motion hardly changes its distance, and increases that of adjacent facets.
 template <int D>
 struct FromSheet {
     static constexpr double damping = 0.01;
@@ -148,7 +148,7 @@ class NodeSearch {
   private:
     [[nodiscard]] bool by_length() const { return placing_.boundary_nodes == BoundaryNodeAim::length; }
 
-    /// Minimises energy, from the better of the current node and the first step of the geodesic, and then length.
+    /// Minimises energy, from the better of the current node and the geodesic's first step, then length.
     [[nodiscard]] SheetPosition<D> shortest() const {
         InMetric<D> in_metric{edge_objective(back_, rules_.objective, EdgeObjectiveKind::energy, options_.field,
                                              {p20_, p02_, element_at_})};
@@ -178,7 +178,7 @@ class NodeSearch {
         return at.place;
     }
 
-    /// Largest distance of the edge from the surface, at t = 1/8 … 7/8.
+    /// Largest distance of the edge from the surface at multiples of 1/8.
     [[nodiscard]] double farthest(const SheetPosition<D>& place) const {
         const QuadraticEdge<D> edge{p20_, {place.point}, p02_};
         double largest = 0;
@@ -208,7 +208,7 @@ class NodeSearch {
     const PlacementOptions& placing_;
 };
 
-/// Calls `use(search)`, or returns the current node if it cannot move on a surface.
+/// Returns the current node if it cannot move on a surface.
 template <int D, class Use>
 PlacedNode<D> with_placement(const Geometry<D>& geometry, const EdgeToPlace<D>& edge, const BackMesh<D>& back,
                              const PlacementSearch& parameters, Use&& use) {

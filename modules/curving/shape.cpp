@@ -55,7 +55,7 @@ struct Raise {
     double gain = 0;
 };
 
-/// State of an element. `stuck`: no edge improves it until elements around it change.
+/// `stuck`: no edge improves the element until elements around it change.
 enum class Turn : std::uint8_t { none, waiting, stuck };
 
 template <int D>
@@ -69,8 +69,8 @@ struct Polish {
     Buffer<double> values;     ///< scaled Jacobian of each element
     Buffer<double> requested;  ///< target of the scaled Jacobian of each element
     Buffer<Turn> turns;
-    Buffer<std::uint8_t> is_known;  ///< of each edge: 1 if the elements around it have not changed since its program
-                                    ///< was solved
+    Buffer<std::uint8_t> is_known;  ///< of each edge: 1 if the elements around it are unchanged since its program was
+                                    ///< solved
     Buffer<Raise<D>> raises;
     Buffer<std::uint32_t> changed_in;  ///< iteration of each element's last change
     std::uint32_t round = 0;
@@ -116,7 +116,7 @@ Outcome<Done> solve_programmes(Polish<D>& polish, std::span<const ElementId> ele
         [&](std::size_t i) { polish.raises[edges[i].index()] = polish.raise(edges[i]); }, programme_grain);
 }
 
-/// Returns the edge with the largest gain, or no edge.
+/// Edge with the largest gain, if any.
 template <int D>
 EdgeId best_edge(const Polish<D>& polish, ElementId element) {
     EdgeId best;
@@ -142,8 +142,7 @@ Outcome<Done> look_again(Polish<D>& polish, std::span<const ElementId> changed) 
                 [&](std::size_t i) { polish.values[changed[i].index()] = polish.value(changed[i]); });
 }
 
-/// Performs one iteration for the elements `waiting`, which is replaced by those of the next one. Returns the number of
-/// steps.
+/// Performs one iteration; replaces `waiting` by the elements of the next one. Returns the number of steps.
 template <int D>
 Outcome<std::size_t> take_turns(Polish<D>& polish, std::vector<ElementId>& waiting) {
     if (auto solved = solve_programmes<D>(polish, waiting); !solved) return fail(solved.error());

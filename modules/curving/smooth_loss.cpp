@@ -20,10 +20,10 @@ namespace camber {
 
 namespace {
 
-/// Weight of the H1 error relative to L2. With 0.1 both errors of cubics on layered shells grow equally.
+/// Weight of H1 errors relative to L2. With 0.1 both grow equally for cubics on layered shells.
 constexpr double h1_share = 0.1;
 
-/// Volume |K|, mean squared edge length, and smallest height of a straight element.
+/// |K|, mean squared edge length, and smallest height of a straight element.
 template <int D>
 struct ElementSize {
     double volume = 0, square = 0, height = 0;
@@ -69,7 +69,7 @@ struct Sums {
         return std::max(second_moment / volume - norm_squared((1 / volume) * moment), 0.0);
     }
 };
-/// Returns the sums of each run of own elements.
+/// Returns one sum for each run of own elements.
 template <int D>
 [[nodiscard]] Outcome<std::vector<Sums<D>>> sums_of(const LinearMesh<D>& mesh, const OwnVertices& own,
                                                     const Vec<D>& origin, const Execution& execution) {
@@ -86,10 +86,11 @@ template <int D>
         [](const Sums<D>& a, const Sums<D>& b) { return a + b; });
 }
 
-/// Converts a cost to float. NaN and values beyond the range of float become the largest value.
+/// NaN and values beyond the range of float become the largest value.
 [[nodiscard]] float as_cost(double x) { return static_cast<float>(x < 1e38 ? x : 1e38); }
 
-/// Returns |K| (1/Σ|K|h⁶ + 0.1/(a_K² Σ|K|h⁴)) for each element; 0 if it is flat.
+/// |K| (1/Σ|K|h⁶ + 0.1/(a_K² Σ|K|h⁴)) of each element; 0 if it is flat. h² is the mean squared edge, a_K the smallest
+/// height.
 template <int D>
 [[nodiscard]] Outcome<Buffer<float>> weights_of(const LinearMesh<D>& mesh, const Sums<D>& sums,
                                                 const Execution& execution) {
@@ -106,12 +107,12 @@ class Histogram {
     void add(std::span<const float> numbers) {
         for (const float x : numbers) ++counts_[std::bit_cast<std::uint32_t>(x) >> shift];
     }
-    /// Counts, to be sent to other parts. The constructor adds up concatenated counts.
+    /// Returns the counts, to be sent to other parts. The constructor adds up concatenated counts.
     [[nodiscard]] std::vector<double> counts() const { return counts_; }
     explicit Histogram(std::span<const double> counts = {}) {
         for (std::size_t i = 0; i < counts.size(); ++i) counts_[i % counts_.size()] += counts[i];
     }
-    /// Returns Σ g k² over the counted numbers g, with k = 1/(1 + (g/c)²).
+    /// Σ g k² over the counted numbers g, with k = 1/(1 + (g/c)²).
     [[nodiscard]] double sum(double c) const {
         double sum = 0;
         for (std::uint32_t i = 0; i < counts_.size(); ++i) {
@@ -128,7 +129,7 @@ class Histogram {
     std::vector<double> counts_ = std::vector<double>(std::size_t{1} << (31 - shift), 0);  // whole numbers
 };
 
-/// Returns the largest c for which the sum is within budget; infinity if it always is.
+/// Largest c for which the sum is within budget; infinity if it always is.
 [[nodiscard]] double limit_for(const Histogram& histogram, double budget) {
     constexpr double infinity = std::numeric_limits<double>::infinity();
     if (histogram.sum(infinity) <= budget) return infinity;
@@ -156,7 +157,7 @@ Outcome<std::vector<double>> gather_from_parts(std::span<const PartLosses<D>> pa
     return between.gather(here());
 }
 
-/// Sums over all parts, relative to the first vertex of the mesh.
+/// Sums over all parts; positions are relative to the mesh's first vertex.
 template <int D>
 Outcome<Sums<D>> sums_of(std::span<const PartLosses<D>> parts, PartCommunication<D>& between,
                          const Execution& execution) {
@@ -206,7 +207,7 @@ Outcome<Buffer<float>> costs_of(const PartLosses<D>& of, const Sums<D>& sums, co
     });
 }
 
-/// Multiplies the part's own offsets by k_e; returns the number of offsets that are more than halved.
+/// Multiplies the part's own offsets by k_e; returns the number more than halved.
 template <int D>
 Outcome<std::size_t> relax_offsets(const PartLosses<D>& of, const Buffer<float>& costs, double limit,
                                    const Execution& execution) {
@@ -263,10 +264,10 @@ Outcome<std::size_t> limit_smooth_loss(const QuadraticMesh<D>& mesh, const Incid
 
 namespace {
 
-/// More iterations than layers in any stack of elements; repair handles what remains.
+/// More than layers in any stack of elements; repair handles what remains.
 constexpr int max_rounds = 1000;
 
-/// Elements of a mesh, or triangles of a standalone surface (K = 2, D = 3).
+/// Elements, or triangles of a standalone surface (K = 2, D = 3).
 template <int D, int K>
 class Elements {
   public:
@@ -275,7 +276,7 @@ class Elements {
     Elements(const QuadraticMesh<D>& mesh, std::span<const LagrangeNode<D>> base, std::span<const Vec<D>> offsets)
         : mesh_(mesh), base_(base), offsets_(offsets) {}
 
-    /// Returns the element with all its offsets multiplied by `share`.
+    /// Element with all its offsets multiplied by `share`.
     [[nodiscard]] Form at(std::size_t e, double share) const {
         const auto& vertices = simplices().vertices[e];
         const auto& edges = edges_of(e);
@@ -299,12 +300,12 @@ class Elements {
             return mesh_.edges.of_facets[e];
     }
 
-    /// True if the scaled Jacobian reaches `least`; `jacobian` is that of the element with all offsets.
+    /// True if the scaled Jacobian reaches `least`; `jacobian` includes all offsets.
     [[nodiscard]] static bool bears(const JacobianSummary& jacobian, double least) {
         return jacobian.is_finite() && scaled(jacobian.lowest, jacobian.straight) >= least;
     }
 
-    /// Returns the largest share of the offsets with which the element reaches `least`, or the best one.
+    /// Largest share of the offsets with which the element reaches `least`, or the best one.
     [[nodiscard]] double share(std::size_t e, double least) const {
         double best = 1;
         if (stays(e)) return best;
@@ -327,8 +328,8 @@ class Elements {
     [[nodiscard]] bool stays(std::size_t e) const {
         return std::ranges::all_of(edges_of(e), [&](EdgeId edge) { return offsets_[edge.index()] == Vec<D>{}; });
     }
-    /// Lower bound of the scaled Jacobian. It uses |det| of the straight element, since thin elements along curves may
-    /// be inverted when straight but valid when curved.
+    /// Lower bound of the scaled Jacobian. It uses |det|, since thin elements along curves may be inverted when
+    /// straight, but valid when curved.
     [[nodiscard]] static double scaled(double lowest, double straight) {
         constexpr double infinity = std::numeric_limits<double>::infinity();
         if (straight == 0) return lowest >= 0 ? infinity : -infinity;
@@ -356,7 +357,7 @@ void each_looked_at(const Elements<3, 2>& triangles, std::span<const ElementId> 
         visit(i, jacobian_summary(bounded_jacobian(triangles.at(looked_at[i].index(), 1))));
 }
 
-/// An element and the share of its offsets that it allows.
+/// An element and its allowed share of the offsets.
 struct Share {
     ElementId element;
     double share = 1;
@@ -393,7 +394,7 @@ class PartLimit {
             if (has_own_edge(e)) looked_at_.emplace_back(e);
     }
 
-    /// Performs one iteration; returns the part's own edges that were limited.
+    /// Performs one iteration; returns the limited edges that the part owns.
     Outcome<std::vector<EdgeId>> limit(const Execution& execution) {
         const auto shares = shares_of(elements_, looked_at_, least_, execution);
         if (!shares) return fail(shares.error());

@@ -16,11 +16,11 @@ namespace camber {
 
 namespace {
 
-/// Iterations of the linear solver. Few are sufficient, since the matrix changes after each step.
+/// Solver iterations; few are sufficient, since the matrix changes after each step.
 constexpr int solve_steps = 12;
-/// Number of times that a step which does not reduce the error is halved.
+/// Halvings of a step that does not reduce the error.
 constexpr int halvings = 3;
-/// Iterations in a frame, and frames, end if the squared error decreases by a smaller fraction.
+/// Steps in a frame, and frames, end below this relative decrease of squared error.
 constexpr double least_gain = 0.01, least_gain_of_frame = 0.04;
 /// Maximum number of times that moves are shortened after a frame.
 constexpr int shortenings = 3;
@@ -31,8 +31,8 @@ Vec<D> middle_of(const QuadraticMesh<D>& mesh, std::size_t e) {
     return midpoint(mesh.linear.points[a], mesh.linear.points[b]);
 }
 
-/// Returns the share of a step for which the offset along the chord stays within `most` chords, or does not grow.
-/// Shortening only the component along the chord would move the node off an oblique front.
+/// Share of a step that keeps the offset along the chord within `most` chords, or does not increase it. Shortening only
+/// the part along the chord would move nodes off an oblique front.
 template <int D>
 double share_within_slide(const Vec<D>& offset, const Vec<D>& step, const Vec<D>& chord, double most) {
     const double square = norm_squared(chord);
@@ -48,7 +48,7 @@ struct Frame {
     KnownSolution<D> known;
     Buffer<Vec<D>> reference_offsets;  ///< offsets of the nodes from the chord middles
     ErrorSystem<D> system;
-    double error = 0;  ///< squared error with these nodes
+    double error = 0;  ///< squared error with the frame's nodes
 
     Frame(QuadraticMesh<D> curved, KnownSolution<D> solution, const Column<EdgeKind>& kinds,
           const Incidence<ElementId>& shells, double stiffness)
@@ -73,8 +73,8 @@ struct Frame {
     }
 };
 
-/// Moves nodes to the minimum of the error for the solution of one frame. Elements stay above the scaled Jacobian
-/// `least` in each step; with −∞ they may become invalid.
+/// Moves nodes to the minimum error of one frame. Elements stay above the scaled Jacobian `least` in each step; with −∞
+/// they may become invalid.
 template <int D>
 class Search {
   public:
@@ -107,7 +107,7 @@ class Search {
         return frame_.system.begin(*offsets, frame_.reference_offsets, execution);
     }
 
-    /// Adds a step to the moves, within the limits of chords and elements.
+    /// Adds a step within the limits of chords and elements.
     Outcome<Buffer<Vec<D>>> moved(const Buffer<Vec<D>>& step, double length, const Execution& execution) {
         const LinearMesh<D>& linear = frame_.mesh.linear;
         auto moves = map_each(execution, step.size(), [&](std::size_t e) {
@@ -180,8 +180,8 @@ class Frames {
   private:
     using OwnFrame = std::unique_ptr<Frame<D>>;
 
-    /// Thin stacked elements block each other, although all are valid at the minimum. So every other search has no
-    /// lower bound of the Jacobian, and its moves are limited afterwards.
+    /// Thin stacked elements block each other, although all are valid at the minimum. So every other search is
+    /// unbounded, and its moves are limited afterwards.
     [[nodiscard]] double bound_of_search(int frame) const {
         return frame % 2 == 1 ? -std::numeric_limits<double>::infinity() : options_.min_jacobian;
     }
@@ -223,7 +223,7 @@ class Frames {
         return frame_of(*best, execution);
     }
 
-    /// Returns the frame with the nodes found by a search, or with the old nodes if these are better.
+    /// Frame of the nodes found, or of the old ones if these are better.
     Outcome<OwnFrame> next(OwnFrame frame, double least_jacobian, const Execution& execution) {
         const QuadraticMesh<D> from = frame->mesh;
         const double before = frame->error;

@@ -13,8 +13,8 @@ import :edges;
 /// Volume nodes for the best interpolation of a known solution. docs/algorithms/solution-nodes.md.
 export namespace camber {
 
-/// A scalar field, a polynomial of this degree in reference coordinates in each element. `values` holds its values at
-/// the regular lattice in the order of `multi_indices`, up to a constant.
+/// A scalar field: a polynomial of this degree in reference coordinates in each element, by values at the regular
+/// lattice in the order of `multi_indices`, up to a constant.
 inline constexpr int known_degree = 5;
 template <int D>
 struct KnownField {
@@ -24,45 +24,42 @@ struct KnownField {
 };
 template <int D>
 using KnownSolution = std::vector<KnownField<D>>;
-/// Returns the solution in the elements of a mesh. It is called for copies of the mesh with other edge nodes.
+/// Solution in the elements of a mesh; called for copies with other edge nodes.
 template <int D>
 using SolutionInElements = std::function<Outcome<KnownSolution<D>>(const QuadraticMesh<D>&, const Execution&)>;
 
 struct SolutionNodesOptions {
-    int frames = 4;          ///< maximum number of frames: times that the solution is evaluated in the elements
-    int rounds = 3;          ///< maximum number of steps in a frame
-    double stiffness = 0.3;  ///< fraction of the squared error that is added by an offset as long as the element
-    double max_slide = 0.2;  ///< maximum distance of a node from the chord's middle along the chord,
-                             ///< relative to the chord
+    int frames = 4;                       ///< maximum number of evaluations of the solution in the elements
+    int rounds = 3;                       ///< maximum number of steps in a frame
+    double stiffness = 0.3;               ///< fraction of squared error added by an offset as long as the element
+    double max_slide = 0.2;               ///< maximum distance from the middle along the chord, relative to its length
     double min_jacobian = default_bound;  ///< see `limit_by_jacobian`
 };
 
 template <int D>
 struct SolutionNodes {
     Column<LagrangeNode<D>> nodes;  ///< one row per edge
-    /// Expected error with the first nodes and with `nodes`. For one field it is weight · ‖u − u_h‖ in user units; for
-    /// several, the root of Σ (weight ‖u − u_h‖)² in units of the fields. It is integrated as in `expected_error`; the
-    /// search uses a rule of degree 6.
+    /// Expected error of the first nodes and of `nodes`: weight · ‖u − u_h‖ of one field in user units, or the root of
+    /// Σ (weight ‖u − u_h‖)² in units of the fields. Integrated as in `expected_error`; the search uses a rule of
+    /// degree 6.
     double before = 0, after = 0;
     int frames = 0;           ///< number of frames that reduced the error
-    std::size_t relaxed = 0;  ///< number of edges moved by only a part of their step
+    std::size_t relaxed = 0;  ///< edges moved by only a part of their step
 };
 
 /// Moves volume nodes to minimise Σ ∫ (u − u_h)² over fields and elements, with u_h the interpolant of degree 2 on
-/// curved elements. Starts from the best of `starts` (one row per edge; boundary nodes stay). Each iteration ("frame")
-/// evaluates the solution in the current elements, solves a least-squares problem around it, and keeps elements above
-/// `min_jacobian`. A frame is inaccurate far from its nodes, so edges move only partially where the error of elements
-/// increases. The expected error never increases. Results do not depend on the number of threads. Errors: columns that
-/// do not fit (internal); those of `solution`; stopped, memory.
+/// curved elements (docs/algorithms/solution-nodes.md). Starts from the best of `starts` (one row per edge; boundary
+/// nodes stay). Each iteration takes the solution in the current elements (the frame), solves a least-squares problem,
+/// and keeps elements above `min_jacobian`. The expected error never increases. Results do not depend on the number of
+/// threads. Errors: columns that do not fit (internal); those of `solution`; stopped, memory.
 template <int D>
 [[nodiscard]] Outcome<SolutionNodes<D>> solution_nodes(const MeshEdges<D>& edges,
                                                        std::span<const Column<LagrangeNode<D>>> starts,
                                                        const SolutionInElements<D>& solution,
                                                        const SolutionNodesOptions& options, const Execution& execution);
 
-/// Expected L2 error of interpolants of degree 1 or 2 on straight elements, in the units of `SolutionNodes`. The
-/// quadrature rule of degree 11 is exact for `solution`. Results do not depend on the number of threads. Errors: not
-/// one row per element, another degree (internal); stopped.
+/// Expected L2 error of interpolants of degree 1 or 2 on straight elements, in the units of `SolutionNodes`. The rule
+/// of degree 11 is exact for `solution`. Errors: not one row per element, another degree (internal); stopped.
 template <int D>
 [[nodiscard]] Outcome<double> expected_error(const LinearMesh<D>& mesh, const KnownSolution<D>& solution, int degree,
                                              const Execution& execution);
@@ -96,8 +93,8 @@ inline constexpr auto exponents = [] {
     return all;
 }();
 
-/// Coefficients of the Lagrange basis: [index in `exponents`][lattice node]. The vertices are the origin and the ends
-/// of the unit axes.
+/// Lagrange basis: [coefficient in the order of `exponents`][lattice node]. Vertices are the origin and the ends of the
+/// unit axes.
 template <int D>
 using LatticeBasis = std::array<std::array<double, lattice_size<D>>, lattice_size<D>>;
 template <int D>
@@ -136,7 +133,7 @@ struct PackPolynomial {
     }
 
   private:
-    /// Evaluates the polynomial in two coordinates whose coefficients end at `end`.
+    /// Value in two coordinates of the polynomial whose coefficients end at `end`.
     [[nodiscard, gnu::always_inline]] PackSlope<2> plane(const PackVec<2>& x, int end, int degree) const {
         PackSlope<2> sum{packed(0), {packed(0), packed(0)}};
         for (int left = 0; left <= degree; ++left) {
@@ -160,7 +157,7 @@ struct PackPolynomial {
 /// Maps of eight curved elements from the reference simplex.
 namespace camber {
 
-/// Inverse and determinant of eight Jacobians; the inverse is 0 if the determinant is almost 0.
+/// Eight Jacobians; the inverse is 0 if the determinant is almost 0.
 template <int D>
 struct PackJacobian {
     std::array<PackVec<D>, D> inverse;  ///< rows
@@ -211,8 +208,7 @@ struct PackJacobian {
     }
 };
 
-/// The map F(ξ) = Σ λ_v x_v + Σ 4 λ_i λ_j f over edges i–j with offsets f. J is linear, and F(ξ + s) − F(ξ) = J(ξ +
-/// s/2) s.
+/// F(ξ) = Σ λ_v x_v + Σ 4 λ_i λ_j f over edges i–j with offsets f. J is linear, and F(ξ + s) − F(ξ) = J(ξ + s/2) s.
 template <int D>
 class PackFrame {
   public:
@@ -243,8 +239,8 @@ class PackFrame {
         return PackJacobian<D>(columns(at));
     }
 
-    /// Solves J(ξ + s/2) s = δ by Newton's method; each lane stops on its own. Returns ξ + s and J at this point. If δ
-    /// leads to a fold or beyond, F is replaced by its tangent at ξ.
+    /// Solves J(ξ + s/2) s = δ by Newton's method, lane by lane; returns ξ + s and J there. If δ leads to a fold or
+    /// beyond, F is replaced by its tangent at ξ.
     struct Place {
         PackVec<D> at;
         PackJacobian<D> jacobian;
@@ -274,7 +270,7 @@ class PackFrame {
 
   private:
     static constexpr int newton_steps = 4;
-    /// Maximum last correction in reference coordinates; the remaining error is of the order of its square.
+    /// Maximum last correction in reference coordinates; the remaining error is about its square.
     static constexpr double near = 1e-3;
     /// minimum det J relative to its value at the start
     static constexpr double least_ratio = 0.1;
@@ -311,14 +307,14 @@ class PackFrame {
     std::array<std::array<PackVec<D>, D>, D> second_{};  // ∂²F/∂ξ_a∂ξ_b
 };
 
-/// A quadrature point in barycentric coordinates, with its share of the volume.
+/// Barycentric coordinates, and the point's share of the volume.
 template <int D>
 struct SimplexPoint {
     std::array<double, D + 1> at;
     double weight;
 };
 
-/// Quadrature rule of degree 6, which is that of the squared error of interpolated cubics.
+/// Rule of degree 6, that of the squared error of interpolated cubics.
 template <int D>
 inline constexpr auto simplex_rule = [] {
     if constexpr (D == 2) {
@@ -364,7 +360,7 @@ inline constexpr auto simplex_rule = [] {
 /// Interpolation error on eight curved elements, with derivatives.
 namespace camber {
 
-/// Eight elements with their node offsets in the frame and their current ones.
+/// Eight elements, with node offsets in the frame and current ones.
 template <int D>
 struct ElementPacks {
     std::array<PackVec<D>, D> axes;  ///< [a]: vertex a + 1 minus vertex 0
@@ -373,8 +369,8 @@ struct ElementPacks {
 template <int D>
 using LatticePacks = std::array<Pack, lattice_size<D>>;
 
-/// Squared error Σ r² = ∫ w² (u − u_h)² of an element by a rule in the frame's volume. If edge offsets change by d, it
-/// becomes |r + R d|² = error + 2 slope·d + d·curvature·d.
+/// Squared error Σ r² = ∫ w² (u − u_h)² of an element by a rule in the frame's volume. A change d of edge offsets makes
+/// it |r + R d|² = error + 2 slope·d + d·curvature·d.
 template <int D>
 struct ErrorPacks {
     static constexpr int unknowns = D * edges_per_simplex<D>;
@@ -390,7 +386,7 @@ template <int D>
 void add_error(const ElementPacks<D>& elements, const LatticePacks<D>& field, double weight, Instructions set,
                ErrorPacks<D>& sum);
 
-/// Squared expected error by a rule of degree 11; `mesh` must be the solution's mesh. Errors: stopped.
+/// Squared expected error by a rule of degree 11 on the solution's mesh. Errors: stopped.
 template <int D>
 [[nodiscard]] Outcome<double> squared_error(const QuadraticMesh<D>& mesh, const KnownSolution<D>& solution,
                                             const Execution& execution);

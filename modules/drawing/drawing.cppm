@@ -21,7 +21,6 @@ struct Colour {
     double red = 0, green = 0, blue = 0;
     friend bool operator==(const Colour&, const Colour&) = default;
 };
-/// Returns (1 − t) a + t b.
 [[nodiscard]] constexpr Colour blend(const Colour& a, const Colour& b, double t) {
     return {a.red + t * (b.red - a.red), a.green + t * (b.green - a.green), a.blue + t * (b.blue - a.blue)};
 }
@@ -42,7 +41,7 @@ struct Theme {
 };
 [[nodiscard]] Theme theme_of(Background background);
 
-/// `plain` has no good end.
+/// For `plain`, neither end of the range means good values.
 enum class Ramp : std::uint8_t { plain, good_is_high };
 enum class Spacing : std::uint8_t { linear, logarithmic };
 
@@ -59,7 +58,7 @@ struct ColourRange {
 struct ColourKinds {
     std::vector<Reference> numbers;
     std::vector<std::string> names = {};       ///< for each number, may be empty; or no entries
-    std::vector<std::uint8_t> is_listed = {};  ///< for each number: 0: not in the legend; no entries: all are
+    std::vector<std::uint8_t> is_listed = {};  ///< for each number, 0: not in the legend; no entries: all are
 };
 struct OneColour {};
 using Colouring = std::variant<OneColour, ColourRange, ColourKinds>;
@@ -87,7 +86,7 @@ enum class FaceKind : std::uint8_t {
 struct Face {
     std::array<NodeNumber, 6> nodes{};  ///< corners, then nodes of the edges 01, 12, 20
     std::uint32_t element = 0;          ///< its element; in a surface mesh the facet number
-    Reference reference = 0;            ///< of the mesh facet there (0: none), for uncovered faces of the element
+    Reference reference = 0;  ///< reference of the mesh facet there (0: none), for uncovered faces that of the element
     FaceKind kind = FaceKind::boundary;
     friend bool operator==(const Face&, const Face&) = default;
 };
@@ -200,7 +199,6 @@ struct DrawnFace {
 
 using FacePoint = std::array<double, 3>;  ///< barycentric coordinates on a face
 
-/// Lagrange interpolation of degree 2.
 [[nodiscard]] constexpr Vec<3> point_at(const std::array<Vec<3>, 6>& nodes, const FacePoint& xi) {
     Vec<3> sum{};
     for (std::size_t i = 0; i < 3; ++i) {

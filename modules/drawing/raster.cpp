@@ -33,7 +33,6 @@ inline std::size_t pieces_of_edge(const DrawnFace& patch, std::size_t edge) {
     return n;
 }
 
-/// A corner of a flat triangle.
 struct SmallCorner {
     FacePoint xi;
     Vec<3> point;
@@ -99,7 +98,7 @@ class Subdivision {
 
 // Nearest face at each sample in a strip of the picture.
 
-/// Along each axis of a pixel.
+/// Samples along each axis of a pixel.
 constexpr std::size_t samples_per_pixel = 3;
 
 /// Pixel rows [first, last) of the picture, in full width.
@@ -159,7 +158,7 @@ inline SampleRange samples_between(double low, double high, std::size_t first, s
     return {clamped(begin), clamped(end)};
 }
 
-/// Calls hit(sample, Hit) for each sample where a new face lies in front of all earlier ones.
+/// Calls hit(sample, Hit) for each sample where a new face is in front of all earlier ones.
 class DepthBuffer {
   public:
     DepthBuffer(const Strip& strip, const std::optional<PaperFrame>& clip)

@@ -130,7 +130,7 @@ Column<Face> whole_triangles(const Simplices<K>& triangles, const Edges& edges, 
 }
 
 enum class FaceVisibility : std::uint8_t { no, boundary, uncovered, facet };
-using FaceVisibilities = std::array<FaceVisibility, 4>;  ///< i: face opposite local vertex i
+using FaceVisibilities = std::array<FaceVisibility, 4>;  ///< entry i: the face opposite local vertex i
 
 /// None if no facet with these vertices is listed.
 std::optional<Reference> reference_of_facet(const LinearMesh<3>& mesh, const Incidence<FacetId>& facets,
@@ -287,7 +287,7 @@ Vec<3> in_view(const View& view, const Vec<3>& p) {
     return {{dot(view.right, p), dot(view.up, p), dot(view.towards, p)}};
 }
 
-/// Largest centred square.
+/// The largest centred square in the frame.
 PaperFrame clip_of(const PaperFrame& frame) {
     const double side = std::min(frame.width, frame.height);
     return {frame.left + (frame.width - side) / 2, frame.top + (frame.height - side) / 2, side, side};

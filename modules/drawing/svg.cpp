@@ -65,7 +65,7 @@ void add_bar(const PictureOptions& o, const ColourRange& range, std::vector<Pict
     }
 }
 
-/// Relative to the text size.
+/// Lengths relative to the text size.
 constexpr double letter_width = 0.66, text_indent = 1.7;
 
 /// For example "inlet (3)", or "3" without a name.
@@ -161,7 +161,7 @@ void put_tenths(std::string& out, std::int64_t tenths) {
     if (size >= 10 || size == 0) out += std::to_string(size / 10);
     if (size % 10 != 0) out += '.' + std::to_string(size % 10);
 }
-/// Limited, for points far outside the paper.
+/// The value is limited for points far outside the paper.
 std::int64_t tenths_of(double value) { return std::llround(std::clamp(10 * value, -1e12, 1e12)); }
 void put(std::string& out, double value) { put_tenths(out, tenths_of(value)); }
 
@@ -269,7 +269,7 @@ void add_parts(const DrawnFace& patch, std::vector<DrawnFace>& out) {
         }
 }
 
-/// Farthest faces first.
+/// Returns the farthest faces first.
 std::vector<DrawnFace> painted_in_order(const Scene& scene, const Buffer<std::uint32_t>& visible) {
     std::vector<DrawnFace> patches;
     for (const std::uint32_t f : visible) {
@@ -287,7 +287,7 @@ std::vector<DrawnFace> painted_in_order(const Scene& scene, const Buffer<std::ui
 
 constexpr double max_opacity = 0.8;
 
-/// Rounded to tenths.
+/// The opacity is rounded to tenths.
 double opacity_of_lines(const DrawnFace& patch, double width) {
     double longest = 0;
     for (std::size_t i = 0; i < 3; ++i) {
@@ -368,7 +368,7 @@ class Writer {
         put(out_, "width", frame.width);
         put(out_, "height", frame.height);
     }
-    /// Omits the SVG group's opacity.
+    /// Omits an opacity that equals the SVG group's.
     void put_opacity(double opacity) {
         if (opacity != max_opacity) put(out_, "stroke-opacity", opacity);
     }

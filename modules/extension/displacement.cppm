@@ -13,9 +13,9 @@ import :parts;
 export namespace camber {
 
 struct ExtensionSums {
-    double by_product = 0;  ///< Σ correction · A d for the matrix A and the direction d
+    double by_product = 0;  ///< Σ correction · A d, d the direction
     double by_residual = 0;
-    double largest = 0;  ///< largest length of a correction over its edge's height
+    double largest = 0;  ///< largest correction over its edge's height
     double joined = 0;   ///< number of unknowns that start to move
 
     friend ExtensionSums operator+(const ExtensionSums& a, const ExtensionSums& b) {
@@ -43,7 +43,7 @@ template <int D>
     return {mesh.linear.points, mesh.linear.elements.vertices, mesh.edges};
 }
 
-/// Linear system for one part of a mesh. It contains the edges that the displacement reaches.
+/// Linear system for the edges of one part that the displacement reaches.
 template <int S, int D>
 class ExtensionPart {
   public:
@@ -61,7 +61,7 @@ class ExtensionPart {
 
     /// True if a prescribed node is off the middle of its chord.
     [[nodiscard]] bool is_displaced() const;
-    /// Returns two numbers per run: Σ |det|, and the number of simplices.
+    /// Σ |det| and number of simplices, for each run.
     [[nodiscard]] Outcome<std::vector<double>> volume_and_count(const Execution& execution) const;
 
     /// Applies the prescribed displacements and starts a row for each unknown in the simplices around them. `mean`:
@@ -74,7 +74,7 @@ class ExtensionPart {
     [[nodiscard]] Outcome<Done> update_direction(double turn, const Execution& execution);
     /// Starts rows around the unknowns that joined in the last step, in this part or in others (`of_others`).
     [[nodiscard]] Outcome<Done> join(std::span<const EdgeId> of_others, const Execution& execution);
-    /// Multiplies the matrix A by the direction d. Returns dᵀA d and dᵀr, with the residual r, for each run.
+    /// Returns dᵀA d and dᵀr of each run, for the matrix A, direction d and residual r.
     [[nodiscard]] Outcome<std::vector<AlongDirection>> multiply(const Execution& execution);
 
     [[nodiscard]] std::span<Vec<D>> directions();                  ///< one per edge
@@ -90,8 +90,8 @@ class ExtensionPart {
 };
 
 struct ExtensionOptions {
-    /// Largest Jacobi correction at the end, relative to the smallest height of simplices around its edge. It is about
-    /// the error of det (I + ∇u), at any anisotropy.
+    /// Largest final Jacobi correction, relative to the smallest height of simplices around its edge: about the error
+    /// of det (I + ∇u), at any anisotropy.
     double tolerance = 1e-3;
     int max_iterations = 1000;
     /// Exponent s of the weight (mean |det| / |det|)^s. 0 gives the Dirichlet energy; larger values make small
@@ -107,10 +107,10 @@ struct Extension {
     std::size_t solved = 0;  ///< number of unknowns that moved; other `volume` edges are straight
 };
 
-/// Extends a displacement u of edge nodes over simplices. `prescribed_nodes` (one per edge) prescribes the nodes of all
-/// edges that are not of kind `volume`; u is measured from the chord middles. The other nodes get the u that minimises
-/// Σ w_K ∫_K |∇u|² dx over the straight simplices K, with the weights w_K of `stiffening`. The space is that of the
-/// edge functions 4 ξ_i ξ_j (vertices are fixed).
+/// Extends a displacement u of edge nodes from chord middles over simplices. `prescribed_nodes` (one per edge) holds
+/// the nodes of edges that are not of kind `volume`. The other nodes get the u that minimises Σ w_K ∫_K |∇u|² dx over
+/// the straight simplices K, with weights w_K by `stiffening`, in the space of edge functions 4 ξ_i ξ_j (vertices are
+/// fixed).
 ///
 /// For S = D, det (I + ∇u) is the scaled Jacobian; for S < D, ∇u is in the simplex's plane. u varies least across thin
 /// simplices, so layers move with their wall. Only unknowns that the displacement reaches within the tolerance are
@@ -152,10 +152,10 @@ struct ExtensionSolve {
     int iterations = 0;
     double correction = 0;  ///< largest final correction, see `tolerance`
 };
-/// Solves the system of the parts on this process. The parts must be new, and at least one part of the domain must be
-/// displaced. The method is conjugate gradients with a diagonal preconditioner; the D components share their step
-/// lengths. Unknowns join when the residual reaches them, so directions are made conjugate by the product A d (Polak
-/// and Ribière). Sums are added in the order of parts, on any number of processes.
+/// Solves the system of the parts on this process. The parts must be new, at least one part of the domain displaced.
+/// Conjugate gradients with a diagonal preconditioner; the D components share their step lengths. Unknowns join when
+/// the residual reaches them, so directions are made conjugate by the product A d (Polak and Ribière). Sums are added
+/// in the order of parts, on any number of processes.
 template <int S, int D>
 [[nodiscard]] Outcome<ExtensionSolve> solve_extension(std::span<ExtensionPart<S, D>> parts,
                                                       PartCommunication<D>& between, const ExtensionOptions& options,

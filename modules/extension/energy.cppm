@@ -12,8 +12,8 @@ import camber.bezier;
 
 export namespace camber {
 
-/// Weight of an element by |det| of a simplex with the same volume. The weight is bounded, so that the smallest
-/// elements do not hide others by rounding.
+/// Weight of an element by |det| of a simplex with the same volume. It is bounded, so that the smallest elements do not
+/// hide others by rounding.
 struct Weighting {
     double mean = 1, stiffening = 0;
 
@@ -53,7 +53,7 @@ template <int S, int D>
     return scaled_inverse<S, D>(columns);
 }
 
-/// Number of nodes other than corners. They are numbered from 0 in the order of `lagrange_nodes`.
+/// Number of nodes other than corners, numbered from 0 in the order of `lagrange_nodes`.
 template <Shape shape, int degree>
 inline constexpr int moving_nodes = element_nodes<shape, degree> - shape_table<shape>.corner_count;
 
@@ -70,7 +70,7 @@ struct ElementEnergy {
 
 namespace camber {
 
-/// Common factor of matrix entries for dimension S. It is chosen so that quadratic simplices need no other factor.
+/// Common factor of matrix entries for dimension S. Quadratic simplices then need no other factor.
 template <int S>
 inline constexpr double energy_unit = [] {
     double factorial = 1;
@@ -78,8 +78,8 @@ inline constexpr double energy_unit = [] {
     return factorial / 16;
 }();
 
-/// Local numbers of the other edges of a simplex, for an edge ij: `first` are ik, `second` are jk, for each further
-/// vertex k. `opposite` joins the two further vertices of a tetrahedron.
+/// Other edges of a simplex for its edge ij: `first` ik and `second` jk for each further vertex k; `opposite` joins
+/// both in a tetrahedron.
 template <int S>
 struct EdgesBeside {
     std::array<int, S - 1> first{}, second{};
@@ -154,8 +154,7 @@ const std::vector<ReferenceGradients<shape, degree>>& reference_gradients() {
     return table;
 }
 
-/// Largest gradient of the barycentric coordinates of the simplices whose product is the shape. It is 1 / smallest
-/// height.
+/// Largest gradient of barycentric coordinates of the simplices whose product is the shape: 1 / smallest height.
 template <Shape shape, int S, int D>
 [[nodiscard]] double steepest_gradient(const ScaledInverse<S, D>& at) {
     double steepest = 0;
@@ -226,8 +225,8 @@ template <int S, int degree, int D>
 
 export namespace camber {
 
-/// Computes the energy of a straight element; zero if the element is degenerate. Exact for simplices; for other shapes
-/// a quadrature rule with degree + 1 points per direction is used, which is exact for affine elements.
+/// Energy of a straight element; zero if the element is degenerate. Exact for simplices; other shapes use a rule of
+/// degree + 1 points per direction, exact for affine elements.
 template <Shape shape, int degree, int D>
     requires(shape != Shape::pyramid)
 [[nodiscard]] ElementEnergy<shape, degree> element_energy(const CornerPoints<shape, D>& corners,
@@ -238,8 +237,8 @@ template <Shape shape, int degree, int D>
         return energy_by_quadrature<shape, degree, D>(corners, weighting);
 }
 
-/// Calls add(n, entry) for each entry of row `own`: w ∫ ∇φ_own · ∇φ_n dx times (S + 2)!/16, where S is the element's
-/// dimension and n a node other than corners.
+/// Calls add(n, entry) for each entry of row `own`: w ∫ ∇φ_own · ∇φ_n dx times (S + 2)!/16, S the element's dimension,
+/// n a node other than corners.
 template <Shape shape, int degree, class Add>
 void each_row_entry(const ElementEnergy<shape, degree>& energy, int own, const Add& add) {
     constexpr int moving = moving_nodes<shape, degree>;

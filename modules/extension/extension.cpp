@@ -20,11 +20,10 @@ namespace camber {
 
 namespace {
 
-/// Iterations stop when the residual's norm is this share of the first one: the rest is rounding error.
+/// Iterations stop at this share of the first residual: the rest is rounding.
 constexpr double rounding = 1e-14;
 
-/// Progress of a solve, from the reduction of the residual so far and the reduction that is missing. The progress never
-/// falls.
+/// Progress of a solve: achieved share of the residual's reduction. It never decreases.
 class SolveProgress {
   public:
     SolveProgress(double first, double tolerance, const Execution& execution)
@@ -43,7 +42,7 @@ class SolveProgress {
     const Execution& execution_;
 };
 
-/// All parts, used as one system. The sums of runs are added in their order.
+/// All parts as one system; the sums of runs are added in order.
 template <int S, int D>
 class Parts {
   public:

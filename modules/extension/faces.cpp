@@ -64,7 +64,7 @@ std::vector<std::vector<FacetId>> connected_faces(const EdgeSet<3>& edges, const
     return connected;
 }
 
-/// `own`: by mesh edge, its number in the face; a buffer that the caller reuses for the next face.
+/// `own`: number in the face by mesh edge; a buffer reused for the next face.
 FaceTriangles triangles_of(const LinearMesh<3>& mesh, const EdgeSet<3>& edges, const Faces& faces,
                            std::span<const FacetId> facets, std::vector<EdgeId>& own) {
     FaceTriangles out;

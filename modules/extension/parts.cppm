@@ -9,16 +9,15 @@ module;
 export module camber.extension:parts;
 import camber.core;
 
-/// Algorithms on a mesh that is divided into parts. A part computes the rows of its own vertices, on a mesh with two
-/// rings of elements around these vertices, and receives the rows of other parts. On one process the whole mesh can be
-/// one part.
+/// Algorithms on parts of a mesh. A part computes the rows of vertices that it owns, on a mesh with two rings of
+/// elements around these vertices, and receives the rows of other parts. On one process the whole mesh can be one part.
 export namespace camber {
 
 /// Vertices that a part owns: the range [first, last), divided into runs. The part also owns each simplex whose lowest
 /// vertex it owns. Sums are computed by run, so that they do not depend on the number of runs in a part.
 struct OwnVertices {
     VertexId first, last;
-    std::vector<VertexId> later_runs = {};  ///< first vertex of each run after the first run
+    std::vector<VertexId> later_runs = {};  ///< first vertex of each later run
 
     [[nodiscard]] bool owns(VertexId v) const { return v >= first && v < last; }
     template <std::size_t N>
@@ -89,9 +88,9 @@ class PartCommunication {
     /// any process.
     [[nodiscard]] virtual Outcome<std::vector<double>> gather(Outcome<std::vector<double>> of_parts) = 0;
     [[nodiscard]] virtual std::vector<EdgeId> shared(std::size_t part, std::vector<EdgeId> edges) const = 0;
-    /// Sends rows to all other parts that contain the same edges. `rows`: one array per part of this process, with one
-    /// row per edge. `edges`: the edges to send, by part. Returns the ascending edges that each part received. Errors:
-    /// those of any process.
+    /// Sends rows to all other parts that contain the same edges. `rows`: one array per part of this process, one row
+    /// per edge. `edges`: edges to send, by part. Returns the edges that each part received, ascending. Errors: those
+    /// of any process.
     [[nodiscard]] virtual Outcome<EdgesOfParts> exchange_rows(std::span<const std::span<Vec<D>>> rows,
                                                               const EdgesOfParts& edges) = 0;
 

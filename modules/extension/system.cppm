@@ -53,8 +53,8 @@ struct RowBlock {
 inline constexpr std::size_t block_rows = 256;
 inline constexpr std::size_t blocks_at_once = 4;
 
-/// Entries of a block during assembly. A row has its diagonal entry, then entries of edges that share a vertex, then
-/// entries of opposite edges (one per simplex).
+/// Entries of a block during assembly. A row contains its diagonal, then edges that share a vertex, then opposite edges
+/// (one per simplex).
 struct Entries {
     std::vector<EdgeId> columns = {};
     std::vector<double> values = {};
@@ -102,7 +102,7 @@ struct Rows {
     [[nodiscard]] double size(std::size_t i) const { return norm(correction(i)) / height[i]; }
 };
 
-/// Linear system of a part. Edges that the displacement has not reached have no row, and their nodes do not move.
+/// Linear system of a part. Edges that the displacement has not reached have no row and do not move.
 template <int S, int D>
 struct ExtensionSystem {
     ExtensionDomain<S, D> domain;
@@ -122,7 +122,7 @@ struct ExtensionSystem {
 
     [[nodiscard]] bool owns(EdgeId edge) const { return owned.owns(domain.edges.vertices[edge]); }
 
-    /// Returns the unknowns without a row in the simplices around these edges, in ascending order.
+    /// Unknowns without a row in the simplices around these edges, ascending.
     Outcome<std::vector<EdgeId>> unknowns_without_row(std::span<const EdgeId> from, const Execution& execution) {
         constexpr std::size_t grain = 1024;
         std::vector<std::vector<EdgeId>> visited((from.size() + grain - 1) / grain);
@@ -146,7 +146,7 @@ struct ExtensionSystem {
         return reached;
     }
 
-    /// True if `edge` has the first row of the simplex. That row computes the energy, so it is computed once.
+    /// True if `edge` has the first row of the simplex. That row computes the energy once.
     [[nodiscard]] bool is_first_of(EdgeId edge, ElementId e) const {
         const auto& edges = domain.edges.of_elements[e];
         return std::all_of(edges.begin(), edges.end(), [&](EdgeId other) {
@@ -225,8 +225,7 @@ struct ExtensionSystem {
             1);
     }
 
-    /// Starts blocks of rows for these ascending edges; all rows of a block are in one run. Returns the index of each
-    /// block's first entry.
+    /// Starts blocks of rows for these ascending edges; a block is within one run. Returns each block's first entry.
     std::vector<std::size_t> begin_blocks(std::span<const EdgeId> edges) {
         of_runs.resize(owned.runs());
         const auto run_of = [&](EdgeId edge) { return owned.run_of(domain.edges.vertices[edge][0]); };
@@ -259,7 +258,7 @@ struct ExtensionSystem {
         return sums;
     }
 
-    /// Calls visit(row, value) for each row of a block with its value of A x; x has one vector per edge.
+    /// Calls visit(row, value of A x) for each row of a block; x has one vector per edge.
     template <class Visit>
     void each_product(const RowBlock& block, std::span<const Vec<D>> x, const Visit& visit) const {
         std::size_t k = 0;

@@ -16,7 +16,7 @@ namespace camber {
 
 namespace {
 
-/// Metric with size `along` in a unit direction and `across` normal to it.
+/// Metric with size `along` in a direction and `across` normal to it.
 template <int D>
 LogMetric<D> two_sizes(const Vec<D>& direction, double along, double across) {
     const double base = -2 * log(across);

@@ -51,7 +51,7 @@ std::optional<IllegalCharacter> intruder_of(std::string_view text) {
     return std::nullopt;
 }
 
-/// Replaces functions of the C library, so that results are equal on all processors (see `core:tensors`).
+/// Replaces C library functions, so that all processors compute equal values (see `core:tensors`).
 void define_functions(mu::Parser& parser) {
     struct Function {
         const char* name;
@@ -164,7 +164,7 @@ std::function<void(std::span<const Vec<D>>, std::span<double>)> ScalarExpression
 
 namespace {
 
-/// Values of all expressions at a point, point by point; NaN if evaluation fails.
+/// Values point by point; NaN if evaluation fails.
 template <int D>
 Outcome<Buffer<double>> values_of(const std::vector<std::string>& expressions, std::span<const Vec<D>> points,
                                   const Execution& execution) {
@@ -219,7 +219,7 @@ Outcome<Done> check_count(std::size_t input, std::size_t expected, const char* w
                 "expected " + std::to_string(expected) + " expressions of " + what + ", got " + std::to_string(input));
 }
 
-/// Metric from sizes along the axes; a single expression is used for all axes.
+/// Sizes along the axes; one expression is used for all axes.
 template <int D>
 Outcome<Column<LogMetric<D>>> by_sizes(const std::vector<std::string>& expressions, std::span<const Vec<D>> points,
                                        const Execution& execution) {

@@ -76,8 +76,8 @@ struct PolarTwoField {
     friend bool operator==(const PolarTwoField&, const PolarTwoField&) = default;
 };
 
-/// Metric for a solution tanh(s/width), where s is the distance from a plane. Along the normal, log h goes from log
-/// size to log min_size with the factor 1 − tanh²(s/width). Along the plane, h = size.
+/// Metric for a solution tanh(s/width), s: distance from a plane. Along the normal, log h goes from log size to log
+/// min_size with the factor 1 − tanh²(s/width); along the plane, h = size.
 template <int D>
 struct PlanarShock {
     Vec<D> point{}, normal{};  ///< point on the plane; normal of any length
@@ -167,7 +167,6 @@ class ScalarExpression {
     std::string text_;
 };
 
-/// Returns `the expression "…"`, shortened for messages.
 [[nodiscard]] std::string quoted_expression(const std::string& text);
 
 }  // namespace camber

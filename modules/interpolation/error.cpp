@@ -44,7 +44,7 @@ std::size_t turned(const States& states) {
         std::count_if(states.begin(), states.end(), [](const State* s) { return s->integrals.turned; }));
 }
 
-/// True if det J ≤ 0 at a node. Thin layers fold first at nodes, where quadrature rules may have no point.
+/// True if det J ≤ 0 at a node. Thin layers fold first at nodes, where quadratures may have no point.
 template <int D>
 bool is_inverted_at_node(const QuadraticMesh<D>& mesh, std::size_t e) {
     const auto element = element_of(mesh, ElementId(e));
@@ -79,7 +79,7 @@ bool same_nodes(const QuadraticMesh<D>& a, const QuadraticMesh<D>& b, std::size_
 InterpolantError error_of(const States& states) { return {norm_of(states, 0), norm_of(states, 1)}; }
 InterpolantError linear_error_of(const States& states) { return {norm_of(states, 2), norm_of(states, 3)}; }
 
-/// Errors of one field on several meshes; elements that the meshes share are integrated once.
+/// Errors of one field on several meshes; elements that meshes share are integrated once.
 template <int D>
 class Errors {
   public:
@@ -122,8 +122,7 @@ class Errors {
     }
 
   private:
-    /// Integrates `elements` of this mesh, as accurately as the total requires, and returns the states with those of
-    /// `elements` replaced.
+    /// Integrates `elements` of this mesh as accurately as the total requires; returns `states` with their results.
     Outcome<States> integrated(const QuadraticMesh<D>& mesh, std::vector<std::uint32_t> elements, Sides sides,
                                States states) {
         Quadrature<D>& quadrature =
@@ -236,8 +235,8 @@ template Volumes volumes_of<3>(const QuadraticMesh<3>&, const std::vector<std::u
 
 namespace {
 
-/// Maximum distance of a flat facet's nodes from the plane of its corners, relative to the facet. It is below a layer
-/// of anisotropy 10^6, and above rounding and the precision of text files.
+/// Maximum distance of a flat facet's nodes from the plane of its corners, relative to the facet. Below a layer of
+/// anisotropy 10^6, above rounding and the precision of text files.
 constexpr double flat = 1e-9;
 
 /// Face of a curved element; `vertices` are ascending.

@@ -36,7 +36,7 @@ static LinearMesh<2> ring() {
     return mesh;
 }
 
-/// Function that is steep along the radius and constant along circles.
+/// A function that is steep along the radius.
 static PointFunction<2> layer() {
     return [](std::span<const Vec<2>> points, std::span<double> values) {
         for (std::size_t i = 0; i < points.size(); ++i) values[i] = camber::exp(-(norm(points[i]) - 1) / 0.3);

@@ -8,20 +8,19 @@ module;
 #include <tuple>
 #include <utility>
 #include <vector>
-/// Interpolation errors of degrees 1 and 2 on a mesh: with straight edges, as curved, and with only the boundary
-/// curved.
+/// Interpolation errors of degrees 1 and 2: on straight edges, on the curved mesh, and with only the boundary curved.
 export module camber.interpolation;
 import camber.core;
 import camber.bezier;
 
 export namespace camber {
 
-/// Evaluates a scalar function at points; the spans have the same size.
+/// Evaluates a function at points; both spans have the same size.
 template <int D>
 using PointFunction = std::function<void(std::span<const Vec<D>>, std::span<double>)>;
 
-/// Scalar field: a function that makes an evaluator for each thread. Evaluators may have a state, but results must not
-/// depend on earlier points.
+/// Scalar field: makes an evaluator for each thread. Evaluators may have state, but results must not depend on earlier
+/// points.
 template <int D>
 using ScalarField = std::function<PointFunction<D>()>;
 
@@ -37,11 +36,11 @@ struct InterpolationOptions {
 
 struct ErrorNorm {
     double value = 0;
-    /// Relative uncertainty of the integral: half the sum of the last changes of all elements' quadratures, over the
-    /// sum of squares.
+    /// Relative uncertainty of the integral: half the sum of the quadratures' last changes, divided by the sum of
+    /// squares.
     double uncertainty = 0;
-    double rounding = 0;     ///< error caused by rounding of u alone; smaller errors cannot be distinguished from 0
-    Column<double> squares;  ///< squared error of each element; their sum is value²
+    double rounding = 0;     ///< error due to rounding of u alone; smaller errors are not distinguishable from 0
+    Column<double> squares;  ///< one per element; their sum is value²
 };
 
 /// Norms of the error e = u − u_h: (∫ e²)^½ and (∫ |∇e|²)^½.
@@ -49,22 +48,22 @@ struct InterpolantError {
     ErrorNorm l2, h1;
 };
 
-/// Reference mesh for assessing the curved inner edges of a mesh.
+/// Reference mesh that shows the effect of curved inner edges.
 enum class Comparison : std::uint8_t {
-    straight,       ///< all edges straight; used if the boundary is straight
+    straight,       ///< all edges straight; for a straight boundary
     same_boundary,  ///< only the boundary and interfaces curved
 };
 constexpr auto words(Comparison) {
     return words_of(Word{Comparison::straight, "straight"}, Word{Comparison::same_boundary, "same_boundary"});
 }
 
-/// Volumes (2D: areas) of the straight and the curved mesh; parts with negative det J count as negative.
+/// Volumes (2D: areas); parts with negative det J count as negative.
 struct Volumes {
     double straight = 0, curved = 0;
 };
 
-/// Errors of a field's interpolants on meshes with the same vertices. `linear` and `straight` have degrees 1 and 2 on
-/// straight edges, `curved` degree 2 on the unchanged mesh.
+/// Errors of a field's interpolants on the same vertices. `linear` and `straight` have degrees 1 and 2 on straight
+/// edges, `curved` degree 2 on the unchanged mesh.
 struct InterpolationError {
     InterpolantError linear;
     InterpolantError straight;
@@ -73,30 +72,30 @@ struct InterpolationError {
     InterpolantError curved;
     Comparison compared_with = Comparison::straight;
     Volumes volume;
-    /// Number of elements with det J ≤ 0 at a quadrature point. Their integrals use |det J|. H1 errors exclude singular
-    /// points, and their changes cause no refinement in such elements. For `same_boundary` det J is also checked at the
-    /// nodes, since a coarse quadrature may miss elements.
+    /// Elements with det J ≤ 0 at a quadrature point. Their integrals use |det J|; H1 errors exclude singular points
+    /// and cause no refinement there. For `same_boundary` det J is also checked at the nodes, since a coarse quadrature
+    /// may miss elements.
     std::size_t straight_inverted = 0, same_boundary_inverted = 0, curved_inverted = 0;
     std::size_t unresolved = 0;   ///< elements whose finest quadrature has not converged
     std::size_t evaluations = 0;  ///< total number of evaluations of u
 
-    /// Returns the error of the comparison mesh. If it exceeds `curved`, curved inner edges reduce the error.
+    /// Error of the comparison mesh. If it exceeds `curved`, curved inner edges reduce the error.
     [[nodiscard]] const InterpolantError& compared() const {
         return compared_with == Comparison::straight ? straight : same_boundary;
     }
 };
 
-/// Computes errors of Lagrange interpolants by adaptive quadrature, to the relative tolerance of the options. See
-/// docs/algorithms/interpolation-error.md. Errors (usage): u is not finite at a point (reported); options out of range;
-/// unsupported (no quadratic simplices); memory; stopped.
+/// Computes errors of Lagrange interpolants by adaptive quadrature (docs/algorithms/interpolation-error.md). Errors
+/// (usage): u is not finite at a point (reported); options out of range; unsupported (no quadratic simplices); memory;
+/// stopped.
 template <int D>
 [[nodiscard]] Outcome<InterpolationError> interpolation_error(const Mesh<D>& mesh, const ScalarField<D>& field,
                                                               const InterpolationOptions& options,
                                                               const Execution& execution);
 
-/// Computes the error u − u_h of a quadratic function u_h, for example a solution, from its nodal values: vertices,
-/// then edges. For degree 1 set the values at edges to the means of both ends. Errors: those of `interpolation_error`;
-/// values that do not match the nodes (internal).
+/// Error u − u_h of a quadratic function u_h (a solution) with nodal values: vertices, then edges. For degree 1 set the
+/// values at edges to the means of both ends. Errors: those of `interpolation_error`; values that do not match the
+/// nodes (internal).
 template <int D>
 [[nodiscard]] Outcome<InterpolantError> function_error(const Mesh<D>& mesh, std::span<const double> values,
                                                        const ScalarField<D>& field, const InterpolationOptions& options,
@@ -106,7 +105,7 @@ template <int D>
 
 namespace camber {
 
-/// Tables of the conical quadrature rule. Its points are also interpolation nodes, so values at these points can be
+/// Tables of the conical quadrature rule. Its points are also interpolation nodes, so values there can be
 /// differentiated.
 template <int D>
 struct CollapsedRule {
@@ -116,11 +115,11 @@ struct CollapsedRule {
     std::size_t count = 0;
     std::vector<double> weights;  ///< their sum is 1/D!
     std::array<std::vector<double>, D + 1> barycentric;
-    /// Values of 4 λ_i λ_j of each local edge, and its derivatives by ξ_1 … ξ_D.
+    /// 4 λ_i λ_j of each local edge, and its derivatives by ξ_1 … ξ_D.
     std::array<std::vector<double>, edges_per_simplex<D>> bubbles;
     std::array<std::array<std::vector<double>, D>, edges_per_simplex<D>> bubble_slopes;
-    /// Sum of the squared coefficients of the values in each ξ-derivative: the factor by which independent squared
-    /// errors grow.
+    /// Sum of the values' squared coefficients in each ξ-derivative: the factor by which independent squared errors
+    /// grow.
     std::array<std::vector<double>, D> amplification;
 
     /// Computes ∂/∂ξ_1 … ∂/∂ξ_D of the polynomial that interpolates `values`.
@@ -130,12 +129,10 @@ struct CollapsedRule {
     void to_reference(std::array<std::vector<double>, D>& slopes) const;
 
     std::array<std::vector<double>, D> nodes_;     ///< nodes of each direction
-    std::array<std::vector<double>, D> matrices_;  ///< n × n: derivative at node r (row) by the value at node c
-                                                   ///< (column)
+    std::array<std::vector<double>, D> matrices_;  ///< n × n: derivative at node r by the value at node c
 };
 
-/// Quadratic function on a simplex: linear part, and offsets at the edge middles. Without offsets it is exactly linear
-/// up to rounding.
+/// Quadratic function: linear part, and offsets at the edge middles. Without offsets it is linear up to rounding.
 template <int D, class T>
 struct Quadratic {
     std::array<T, D + 1> corners{};
@@ -149,10 +146,10 @@ struct Quadratic {
     }
 };
 
-/// An element, or a part of it with straight sides in reference coordinates, with the interpolants.
+/// An element, or a part with straight sides in reference coordinates, and its interpolants.
 template <int D>
 struct Piece {
-    Vec<D> origin;  ///< origin of `places`, so that coordinates of small elements far from 0 keep their digits
+    Vec<D> origin;                ///< origin of `places`, so that small elements far from 0 keep their digits
     Quadratic<D, Vec<D>> places;  ///< the map F, relative to `origin`
     bool straight = false;        ///< F is affine
     int interpolants = 1;
@@ -170,7 +167,7 @@ struct Integrals {
     Integrals& operator+=(const Integrals& other);
 };
 
-/// Integrates pieces. The work arrays have one value per point and are reused for all pieces.
+/// Work arrays with one value per point, reused for all pieces.
 template <int D>
 class Integrator {
   public:
@@ -194,14 +191,14 @@ class Integrator {
     std::array<std::vector<double>, D> slopes_;  ///< ∂/∂ξ_1 … of the first interpolant's error
 };
 
-/// Selects the edge nodes: chord middles or the nodes of the mesh.
+/// Edge nodes: chord middles or the mesh's nodes.
 enum class Sides : std::uint8_t { straight, curved };
 
 template <int D>
 [[nodiscard]] std::array<Vec<D>, quadratic_nodes<D>> nodes_of(const QuadraticMesh<D>& mesh, std::size_t e, Sides sides);
 
-/// Returns the piece of an element. Straight sides have interpolants of degrees 2 and 1, curved ones of degree 2. If
-/// `nodal` is not empty, u_h is the quadratic function with these nodal values.
+/// Straight sides have interpolants of degrees 2 and 1, curved sides of degree 2. If `nodal` is not empty, u_h is the
+/// quadratic function with these nodal values.
 template <int D>
 [[nodiscard]] Piece<D> piece_of(const QuadraticMesh<D>& mesh, std::size_t e, Sides sides, std::span<const double> nodal,
                                 Integrator<D>& integrator);
@@ -230,15 +227,14 @@ struct IntegrationDomain {
     Sides sides{};
 };
 
-/// Field to integrate. `nodal` holds the nodal values of a quadratic function; if it is empty, u_h is the interpolant.
+/// `nodal` has the nodal values of a quadratic function; if empty, u_h is the interpolant.
 template <int D>
 struct Integrand {
     const ScalarField<D>& field;
     std::span<const double> nodal;
 };
 
-/// Adaptive integration over elements, level by level: first more points, then subdivision, until the sum of the last
-/// changes is small.
+/// Adaptive integration, level by level: first more points, then subdivision, until the last changes have a small sum.
 template <int D>
 class Quadrature {
   public:
@@ -254,15 +250,14 @@ class Quadrature {
           elements_(std::move(domain.elements)),
           states_(elements_.size(), State{}) {}
 
-    /// Integrates to the required accuracy of the total, which includes `beside`, the squares of the mesh's other
-    /// elements.
+    /// Integrates to the accuracy of the total, which includes `beside`, the squares of the mesh's other elements.
     [[nodiscard]] Outcome<Done> integrate(const Squares& beside);
 
     void put_into(std::vector<const State*>& states) const {
         for (std::size_t i = 0; i < elements_.size(); ++i) states[elements_[i]] = &states_[i];
     }
     [[nodiscard]] std::size_t evaluations() const;
-    /// Number of elements that have not converged at the highest affordable level.
+    /// Elements that have not converged at the highest affordable level.
     [[nodiscard]] std::size_t unresolved() const { return unresolved_; }
 
   private:
@@ -298,8 +293,7 @@ struct Integrated {
 /// Change of the squares beyond rounding; H1 is ignored if det J ≤ 0 at a point.
 [[nodiscard]] Squares effective_change(const Integrals& now, const Integrals& before);
 
-/// Integrates a piece by subdivision, up to `depth` (≥ 1) times, where the parts differ from the whole by more than
-/// `enough`.
+/// Subdivides up to `depth` (≥ 1) times where the parts differ from the whole by more than `enough`.
 template <int D>
 [[nodiscard]] Integrated integrate_parts(const Piece<D>& whole, const Integrals& of_whole, const Squares& enough,
                                          int depth, const CollapsedRule<D>& rule, Integrator<D>& integrator);
@@ -308,21 +302,21 @@ template <int D>
 [[nodiscard]] Error find_not_finite(const QuadraticMesh<D>& mesh, std::size_t e, Sides sides, const Rules<D>& rules,
                                     Integrator<D>& integrator);
 
-/// Returns the elements with an edge node that is not exactly the chord's middle, ascending.
+/// Elements with an edge node not exactly at the chord's middle, ascending.
 template <int D>
 [[nodiscard]] std::vector<std::uint32_t> curved_elements(const QuadraticMesh<D>& mesh);
 
 template <int D>
 [[nodiscard]] bool is_straight(const QuadraticMesh<D>& mesh, std::size_t e);
 
-/// Returns the mesh with all edges straight except those of curved facets of the boundary and interfaces. A facet
-/// counts as flat if its curved edges lie in its plane, since these do not move the boundary. Returns no mesh if all
-/// those facets are flat. `bent` must list the curved elements.
+/// Returns the mesh with all edges straight except those of curved facets of the boundary and interfaces. Curved edges
+/// within the plane of a facet do not move the boundary, so the facet counts as flat. Returns no mesh if all these
+/// facets are flat. `bent` lists the curved elements.
 template <int D>
 [[nodiscard]] std::optional<QuadraticMesh<D>> straight_inside(const QuadraticMesh<D>& mesh,
                                                               const std::vector<std::uint32_t>& bent);
 
-/// Returns the volumes of the straight and the curved mesh; `bent` must list the curved elements.
+/// `bent` lists the curved elements.
 template <int D>
 [[nodiscard]] Volumes volumes_of(const QuadraticMesh<D>& mesh, const std::vector<std::uint32_t>& bent);
 

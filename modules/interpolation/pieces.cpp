@@ -31,7 +31,7 @@ std::array<T, D> linear_slopes(const Quadratic<D, T>& q) {
     return slopes;
 }
 
-/// det J and the adjugate of J; row a is det J ∇ξ_a.
+/// det J and the adjugate, with rows det J ∇ξ_a.
 template <int D>
 struct Cofactors {
     std::array<Vec<D>, D> rows;
@@ -222,8 +222,8 @@ Piece<D> piece_of(const QuadraticMesh<D>& mesh, std::size_t e, Sides sides, std:
     piece.interpolants = piece.straight && nodal.empty() ? 2 : 1;
     if (piece.interpolants == 2) piece.values[1].corners = piece.values[0].corners;
 
-    // Rounding errors of the values of u, and of their positions: |x_k| times the slope along each axis, estimated from
-    // below by differences.
+    // The values of u have rounding errors from their evaluation, and from positions: |x_k| times the slope along each
+    // axis, estimated from below by differences.
     double slope = 0, distant = 0;
     for (std::size_t i = 1; i < nodes; ++i) slope = std::max(slope, std::abs(u[i] - u[0]) / distance(at[i], at[0]));
     for (int c = 0; c < D; ++c) distant = std::max(distant, std::abs(at[0][c]));

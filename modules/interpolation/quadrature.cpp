@@ -19,13 +19,12 @@ namespace camber {
 
 namespace {
 
-/// Points per direction at each level. Higher levels use the last but one rule on parts of the element, divided up to
-/// `deepest` times.
+/// Points per direction at each level. Higher levels use the last but one rule on parts, divided up to `deepest` times.
 constexpr std::array<int, 4> points_of_levels{4, 6, 8, 12};
 constexpr int divided_rule = 2;
 constexpr int deepest = 4;
 constexpr int highest_level = static_cast<int>(points_of_levels.size()) - 1 + deepest;
-/// Number of elements that one evaluator of the field handles.
+/// Elements per evaluator of the field.
 constexpr std::size_t elements_at_once = 64;
 /// Limits of field evaluations: jumps of the field never converge.
 constexpr double values_an_element = 2000, values_at_least = 1e8;
@@ -94,7 +93,7 @@ void Quadrature<D>::refine(std::uint32_t row, const Squares& enough, Integrator<
     state.evaluations += static_cast<std::uint32_t>(parts.evaluations + rule.count + quadratic_nodes<D>);
 }
 
-/// True if the evaluations remain within the limit when all these elements are subdivided.
+/// True if subdividing all these elements stays within the limit.
 template <int D>
 bool Quadrature<D>::affordable(const std::vector<std::uint32_t>& active) const {
     auto values = static_cast<double>(evaluations());
@@ -119,7 +118,7 @@ Squares Quadrature<D>::total() const {
     return sum;
 }
 
-/// Tolerance for the subdivision of an element: a fraction of the average square per element.
+/// Tolerance of the parts of an element: a fraction of the average square per element.
 template <int D>
 Squares Quadrature<D>::enough_of_parts() const {
     Squares share = total();
@@ -128,8 +127,7 @@ Squares Quadrature<D>::enough_of_parts() const {
     return share;
 }
 
-/// Returns the elements to refine: for each quantity those with the largest changes, so that the remaining changes have
-/// a small sum.
+/// Elements to refine: for each quantity those with the largest changes, until the others have a small sum.
 template <int D>
 std::vector<std::uint32_t> Quadrature<D>::unsettled() {
     const Squares all = total();
@@ -150,8 +148,8 @@ std::vector<std::uint32_t> Quadrature<D>::unsettled() {
     return chosen;
 }
 
-/// Returns the threshold of refinement: the sum of all smaller changes is at most half of `allowed`. It is infinite if
-/// the sum of all changes is at most `allowed`.
+/// Threshold of refinement: smaller changes sum to at most half of `allowed`; infinite if all changes sum to at most
+/// `allowed`.
 template <int D>
 double Quadrature<D>::threshold_of(std::size_t q, double allowed) const {
     std::vector<double> changes;

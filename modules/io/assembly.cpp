@@ -103,7 +103,7 @@ Outcome<camber::Simplices<K>> corners_of(const Simplices<K>& kind, const Renumbe
     return camber::Simplices<K>{std::move(*vertices), std::move(references), kind.required, std::move(entities)};
 }
 
-/// Renumbers the items' vertices. Items at mid nodes are dropped and counted.
+/// Renumbers vertices; drops and counts items at mid nodes.
 template <class Item, class VertexOf>
 Column<Item> renumbered(const Buffer<Item>& items, const Renumbering& numbers, std::size_t& dropped,
                         VertexOf&& vertex_of) {
@@ -206,7 +206,6 @@ Outcome<Buffer<LagrangeNode<D>>> nodes_on_edges(const Mesh<D>& raw, const Linear
         row_grain);
 }
 
-/// Adds notices about mid nodes that were added, and about dropped data of mid nodes.
 template <int D>
 void note_mid_nodes(const Buffer<Reference>& point_references, const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
                     const MidNodes& mid, std::vector<Notice>& notices) {
@@ -238,8 +237,8 @@ Column<std::uint32_t> node_numbers(const Mesh<D>& raw, const Renumbering& number
     return plain ? Column<std::uint32_t>() : Column<std::uint32_t>(std::move(of));
 }
 
-/// Reorders a point field to the mesh's nodes. An edge whose node is missing in the file gets the mean of its ends, in
-/// integer fields the value of its lower vertex.
+/// Reorders a point field to the mesh's nodes. An edge without a node in the file gets the mean of its ends; in integer
+/// fields the value of its lower vertex.
 template <class T>
 Column<T> at_nodes(const Column<T>& rows, std::size_t width, const Renumbering& numbers, const MidNodes& mid,
                    const Column<std::array<VertexId, 2>>& edges) {

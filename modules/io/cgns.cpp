@@ -88,7 +88,7 @@ std::vector<std::pair<int, Reference>> references_of(const LinearMesh<D>& mesh) 
     return all;
 }
 
-/// Names of references: those of their groups, else plain names, which no group may use.
+/// Group names, else plain names, which no group may use.
 ReferenceNames names_of(const std::vector<std::pair<int, Reference>>& references, const Column<Group>& groups,
                         std::vector<std::string> reserved) {
     std::vector<ListedName> requested;

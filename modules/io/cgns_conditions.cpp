@@ -59,7 +59,7 @@ struct ConditionReader {
         if (condition.is_range && (n != 2 || condition.items[1] < condition.items[0])) condition.items.clear();
         return condition;
     }
-    /// boco_read writes as many numbers as the file's node has, even if the library reported another count.
+    /// boco_read writes as many numbers as the node has, even if the library reported another count.
     [[nodiscard]] bool has_one_index_a_point(int bc, cgsize_t n) const {
         double node = 0, points = 0;
         int cgio = 0;
@@ -77,7 +77,7 @@ struct ConditionReader {
         return true;
     }
 
-    /// Sets the reference of the faces in a boundary condition. Returns false if there are none.
+    /// Sets references of a condition's faces; false if it has none.
     bool mark(const Condition& condition, Reference reference) {
         std::size_t listed = 0;
         const auto enter = [&](Place& place) {
@@ -108,7 +108,7 @@ struct ConditionReader {
                 if (e >= section.first && e <= last) enter(at(e));
         }
     }
-    /// Finds faces whose vertices are all in the condition's list.
+    /// Faces with all vertices in the condition's list.
     void each_between_vertices(const Condition& condition, const auto& enter) {
         std::vector<std::uint8_t> listed(of.mesh.points.size(), 0);
         const auto list = [&](cgsize_t v) {
@@ -164,8 +164,7 @@ struct ConditionReader {
         return Done{};
     }
 
-    /// Simplices in no boundary condition get the reference of their section, or the next free one if the section has
-    /// none.
+    /// Simplices in no condition get their section's reference, or else the next free one.
     void number_sections(int dimension, std::set<Reference> taken) {
         for (const Section& section : of.sections)
             if (section.reference) taken.insert(*section.reference);
@@ -199,7 +198,7 @@ struct ConditionReader {
     Reference& reference_at(const Place& place) {
         return *at_place(place, [&](auto& rows) { return &rows.references[place.row]; });
     }
-    /// Adds a group, except for further names of a reference and for plain names, which `encode_cgns` writes.
+    /// Ignores further names of a reference, and plain names from `encode_cgns`.
     void name_group(int dimension, Reference reference, const std::string& name) {
         if (name == plain_name(dimension, reference)) return;
         for (const Group& group : of.mesh.groups)

@@ -21,7 +21,7 @@
 
 namespace camber::cgns {
 
-/// Library functions, named without the prefix `cg_`.
+/// Functions without the prefix `cg_`.
 // clang-format off
 #define CAMBER_CGNS_FUNCTIONS(X) \
     X(open) X(close) X(get_error) X(free) X(nbases) X(base_read) X(base_write) X(nzones) X(zone_type) X(zone_read) \
@@ -45,7 +45,7 @@ struct Library {
     decltype(&::cgio_children_ids) children_ids = nullptr;
     decltype(&::cgio_get_data_size) data_size = nullptr;
     decltype(&::cgio_release_id) release_id = nullptr;
-    std::string missing;  ///< empty if the library can be used, else the reason
+    std::string missing;  ///< reason if the library cannot be used
 };
 
 }  // namespace camber::cgns

@@ -23,7 +23,7 @@ import camber.core;
 import camber.bezier;
 import :cgns_reader;
 
-/// Checks sizes before the library opens the file, because opening reads many nodes completely.
+/// Size check before the library opens the file, because opening reads many nodes completely.
 namespace camber::cgns {
 
 namespace {
@@ -39,7 +39,7 @@ class Tree {
         if (is_open_) lib_.close_tree(file_);
     }
 
-    /// Accepts a file without a node tree; the library reports an error when it opens this file.
+    /// Accepts a file without a tree of nodes: the library reports it when it opens the file.
     [[nodiscard]] Outcome<Done> walk(const std::string& path, const std::string& name) {
         double root = 0;
         if (lib_.open_tree(path.c_str(), CGIO_MODE_READ, CGIO_FILE_NONE, &file_) != 0) return Done{};
@@ -51,7 +51,7 @@ class Tree {
   private:
     /// Standard trees have at most twelve levels.
     static constexpr int max_depth = 32;
-    static constexpr std::size_t bytes_of_a_node = 1024;  ///< memory that the library needs for a node
+    static constexpr std::size_t bytes_of_a_node = 1024;  ///< memory of the library for a node
 
     [[nodiscard]] Outcome<Done> below(double node, int depth, const std::string& name) {
         int children = 0;
@@ -151,7 +151,7 @@ struct Zone {
     int number = 1;
     std::string name;
     std::size_t vertices = 0;
-    bool is_joined = false;  ///< a zone connectivity joins it to other zones
+    bool is_joined = false;  ///< joined to other zones by a connectivity
 };
 
 struct Zones {
@@ -208,7 +208,7 @@ Outcome<DecodedMesh> read_mesh(Reader<D> of, const Zones& zones, UnsupportedCell
     return decoded;
 }
 
-/// Returns `name` if this file has as many bytes as given, else a new temporary file with the bytes.
+/// Returns `name` if that file has the same size, else a new temporary file with these bytes.
 Outcome<std::string> path_of(std::span<const std::byte> bytes, const std::string& name,
                              std::optional<TemporaryFolder>& folder) {
     std::error_code error;
@@ -251,7 +251,7 @@ Outcome<Zone> zone_of(const Library& lib, int file, int number, const std::strin
     return zone;
 }
 
-/// Zones with the name or number `wanted`; an empty string selects all.
+/// Zones with this name or number; empty: all.
 Outcome<Zones> zones_of(const Library& lib, int file, const std::string& requested, const std::string& name) {
     int bases = 0, count = 0;
     Zones zones;

@@ -21,9 +21,9 @@ import :text;
 
 namespace camber::cgns {
 
-/// Loads the library at the first call.
+/// The first call loads the library.
 [[nodiscard]] const Library& library();
-/// Locked during all library calls, because the library is not thread-safe.
+/// Locked for every call, because the library is not thread-safe.
 [[nodiscard]] std::mutex& library_lock();
 
 using Name = std::array<char, 33>;
@@ -42,17 +42,17 @@ struct Section {
     std::vector<Place> places = {};
 };
 
-/// State of reading a file; D is the physical dimension.
+/// D is the physical dimension.
 template <int D>
 struct Reader {
     const Library& lib;
     int file = 0;
     int cell_dimension = 0;
-    UnpackedBudget budget = UnpackedBudget(0);  ///< limits the numbers that the file announces
-    int zone = 1;                               ///< current zone, to which `first_point` to `sections` belong
-    std::size_t first_point = 0;                ///< point number of the zone's first point
+    UnpackedBudget budget = UnpackedBudget(0);  ///< limits the numbers announced by the file
+    int zone = 1;                               ///< current zone, to which the next members up to `sections` belong
+    std::size_t first_point = 0;                ///< mesh number of the zone's first point
     std::size_t groups_before = 0;              ///< number of groups in earlier zones
-    std::string prefix = {};                    ///< of names of element groups, if several zones are joined
+    std::string prefix = {};                    ///< of element group names, if zones are joined
     std::vector<Section> sections = {};
     listing::Mesh<D> mesh = {};
     std::vector<Notice> notices = {};
@@ -60,12 +60,12 @@ struct Reader {
     std::size_t points_listed = 0;  ///< number of point elements
 
     [[nodiscard]] std::size_t zone_points() const { return mesh.points.size() - first_point; }
-    /// Vertex with this number (from 1) in the zone; invalid if it does not exist.
+    /// `number` counts from 1 in the zone. Invalid if there is no such vertex.
     [[nodiscard]] VertexId vertex(cgsize_t number) const {
         if (number < 1 || !std::cmp_less_equal(number, zone_points())) return VertexId();
         return VertexId(first_point + static_cast<std::size_t>(number - 1));
     }
-    /// Reference of the group with this name in an earlier zone.
+    /// Reference with this name in an earlier zone.
     [[nodiscard]] std::optional<Reference> known_reference(int dimension, const std::string& name) const {
         for (std::size_t g = 0; g < groups_before; ++g)
             if (mesh.groups[g].dimension == dimension && mesh.groups[g].name == name) return mesh.groups[g].reference;
@@ -76,7 +76,7 @@ struct Reader {
         return fail(error_of(lib.get_error_(), ErrorKind::input, doing, mesh.name));
     }
 
-    /// Must be called before memory for `numbers` is reserved. Errors: input (more numbers than the file can hold).
+    /// Call this before memory is reserved. Errors: input (more numbers than the file can hold).
     [[nodiscard]] Outcome<Done> take_budget(std::size_t numbers, const std::string& what) {
         if (budget.take(numbers)) return Done{};
         return fail(ErrorKind::input, what + ": the file declares more numbers than a file of this size can contain",
@@ -102,20 +102,20 @@ struct Reader {
     }
 };
 
-/// Checks that nodes announce no more data than UnpackedBudget allows, since HDF5 data may be compressed, or allocated
-/// but never written. Errors: input (too much data, nodes nested too deeply).
+/// Checks that nodes announce no more data than UnpackedBudget allows: HDF5 data may be compressed, or allocated but
+/// never written. Errors: input (too much data, nodes nested too deeply).
 [[nodiscard]] Outcome<Done> check_nodes(const Library& lib, const std::string& path, std::size_t file_bytes,
                                         const std::string& name);
 
-/// Reads elements with reference 0. Errors: input, unsupported (other cells).
+/// Elements get reference 0. Errors: input, unsupported (other cells).
 template <int D>
 [[nodiscard]] Outcome<Done> read_sections(Reader<D>& of);
 
-/// Sets references from boundary conditions, for other simplices from sections. Errors: input.
+/// Takes references from boundary conditions, otherwise from sections. Errors: input.
 template <int D>
 [[nodiscard]] Outcome<Done> read_conditions(Reader<D>& of);
 
-/// Reads fields at vertices. Scalars named …X …Y (…Z) are joined to vectors. Errors: input.
+/// Joins vertex scalars named …X …Y (…Z) to vectors. Errors: input.
 template <int D>
 [[nodiscard]] Outcome<Done> read_fields(Reader<D>& of);
 

@@ -28,7 +28,7 @@ class TemporaryFolder {
         std::error_code ignored;
         if (!folder_.empty()) std::filesystem::remove_all(folder_, ignored);
     }
-    /// Path of the file; empty if the folder could not be created in `root`.
+    /// Empty if the folder could not be created in `root`.
     [[nodiscard]] const std::string& file() const { return file_; }
     [[nodiscard]] const std::string& root() const { return root_; }
 

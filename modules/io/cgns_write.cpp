@@ -31,7 +31,7 @@ namespace camber::cgns {
 
 namespace {
 
-/// Throws std::bad_alloc if 48 MiB of address space are not available, since the CGNS and HDF5 libraries crash if an
+/// Throws std::bad_alloc if 48 MiB of address space are not available: the CGNS and HDF5 libraries crash if an
 /// allocation fails.
 void require_memory() {
     constexpr std::size_t room = std::size_t{48} << 20U;
@@ -257,7 +257,7 @@ class Writer {
     int file_;
     Grid<Mesh> grid_;
     const LinearMesh<D>& linear_;
-    MeshFields fields_;  ///< fields that CGNS can hold, with names legal in CGNS
+    MeshFields fields_;
     const Execution& execution_;
     cgsize_t next_ = 1;
     GroupNames names_;

@@ -38,7 +38,7 @@ bool read_unusual_real(std::string_view word, double& value) {
 
 namespace {
 
-/// True if a table for all numbers from `first` to `last` is not much larger than the `n` tags.
+/// True if a table from `first` to `last` is not much larger than `n` tags.
 bool is_dense(std::uint64_t first, std::uint64_t last, std::size_t n) {
     return last - first < 4 * std::uint64_t{n} + 64;
 }
@@ -104,7 +104,6 @@ bool has_twice(const std::array<VertexId, N>& nodes) {
     return false;
 }
 
-/// `name`: caller's name of the cell array, for messages.
 template <int Nodes>
 Outcome<Done> check_cells(const CellArray<Nodes>& cells, std::size_t points, const std::string& name,
                           const Execution& execution) {
@@ -251,7 +250,7 @@ template Outcome<DecodedMesh> mesh_of_arrays<3>(MeshArrays<3>, const Execution&)
 
 namespace {
 
-/// File type of another program with the ending of a known format.
+/// A file type of another program with a known ending.
 struct ForeignFormat {
     std::string_view what, remedy;
 };
@@ -263,7 +262,7 @@ std::string_view first_line(std::string_view text) {
     return text.substr(0, text.find('\n'));
 }
 
-/// FreeFEM files begin with three counts (vertices, triangles, edges), then have rows of coordinates and a label.
+/// Such files have three counts (vertices, triangles, edges), then rows of coordinates and a label.
 bool is_freefem(std::string_view text) {
     const std::string_view line = first_line(text);
     Words words{line.data(), line.data() + line.size()};
@@ -278,7 +277,7 @@ bool is_freefem(std::string_view text) {
     return numbers == 3 || numbers == 4;
 }
 
-/// Fluent files have sections in parentheses that begin with the section's number.
+/// Such files have sections in parentheses that begin with their number.
 bool is_fluent(std::string_view text) {
     const std::string_view line = first_line(text);
     return line.size() > 1 && line[0] == '(' && line[1] >= '0' && line[1] <= '9';

@@ -61,7 +61,7 @@ Outcome<Solution> solution_of(const MeshFields& fields, int dimension, std::size
 
 namespace {
 
-/// Length in bytes of the UTF-8 character that begins at `at`; 0 if it is invalid.
+/// Bytes of the UTF-8 character at `at`; 0 if it is invalid.
 std::size_t character_at(std::string_view text, std::size_t at) {
     const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
     const unsigned char first = byte(at);
@@ -78,7 +78,6 @@ std::size_t character_at(std::string_view text, std::size_t at) {
     return is_too_long || is_none ? 0 : width;
 }
 
-/// Longest prefix of at most `longest` bytes that cuts no UTF-8 character.
 std::string cut_to_length(std::string_view name, std::size_t longest) {
     if (name.size() <= longest) return std::string(name);
     std::size_t end = longest;
@@ -86,7 +85,6 @@ std::string cut_to_length(std::string_view name, std::size_t longest) {
     return std::string(name.substr(0, end));
 }
 
-/// Names in use, each with all endings of its components.
 class UsedNames {
   public:
     explicit UsedNames(const std::vector<std::string>& reserved) : taken_(reserved.begin(), reserved.end()) {}
@@ -221,7 +219,7 @@ namespace {
 
 constexpr std::size_t row_grain = 4096;
 
-/// Component k of a new row is component `sources[k]` of the old row, or zero if sources[k] is −1.
+/// Component k of a new row is component `sources[k]` of the old row; −1: zero.
 template <class T>
 Outcome<Column<T>> chosen(const Column<T>& rows, std::size_t width, const std::vector<int>& sources,
                           const Execution& execution) {
@@ -236,7 +234,7 @@ Outcome<Column<T>> chosen(const Column<T>& rows, std::size_t width, const std::v
         .map([](Buffer<T> result) { return Column<T>(std::move(result)); });
 }
 
-/// Components of a row in space that form the 2D row; symmetric tensors are in the order of `Sym`.
+/// Components of a row in space that form a 2D row; symmetric tensors as in `Sym`.
 std::vector<int> in_plane(FieldKind kind) {
     switch (kind) {
         case FieldKind::scalar: return {0};
@@ -247,7 +245,7 @@ std::vector<int> in_plane(FieldKind kind) {
     return {};
 }
 
-/// Components of a 2D row that form the row in space; −1: zero.
+/// Components of a 2D row that form a row in space; −1: zero.
 std::vector<int> in_space(FieldKind kind) {
     std::vector<int> sources(static_cast<std::size_t>(values_per_vertex(kind, 3)), -1);
     const std::vector<int> places = in_plane(kind);

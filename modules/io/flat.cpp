@@ -29,7 +29,6 @@ bool all_used(const Mesh<3>& mesh, auto&& f) {
            std::all_of(mesh.face_nodes.begin(), mesh.face_nodes.end(), f);
 }
 
-/// Common z of all points of faces and edges; none if it differs.
 std::optional<double> common_height(const Mesh<3>& mesh) {
     if (!is_standalone_surface(mesh)) return std::nullopt;
     std::optional<double> z;
@@ -40,7 +39,7 @@ std::optional<double> common_height(const Mesh<3>& mesh) {
     return flat ? z : std::nullopt;
 }
 
-/// True for surface meshes whose z values differ only by rounding.
+/// True for surface meshes with z values that differ only by rounding.
 bool is_nearly_flat(const Mesh<3>& mesh) {
     constexpr double rounding = 1e-9;
     if (!is_standalone_surface(mesh)) return false;
@@ -69,7 +68,7 @@ bool leaves_plane(const Column<Vec<3>>& directions) {
     return std::any_of(directions.begin(), directions.end(), [](const Vec<3>& d) { return d[2] != 0; });
 }
 
-/// Projects directions to 2D. If one leaves the plane, all are stored in the lift instead.
+/// Projects directions. If one leaves the plane, the lift stores all instead.
 Outcome<Done> lower_directions(const DirectionsAtVertices<3>& from, DirectionsAtVertices<2>& to,
                                DirectionsAtVertices<3>& lifted, const Execution& execution) {
     if (leaves_plane(from.table)) {
@@ -118,7 +117,7 @@ Outcome<Done> raise_geometry(const InputGeometry<2>& from, const Lift& lift, Inp
     });
 }
 
-/// Heights of all vertices; empty if all are equal to `z`.
+/// Empty if all heights are `z`.
 Outcome<Column<double>> heights(const Mesh<3>& mesh, double z, const Execution& execution) {
     if (std::all_of(mesh.points.begin(), mesh.points.end(), [&](const Vec<3>& p) { return p[2] == z; }))
         return Column<double>{};
@@ -127,7 +126,7 @@ Outcome<Column<double>> heights(const Mesh<3>& mesh, double z, const Execution& 
 
 // ---------------------------------------------------------------- edges and their nodes
 
-/// Faces in space become 2D elements and feature edges become facets. The unique edges stay.
+/// Faces become elements, and feature edges become facets. The unique edges stay.
 Outcome<MeshEntities<2>> lowered(const MeshEntities<3>& entities, const Execution& execution) {
     return mapped<std::array<EdgeId, 1>>(entities.edges_of_edges, execution, [](EdgeId e) { return std::array{e}; })
         .map([&](Column<std::array<EdgeId, 1>> of_facets) {

@@ -19,7 +19,6 @@ namespace {
 
 using Decoder = decltype(MeshFormat::decode);
 
-/// Calls a decoder that does not report its share of the progress.
 template <Decoder decode>
 Outcome<DecodedMesh> quiet(std::span<const std::byte> bytes, std::string_view name, const DecodeOptions& options,
                            const Execution& execution) {
@@ -228,7 +227,6 @@ Outcome<DecodedSolution> decode_solution(std::span<const std::byte> bytes, std::
 
 namespace {
 
-/// Commands that convert files; IN and OUT stand for file names.
 constexpr std::string_view gmsh_mesh_command = "gmsh IN -3 -format msh41 -o OUT.msh",
                            gmsh_save_command = "gmsh IN -save -format msh41 -o OUT.msh",
                            meshio_command = "meshio convert IN OUT.vtu",

@@ -22,7 +22,7 @@ export namespace camber {
 ///   order of the last two nodes of a tetrahedron; the order whose nodes lie nearer the chord midpoints is used.
 /// - References of mid nodes are dropped, with a notice if they differ from those of the edge's ends.
 ///
-/// Errors: also input (contradictory mid nodes).
+/// Further errors: input (contradictory mid nodes).
 [[nodiscard]] Outcome<DecodedMesh> decode_gmf_mesh(std::span<const std::byte> bytes, std::string_view name,
                                                    const DecodeOptions& options, const Execution& execution);
 [[nodiscard]] inline Outcome<DecodedMesh> decode_gmf_mesh(std::span<const std::byte> bytes, std::string_view name,
@@ -38,20 +38,19 @@ enum class GmfEncoding { ascii, binary };
 
 struct GmfOptions {
     GmfEncoding encoding = GmfEncoding::binary;
-    /// Version 2 to 4, or 0 for the smallest that is possible: 2 below 2 GiB, 3 for larger files, 4 if a count or an
-    /// index needs 64 bits.
+    /// 2 to 4; 0: the smallest possible: 2 below 2 GiB, 3 beyond, 4 if a count or an index needs 64 bits.
     int version = 0;
 };
 
-/// Encodes the mesh; decoding restores the same values, bit for bit. Blocks without rows are omitted, except Vertices.
-/// Elements of degree 2 are in the order of `local_edges` (Vizir's default: no Ordering blocks). Mid nodes follow the
-/// vertices in the order of the edges, with the reference `mid_node_reference`. Errors: usage (invalid or too low
-/// version), unsupported (not simplices of degree 1 or 2).
+/// Encodes the mesh; decoding restores the same bits. Blocks without rows are omitted, except Vertices. Elements of
+/// degree 2 are in the order of `local_edges` (Vizir's default: no Ordering blocks). Mid nodes follow the vertices in
+/// edge order, with the reference `mid_node_reference`. Errors: usage (invalid or too low version), unsupported (not
+/// simplices of degree 1 or 2).
 template <int D>
 [[nodiscard]] Outcome<Chunks> encode_gmf_mesh(const Mesh<D>& mesh, GmfOptions options, const Execution& execution);
 
-/// Lists the data that GMF cannot hold: names of references, entities of simplices, associations without parameters.
-/// Unknown distances are written as 0.
+/// Lists names of references, entities of simplices, associations without parameters. Unknown distances are written as
+/// 0.
 template <int D>
 [[nodiscard]] std::vector<Notice> not_in_gmf(const Mesh<D>& mesh);
 
@@ -59,7 +58,7 @@ template <int D>
 [[nodiscard]] Outcome<DecodedSolution> decode_gmf_solution(std::span<const std::byte> bytes, std::string_view name,
                                                            const Execution& execution);
 
-/// Errors: usage (invalid version, no fields, or a number of values other than rows × width).
+/// Errors: usage (invalid version, no fields, not rows × width values).
 [[nodiscard]] Outcome<Chunks> encode_gmf_solution(const Solution& solution, GmfOptions options,
                                                   const Execution& execution);
 
@@ -98,11 +97,10 @@ enum class Keyword : std::int32_t {
     tetrahedra_p2_ordering = 133,
 };
 
-/// Data after a keyword.
 enum class Content : std::uint8_t {
-    value,             ///< the data is one integer
-    rows,              ///< the data is a count and rows
-    solution,          ///< the data is a count, field types, and rows
+    value,             ///< one integer
+    rows,              ///< a count, then rows
+    solution,          ///< a count, field types, then rows
     foreign_elements,  ///< elements that Camber cannot hold
     end,
 };
@@ -218,7 +216,7 @@ inline constexpr Keyword association_keyword = G == 0   ? Keyword::vertices_on_g
 
 enum class RowOrder { integers_first, reals_first };
 
-/// A row of any file: integers and reals, in the order `Order`.
+/// A row in any encoding: integers and reals.
 template <int Integers, int Reals, RowOrder Order = RowOrder::integers_first>
 struct Row {
     static constexpr int integers = Integers, reals = Reals, words = Integers + Reals;
@@ -235,7 +233,7 @@ using IndexRow = Row<1, 0>;
 using PairRow = Row<2, 0>;
 template <int D>
 using VectorRow = Row<0, D>;
-/// A vertex and its entity of dimension G; for G > 0 also G parameters and the distance.
+/// Vertex, entity of dimension G, and for G > 0 also G parameters and the distance.
 template <int G>
 using AssociationRow = Row<2, G == 0 ? 0 : G + 1>;
 using ValueRow = Row<0, 1>;
@@ -247,8 +245,7 @@ struct RowError {
     std::uint64_t limit = 0;
 };
 
-/// Converts an index that counts from 1 to one from 0. If the file's index is invalid, the result is at least the
-/// number of rows.
+/// Converts an index from 1 to one from 0; an invalid one becomes at least the number of rows.
 [[nodiscard]] constexpr std::uint64_t from_file(std::int64_t index) { return static_cast<std::uint64_t>(index) - 1; }
 
 [[nodiscard]] constexpr bool is_reference(std::int64_t value) {

@@ -36,7 +36,7 @@ Outcome<Done> read_directions(const File& file, Keyword keyword, const Execution
     return read;
 }
 
-/// Reads pairs of a vertex and a direction. Precondition: the directions are read.
+/// Reads pairs of vertex and direction. Precondition: the directions are read.
 template <int D>
 Outcome<Done> read_pairs(const File& file, Keyword keyword, std::size_t vertices, const Execution& execution,
                          DirectionsAtVertices<D>& input, std::atomic<bool>& wrong) {
@@ -59,7 +59,7 @@ struct DirectionBlocks {
     Keyword directions, at_vertices;
 };
 
-/// Drops all directions if one is missing, because Mmg writes indices of normals in place of those of tangents.
+/// Drops all directions if one is missing: Mmg writes indices of normals in place of those of tangents.
 template <int D>
 Outcome<Done> read_at_vertices(const File& file, const DirectionBlocks& blocks, std::size_t vertices,
                                const Execution& execution, DirectionsAtVertices<D>& input,
@@ -122,7 +122,7 @@ Outcome<InputGeometry<D>> read_geometry(const File& file, std::size_t vertices, 
 
 namespace {
 
-/// Local node with these exponents of the barycentric coordinates (their sum is 2); −1 if there is none.
+/// Local node with these barycentric exponents (their sum is 2); −1: none.
 template <int K>
 int node_of(const std::array<std::int64_t, K + 1>& exponents) {
     for (int v = 0; v <= K; ++v) {
@@ -138,7 +138,7 @@ int node_of(const std::array<std::int64_t, K + 1>& exponents) {
     return -1;
 }
 
-/// Sum of the squared distances of mid nodes from the chord midpoints, if nodes are in this order.
+/// Sum of squared distances of mid nodes from chord midpoints, for this node order.
 template <int D>
 Outcome<double> offsets(const Buffer<Vec<D>>& points, const Buffer<std::array<VertexId, 10>>& tetrahedra,
                         const listing::NodeOrder<3>& order, const Execution& execution) {

@@ -41,7 +41,6 @@ Outcome<File> checked(File file) {
     return file;
 }
 
-/// Byte order of a binary GMF file; none for other files.
 std::optional<ByteOrder> binary_order(std::span<const std::byte> bytes) {
     std::int32_t mark = 0;
     if (bytes.size() >= sizeof mark) std::memcpy(&mark, bytes.data(), sizeof mark);
@@ -195,7 +194,7 @@ std::size_t count_of(const File& file, Keyword keyword) {
     return block ? block->count : 0;
 }
 
-/// Checks that each count fits its block, so that every range of rows exists. Errors: those of check_size; unsupported
+/// Checks that counts fit their blocks, so that every range of rows exists. Errors: those of check_size; unsupported
 /// (simplices of another degree).
 template <int K, int Degree>
 Outcome<Done> check_simplices(const File& file) {
@@ -233,7 +232,7 @@ Outcome<Done> check_blocks(const File& file) {
         .and_then([&](Done) { return D == 3 ? check_simplices<1, Degree>(file) : Outcome<Done>(Done{}); });
 }
 
-/// Calls store(row number in the range, row) → Fault for `size` rows from row `begin`, on the calling thread.
+/// Calls store(row in the range, row) → Fault for `size` rows from `begin`, on the calling thread.
 template <class RowType, class Store>
 Outcome<Done> read_run(const File& file, Keyword keyword, std::size_t begin, std::size_t size, Store&& store) {
     const Block* const block = file.find(keyword);

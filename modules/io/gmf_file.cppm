@@ -22,22 +22,22 @@ namespace camber::gmf {
 
 enum class ByteOrder : std::uint8_t { native, swapped };
 
-/// A part of an ASCII block that ends at a line end. One thread decodes it.
+/// Part of an ASCII block that ends at a line end; one thread decodes it.
 struct Piece {
     std::size_t begin = 0;       ///< first byte in the file
-    std::size_t first_word = 0;  ///< number of words of the body before this part
+    std::size_t first_word = 0;  ///< number of earlier words in the body
 };
 
-/// Position of a block in the file. Its rows are not checked yet.
+/// Position of a block; its rows are not checked yet.
 struct Block {
     const KeywordInfo* info = nullptr;
-    std::size_t start = 0;                  ///< position of the keyword
-    std::size_t body = 0, end = 0;          ///< first and last byte of the rows
-    std::uint64_t count = 0;                ///< number of rows; unchecked before `check_size`
-    std::vector<std::int32_t> fields = {};  ///< for SolAtVertices: field types
-    std::size_t words = 0;                  ///< for ASCII: number of words in the body
-    std::vector<Piece> pieces = {};         ///< for ASCII: parts of the body
-    std::size_t rows_per_entity = 1;        ///< number of rows for one numbered entity
+    std::size_t start = 0;                  ///< byte of the keyword
+    std::size_t body = 0, end = 0;          ///< byte range of the rows
+    std::uint64_t count = 0;                ///< rows; unchecked before `check_size`
+    std::vector<std::int32_t> fields = {};  ///< SolAtVertices: field types
+    std::size_t words = 0;                  ///< ASCII: words in the body
+    std::vector<Piece> pieces = {};         ///< ASCII: parts of the body
+    std::size_t rows_per_entity = 1;        ///< rows of one numbered entity
 };
 
 struct Skipped {
@@ -55,12 +55,12 @@ struct File {
     std::int64_t bezier_basis = 0;
     std::vector<Block> blocks = {};
     std::vector<Skipped> skipped = {};
-    std::vector<Notice> notices = {};  ///< unusual but harmless content
+    std::vector<Notice> notices = {};
 
     [[nodiscard]] const Block* find(Keyword keyword) const;
 };
 
-/// Locates the blocks by their headers. Errors: not GMF, truncated, duplicate block, missing or wrong Dimension.
+/// Locates the blocks. Errors: not GMF, truncated, duplicate block, missing or wrong Dimension.
 [[nodiscard]] Outcome<File> open_file(std::span<const std::byte> bytes, std::string_view name,
                                       const Execution& execution);
 [[nodiscard]] Outcome<File> index_binary(File file);
@@ -76,14 +76,13 @@ void skip_block(File& file, std::string_view word);
 }
 /// Checks that count × `words` fit between header and end (and, in ASCII, fill the block).
 [[nodiscard]] Outcome<Done> check_size(const File& file, const Block& block, int integers, int reals);
-/// Number of words in each row of an integer block, from the block's length; 0 if the length is not a multiple.
+/// Words in a row of an integer block, from its length; 0: the length is not a multiple.
 [[nodiscard]] std::size_t words_per_row(const File& file, const Block& block);
-/// Position of a row in a checked block.
 [[nodiscard]] std::size_t row_begin(const File& file, const Block& block, std::size_t row, int integers, int reals);
 [[nodiscard]] Error row_error_message(const File& file, const Block& block, std::size_t row, std::size_t at,
                                       const RowError& row_error);
 
-/// Bytes of a row in a binary file of this version.
+/// Bytes of a row in binary files of this version.
 [[nodiscard]] inline std::size_t row_bytes(int version, int integers, int reals) {
     const std::size_t integer_size = version == 4 ? 8 : 4, real_size = version == 1 ? 4 : 8;
     return static_cast<std::size_t>(integers) * integer_size + static_cast<std::size_t>(reals) * real_size;
@@ -131,7 +130,7 @@ template <class RowType, class LayoutType>
     return row;
 }
 
-/// Calls f with the binary layout as a type, so that loops need not test it.
+/// Calls f with the layout type, so that loops need not test it.
 template <class F>
 auto with_layout(const File& file, F&& f) {
     const auto with_numbers = [&]<ByteOrder Order>() {
@@ -187,8 +186,7 @@ template <class RowType>
     return {text + begin, text + end};
 }
 
-/// ASCII part of `read_rows`, for a checked block. The parts of the block are read in parallel; a thread reads the rows
-/// that begin in its part.
+/// ASCII part of `read_rows`, for a checked block. Threads read the rows that begin in their part.
 template <class RowType, class Store>
 [[nodiscard]] Outcome<Done> read_ascii_rows(const File& file, const Block& block, const Execution& execution,
                                             Store& store) {
@@ -226,20 +224,19 @@ template <class RowType, class Store>
     return read_binary_rows<RowType>(file, block, execution, store);
 }
 
-/// Reads a block …P2Ordering; none if the file has no such block. Errors: input (a node that does not occur exactly
-/// once).
+/// Reads …P2Ordering; none if the file has no such block. Errors: input (not every node exactly once).
 template <int K>
 [[nodiscard]] Outcome<std::optional<listing::NodeOrder<K>>> read_order(const File& file);
 
 /// Node order of quadratic tetrahedra under a plain keyword: old Gmsh versions end with the nodes of edges 23, 13,
-/// later ones with 13, 23. Selects the order with the smaller sum of squared distances from the chord midpoints.
+/// later ones with 13, 23. Selects the order with the smaller sum of squared distances from chord midpoints.
 template <int D>
 [[nodiscard]] Outcome<listing::NodeOrder<3>> likely_order(const Buffer<Vec<D>>& points,
                                                           const Buffer<std::array<VertexId, 10>>& tetrahedra,
                                                           const Execution& execution);
 
-/// Reads all but geometry. Checks that each vertex exists and occurs once in a simplex. The file must outlive the
-/// result, whose messages quote it.
+/// Checks that each vertex exists and occurs once in a simplex. The file must outlive the result, whose messages quote
+/// it.
 template <int D>
 [[nodiscard]] Outcome<listing::Mesh<D>> read_raw(const File& file, std::vector<Notice>& notices,
                                                  const Execution& execution);
@@ -249,7 +246,7 @@ template <int D, int Degree>
 [[nodiscard]] Outcome<LinearMesh<D>> read_lists(const File& file);
 
 /// Reads normals, tangents and associations with CAD entities. All normals (or tangents) are dropped with a notice if
-/// one is faulty (an index without its vertex or direction, length zero), because the others may be wrong too.
+/// one is faulty (an index without its vertex or direction, length zero).
 template <int D>
 [[nodiscard]] Outcome<InputGeometry<D>> read_geometry(const File& file, std::size_t vertices,
                                                       std::vector<Notice>& notices, const Execution& execution);

@@ -22,7 +22,7 @@ namespace {
 
 constexpr bool is_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); }
 
-/// True for a number that begins with a letter, such as nan.
+/// True for numbers that begin with a letter, such as nan.
 bool spells_number(std::string_view word) {
     std::array<char, 8> lower{};
     const std::size_t n = std::min(word.size(), lower.size());
@@ -32,7 +32,7 @@ bool spells_number(std::string_view word) {
     return start == "nan" || start == "inf" || start == "infinity" || start.starts_with("nan(");
 }
 
-/// Skips a quoted text in a line, which Bamg writes.
+/// Skips a quoted text, which Bamg writes.
 void pass_quoted(Words& words) {
     if (*words.at != '"') return;
     const std::string_view rest(words.at, static_cast<std::size_t>(words.end - words.at));
@@ -40,7 +40,7 @@ void pass_quoted(Words& words) {
     if (end != std::string_view::npos && rest[end] == '"') words.at += end;
 }
 
-/// Moves to the next word that begins with a letter, as keywords do. False at the end.
+/// Moves to the next word that begins with a letter; false at the end.
 bool find_keyword_word(Words& words) {
     for (; words.find(); words.pass()) {
         pass_quoted(words);
@@ -53,7 +53,7 @@ bool find_keyword_word(Words& words) {
 
 constexpr std::size_t piece_bytes = std::size_t{1} << 18;
 
-/// Divides the body at line ends, where comments end too, and counts its words.
+/// Divides the body at line ends, where comments end too.
 Outcome<Done> split(const File& file, Block& block, const Execution& execution) {
     const auto text = file.bytes.first(block.end);
     for (std::size_t at = block.body; at < block.end;) {
@@ -80,7 +80,6 @@ Outcome<Done> split(const File& file, Block& block, const Execution& execution) 
     return Done{};
 }
 
-/// Number and types of a solution's fields.
 Outcome<Done> read_text_fields(const File& file, Words& words, Block& block) {
     std::int64_t number = 0;
     bool sound = read_number(words, number) && number >= 1 && number <= words.end - words.at;
@@ -124,9 +123,9 @@ Outcome<Done> read_text_block(File& file, std::string_view name, std::size_t sta
     return Done{};
 }
 
-/// Begin of a file: its version, or Dimension in a file without version.
+/// The first keyword: the version, or Dimension in a file without version.
 struct Begin {
-    Words words;  ///< the words after the version, or from Dimension
+    Words words;  ///< words after the version, or from Dimension
     bool has_version = true;
 };
 std::optional<Begin> begin_of(std::span<const std::byte> bytes) {
@@ -140,7 +139,7 @@ std::optional<Begin> begin_of(std::span<const std::byte> bytes) {
     return std::nullopt;
 }
 
-/// The version of a text file must be a number, but has no effect; Bamg writes 0.
+/// In text files the version must be a number, but has no effect; Bamg writes 0.
 Outcome<Done> read_version(File& file, Begin& beginning) {
     const auto at = [&] {
         return static_cast<std::size_t>(beginning.words.at - reinterpret_cast<const char*>(file.bytes.data()));
@@ -191,7 +190,7 @@ Outcome<File> index_ascii(File file, const Execution& execution) {
 
 namespace {
 
-/// Reads integers of a block's header, but never past the end of the file.
+/// Reads a header, but never past the end of the file.
 class Header {
   public:
     Header(const File& file, std::size_t at) : file_(file), at_(at) {}
@@ -218,7 +217,6 @@ auto cut_off(const File& file) {
     return fail_at(file, file.bytes.size(), "the file ends before the keyword End", "it seems to be cut off");
 }
 
-/// Number and types of a solution's fields.
 Outcome<Done> read_binary_fields(const File& file, Header& header, Block& block) {
     const auto number = header.integer(4);
     if (!number || header.at() > block.end || *number < 1 ||

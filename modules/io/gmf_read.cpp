@@ -50,7 +50,7 @@ Outcome<Done> read_simplices(const File& file, const Block& block, std::size_t v
     });
 }
 
-/// Reads a block of indices. Index 0 means none and is dropped with a notice.
+/// Index 0 means none and is dropped with a notice.
 template <class Item>
 Outcome<Done> read_indices(const File& file, Keyword keyword, std::size_t limit, const Execution& execution,
                            Buffer<Item>& items, std::vector<Notice>& notices) {
@@ -153,7 +153,7 @@ Outcome<Done> refuse_tetrahedra(const File& file) {
     return Done{};
 }
 
-/// Share of these blocks in all bytes, an estimate of their share of the time.
+/// Share of these blocks in all bytes, an estimate for the time.
 double share_of(const File& file, std::initializer_list<Keyword> keywords) {
     std::size_t all = 0, chosen = 0;
     for (const Block& block : file.blocks) {

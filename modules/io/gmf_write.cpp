@@ -101,7 +101,7 @@ namespace gmf {
 
 namespace {
 
-/// Writes a file without the rows of points and simplices, and leaves gaps for them.
+/// Leaves gaps in the file for the rows of points and simplices.
 template <class LayoutType>
 class FrameWriter : public BinaryWriter<LayoutType> {
   public:
@@ -141,7 +141,6 @@ class FrameWriter : public BinaryWriter<LayoutType> {
     std::vector<FilePiece> pieces_;
 };
 
-/// Computes the size of a file from the numbers of rows alone.
 class FrameSizer : public BinarySizer {
   public:
     template <class RowType>
@@ -182,8 +181,7 @@ Outcome<std::vector<FilePiece>> written_frame(GmfFrame& frame, const LinearMesh<
     });
 }
 
-/// Encodes n rows; row(i) has the number first + i in its block. The rows of the block begin at byte `start` of the
-/// file.
+/// Encodes n rows; row(i) has number first + i in its block, whose rows begin at byte `start`.
 template <class RowType, class LayoutType>
 Outcome<FilePiece> piece_of(std::uint64_t start, std::uint64_t first, std::size_t n, const Execution& execution,
                             const auto& row) {

@@ -19,8 +19,7 @@ import :writers;
 
 namespace camber::gmf {
 
-/// Returns the requested version, or `least` if none is requested. Errors: usage (a version that is unknown or below
-/// `least`).
+/// Returns `least` if no version is requested. Errors: usage (an invalid or too low version).
 [[nodiscard]] Outcome<int> chosen_version(GmfOptions options, int least);
 
 class BinarySizer {
@@ -37,10 +36,9 @@ class BinarySizer {
         return Done{};
     }
     void more(std::size_t bytes) { narrow_ += bytes; }
-    [[nodiscard]] std::size_t words() const { return words_; }  ///< number of words in all rows
+    [[nodiscard]] std::size_t words() const { return words_; }  ///< words in all rows
 
-    /// Returns 2 below 2 GiB, 3 for larger files, 4 if counts or indices need 64 bits (no index exceeds the largest
-    /// count).
+    /// See GmfOptions::version. No index exceeds the largest count.
     [[nodiscard]] int min_version() const {
         constexpr std::size_t most = std::numeric_limits<std::int32_t>::max();
         if (largest_ > most) return 4;
@@ -72,7 +70,6 @@ auto with_written_layout(int version, F&& f) {
     return f(Layout<double, std::int32_t, ByteOrder::native>{});
 }
 
-/// Writes binary files in native byte order.
 template <class LayoutType>
 class BinaryWriter {
   public:
@@ -108,7 +105,7 @@ class BinaryWriter {
         return done;
     }
 
-    /// Writes the number of rows, 4-byte integers (field types), and reals.
+    /// Writes a count, 4-byte integers (field types), and reals.
     Outcome<Done> solution(std::size_t rows, std::span<const std::int32_t> header, std::span<const double> values) {
         begin(Keyword::sol_at_vertices, sizeof(Integer) + header.size_bytes() + values.size_bytes());
         put(static_cast<Integer>(rows));
@@ -132,7 +129,7 @@ class BinaryWriter {
     }
 
   protected:
-    /// Writes the head of a block whose rows have `bytes` bytes.
+    /// Writes a block's head; `bytes`: size of its rows.
     void begin_rows(Keyword keyword, std::size_t n, std::size_t bytes) {
         begin(keyword, sizeof(Integer) + bytes);
         put(static_cast<Integer>(n));
@@ -146,7 +143,7 @@ class BinaryWriter {
     [[nodiscard]] Chunks take_chunks() { return std::exchange(chunks_, {}); }
 
   private:
-    /// Writes the keyword and the position of the next block; `body`: bytes between, including the count.
+    /// Writes the keyword and the next block's position; `body`: bytes between, with the count.
     void begin(Keyword keyword, std::size_t body) {
         put(static_cast<std::int32_t>(keyword));
         put_position(position_ + (version_ >= 3 ? 8 : 4) + body);
@@ -179,8 +176,8 @@ using camber::guarded;
 
 [[nodiscard]] constexpr std::int64_t to_file(std::size_t index) { return static_cast<std::int64_t>(index) + 1; }
 
-/// These functions write the blocks in order, up to the first failure. A sink has the functions value(keyword, integer)
-/// and rows<RowType>(keyword, number, row number → RowType), which return Outcome<Done>.
+/// These functions write the blocks in order, up to the first failure. A sink has value(keyword, integer) and
+/// rows<RowType>(keyword, number, row number → RowType), which return Outcome<Done>.
 template <class Sink>
 [[nodiscard]] Outcome<Done> put_indices(Sink& sink, Keyword keyword, const auto& items) {
     return sink.template rows<IndexRow>(keyword, items.size(), [&](std::size_t i) -> IndexRow {

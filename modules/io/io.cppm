@@ -37,25 +37,23 @@ export import :vtu;
 import :writers;
 
 /// Tables of formats: the only source for decoders, encoders, messages and help. Functions have the table as a
-/// parameter, so that programs can add rows. A decoder's `name` is the file's path, because some decoders open the
-/// file.
+/// parameter, so that programs can add rows. A decoder's `name` is the file's path: some decoders open the file.
 export namespace camber {
 
-/// Options for writing. A format ignores options that do not apply to it.
+/// Options for writing; a format ignores those that do not apply to it.
 struct EncodeOptions {
     VtuCells cells = VtuOptions{}.cells;  ///< only for formats with `chooses_cells`
 };
 
 struct FormatName {
-    std::string_view name;  ///< name of the format: one word, unique in the table
-    std::string_view what;  ///< short description
-    /// File endings with the dot, unique in the table. If there are none, the format is written by name and recognised
-    /// only by content.
+    std::string_view name;  ///< one word, unique in the table
+    std::string_view what;
+    /// File endings with the dot, unique in the table. If empty, the format is written by name and recognised by
+    /// content only.
     std::vector<std::string_view> endings;
-    /// An ending of another row that this format also uses. A mesh that was read from such a file is written in the
-    /// same format.
+    /// An ending of another row that this format also uses: a mesh from such a file is written in the same format.
     std::string_view shared_extension = {};
-    /// True for files of this format only; reads only the first words.
+    /// Returns true for this format only; reads only the first words.
     bool (*sniff)(std::span<const std::byte> bytes);
 };
 
@@ -69,12 +67,12 @@ struct MeshFormat : FormatName {
     /// Lists mesh data that the format cannot hold, without fields.
     std::vector<Notice> (*losses)(const AnyMesh& mesh) = nullptr;
     bool has_fields = false;
-    /// Null: all fields, if it `has_fields`.
+    /// Null: all fields can be stored, if it `has_fields`.
     bool (*can_store)(const MeshField& field) = nullptr;
-    /// Lists fields whose names change in the file; null if the format has no fields.
+    /// Lists fields whose names change; null: the format has no fields.
     std::vector<Notice> (*renames)(const MeshFields& fields) = nullptr;
-    bool chooses_cells = false;  ///< the format uses `EncodeOptions::cells`
-    bool for_viewers = false;    ///< a run writes its result fields to files of this format
+    bool chooses_cells = false;  ///< uses `EncodeOptions::cells`
+    bool for_viewers = false;    ///< a run writes its fields to such files
     bool is_always_3d = false;   ///< see DecodedMesh
 };
 
@@ -97,7 +95,6 @@ template <class Format>
 [[nodiscard]] const Format* format_with_name(std::span<const Format> formats, std::string_view name) {
     return find_format(formats, [&](const Format& format) { return format.name == name; });
 }
-/// Returns the format with the ending of a name or path; null if there is none.
 template <class Format>
 [[nodiscard]] const Format* format_with_extension(std::span<const Format> formats, std::string_view path) {
     return find_format(formats, [&](const Format& format) {
@@ -106,13 +103,12 @@ template <class Format>
         return false;
     });
 }
-/// Returns the format that recognises the content; null if there is none.
 template <class Format>
 [[nodiscard]] const Format* format_with_content(std::span<const Format> formats, std::span<const std::byte> bytes) {
     return find_format(formats, [&](const Format& format) { return format.sniff(bytes); });
 }
 
-/// Returns a command that converts a file of that ending; empty if none is known.
+/// Empty if no command is known.
 [[nodiscard]] std::string conversion_command(std::string_view path);
 
 [[nodiscard]] std::string listed(std::span<const std::string_view> words, std::string_view before_last = " or ",
@@ -125,7 +121,7 @@ template <class Format>
         if (format.decode) endings.insert(endings.end(), format.endings.begin(), format.endings.end());
     return endings;
 }
-/// Endings of formats that can be written and that accepts(row) accepts, in table order.
+/// Endings of the formats that can be written and for which accepts(row) holds.
 template <class Format>
 [[nodiscard]] std::vector<std::string_view> writable_extensions(std::span<const Format> formats, auto&& accepts) {
     std::vector<std::string_view> endings;
@@ -146,8 +142,7 @@ template <class Format>
     return names;
 }
 
-/// Returns the format that recognises the content, else that of the ending. Errors: input (unknown), unsupported
-/// (write-only format).
+/// Format of the content, else of the ending. Errors: input (unknown), unsupported (write-only format).
 template <class Format>
 [[nodiscard]] Outcome<const Format*> format_to_read(std::span<const Format> formats, std::span<const std::byte> bytes,
                                                     std::string_view path) {
@@ -167,7 +162,7 @@ template <class Format>
                 std::string(path), {}, remedy);
 }
 
-/// Returns the format `name`, or that of the ending if `name` is empty. Errors: usage.
+/// The format `name`, or that of the ending if `name` is empty. Errors: usage.
 template <class Format>
 [[nodiscard]] Outcome<const Format*> format_to_write(std::span<const Format> formats, std::string_view path,
                                                      std::string_view name = {}) {
@@ -180,9 +175,9 @@ template <class Format>
                 "use " + listed(writable_formats(formats)));
 }
 
-/// Returns the format to write a mesh that was read. This is the format `name` if not empty. Else it is `source` (the
-/// format that was read, or empty) if it uses the path's ending, which preserves encoding and version. Else it is the
-/// format of the ending. Errors: usage.
+/// Returns the format for writing a mesh that was read: the format `name` if not empty; else `source` (the format that
+/// was read, or empty) if it uses the path's ending, which keeps encoding and version; else that of the ending. Errors:
+/// usage.
 [[nodiscard]] Outcome<const MeshFormat*> format_to_rewrite(std::span<const MeshFormat> formats, std::string_view path,
                                                            std::string_view name, std::string_view source);
 
@@ -200,7 +195,7 @@ template <class Format>
 /// Decodes an SU2 mesh (degree 1, NDIME 2 or 3; NELEM, NPOIN and NMARK in any order). Several zones are joined, with
 /// zone numbers as references of elements, unless the options choose one. Each MARKER_TAG becomes a group of facets
 /// with reference 1, 2 … in file order; elements of a single zone and vertices have reference 0. Indices at the ends of
-/// rows are ignored, as in SU2. SEND_RECEIVE markers and unknown blocks are skipped with a notice. Errors: also
+/// rows are ignored, as in SU2. SEND_RECEIVE markers and unknown blocks are skipped with a notice. Further errors:
 /// unsupported (zones of different dimensions).
 [[nodiscard]] Outcome<DecodedMesh> decode_su2(std::span<const std::byte> bytes, std::string_view name,
                                               const DecodeOptions& options, const Execution& execution);
@@ -209,13 +204,13 @@ template <class Format>
     return decode_su2(bytes, name, {}, execution);
 }
 
-/// True if the file begins with NDIME=, NZONE=, NELEM=, NPOIN= or NMARK=, after any comments.
+/// True if NDIME=, NZONE=, NELEM=, NPOIN= or NMARK= comes first, after any comments.
 [[nodiscard]] bool is_su2(std::span<const std::byte> bytes);
 
 template <int K, int Degree>
 inline constexpr int nodes_of_degree = Degree == 1 ? K + 1 : quadratic_nodes<K>;
 
-/// Consecutive points of a file; `first`: number of the first point, from 0.
+/// Consecutive points; `first`: number of the first point, from 0.
 template <int D>
 struct PointRun {
     std::uint64_t first = 0;
@@ -231,17 +226,16 @@ struct SimplexRun {
     Buffer<Reference> references = {};
 };
 
-/// Rows of a mesh file that one of several writers contributes.
+/// Rows of a file that one of several writers owns.
 template <int D, int Degree>
 struct FilePart {
     PointRun<D> vertices = {};
-    PointRun<D> mid_nodes = {};  ///< edge nodes, which `first` counts separately; empty for degree 1
+    PointRun<D> mid_nodes = {};  ///< edge nodes, counted separately by `first`; empty for degree 1
     SimplexRun<D, Degree> elements = {};
     SimplexRun<D - 1, Degree> facets = {};
     SimplexRun<1, Degree> edges = {};  ///< feature edges in 3D
 };
 
-/// Total numbers of rows in all parts.
 struct PartTotals {
     std::uint64_t vertices = 0, mid_nodes = 0, elements = 0, facets = 0, edges = 0;
 };
@@ -249,7 +243,7 @@ struct PartTotals {
 struct GmfFrame {
     int version = 0;
     std::uint64_t bytes = 0;
-    std::uint64_t points = 0, elements = 0, facets = 0, edges = 0;  ///< positions in the file of the rows of each block
+    std::uint64_t points = 0, elements = 0, facets = 0, edges = 0;  ///< first byte of each block's rows
     PartTotals totals = {};
 };
 
@@ -259,9 +253,9 @@ struct FilePiece {
     Buffer<std::byte> bytes;
 };
 
-/// Writing of a binary file in parts. `gmf_frame` computes the positions; `encode_gmf_frame` encodes everything except
-/// the rows of points and simplices. Together with the pieces of all parts, these are the bytes of `encode_gmf_mesh`.
-/// Errors: usage (the version).
+/// Writing in parts: `gmf_frame` computes the positions; `encode_gmf_frame` encodes everything except the rows of
+/// points and simplices. Together with the pieces of all parts, these are the bytes of `encode_gmf_mesh`. Errors: usage
+/// (the version).
 template <int D, int Degree>
 [[nodiscard]] Outcome<GmfFrame> gmf_frame(const PartTotals& totals, const LinearMesh<D>& lists, int version = 0);
 template <int D, int Degree>
@@ -276,8 +270,8 @@ struct GmfCounts {
 };
 
 /// Reads a binary GMF mesh by ranges of rows, in any order and concurrently; only the bytes of the range are accessed.
-/// Rows are checked as in whole files. Precondition: begin + size of the output ≤ count. For degree 2, points include
-/// the edge nodes. Errors: input, for the first faulty row.
+/// Rows are checked as in whole files. Precondition: begin + size of the output ≤ count. Points include edge nodes for
+/// degree 2. Errors: input, for the first faulty row.
 template <int D, int Degree = 1>
 class GmfRuns {
   public:
@@ -289,19 +283,18 @@ class GmfRuns {
     [[nodiscard]] GmfCounts counts() const;
     [[nodiscard]] Outcome<Done> points(std::size_t begin, std::span<Vec<D>> points,
                                        std::span<Reference> references) const;
-    /// Reads simplices of dimension K = D, D − 1 or, for feature edges in 3D, 1. Edge nodes are in the order of
-    /// `local_edges`.
+    /// K: D, D − 1 or, for feature edges in 3D, 1. Edge nodes are in the order of `local_edges`.
     template <int K>
     [[nodiscard]] Outcome<Done> simplices(std::size_t begin, std::span<Nodes<K>> nodes,
                                           std::span<Reference> references) const;
-    /// Returns a mesh with corners, ridges, required entities, normals, tangents and CAD associations only.
+    /// The mesh has only corners, ridges, required entities, directions and CAD associations.
     [[nodiscard]] Outcome<LinearMesh<D>> lists() const;
 
   private:
     std::shared_ptr<const gmf::File> file_;
 };
 
-/// The kind of mesh according to the headers of a file. Errors: input.
+/// Kind of mesh according to the headers. Errors: input.
 struct GmfShape {
     int dimension = 0, degree = 1;
 };

@@ -119,7 +119,7 @@ EdgeId edge_at(const EdgeSet<D>& edges, std::size_t i, int k) {
         return edges.of_edges[i];
 }
 
-/// Calls f(edge, mid node, simplex number) for each edge of the quadratic simplices.
+/// Calls f(edge, mid node, simplex number) for the edges of quadratic simplices.
 template <int K, int D, class F>
 Outcome<Done> for_each_mid_node(const Simplices<K>& kind, const EdgeSet<D>& edges, const Execution& execution, F&& f) {
     return each(
@@ -146,8 +146,7 @@ Outcome<MidNodes> lowest_mid_nodes(const Mesh<D>& raw, const EdgeSet<D>& edges, 
     return mid;
 }
 
-/// Error of simplex i, which assigns a mid node to another edge, or another mid node to an edge, than an earlier
-/// simplex.
+/// Error: simplex i assigns mid nodes otherwise than an earlier simplex.
 template <int K, int D>
 auto disagreement(const Mesh<D>& raw, const Simplices<K>& kind, const EdgeSet<D>& edges, const MidNodes& mid,
                   const Renumbering& numbers, std::size_t i) {
@@ -232,7 +231,7 @@ struct PlaceHash {
     }
 };
 
-/// For each point, the first point at the same position if that belongs to another part, else the point itself.
+/// For each point, the first point at its position if that is of another part, else the point itself.
 template <int D>
 Buffer<std::uint32_t> partners(const Mesh<D>& mesh, std::span<const std::size_t> ends) {
     std::unordered_map<std::array<double, D>, std::uint32_t, PlaceHash<D>> first;
@@ -285,7 +284,7 @@ void renumber(Mesh<D>& mesh, const Buffer<std::uint32_t>& number) {
     if constexpr (D == 3) of_kind(mesh.edges);
 }
 
-/// Reduces the points to `rows`, in this order; `number`: new number of each old point.
+/// Reduces points to `rows`, in this order; `number`: new number of each old point.
 template <int D>
 void select_rows(Mesh<D>& mesh, Buffer<std::uint32_t> rows, const Buffer<std::uint32_t>& number) {
     const auto selected = std::make_shared<Buffer<std::uint32_t>>(std::move(rows));

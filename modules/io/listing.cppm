@@ -16,37 +16,35 @@ import camber.bezier;
 import :meshes;
 
 /// Content of a file before a mesh is built: mid nodes are among the points, and simplices of both degrees may occur.
-/// Decoders produce a listing::Mesh; `assembled` builds the mesh from it.
+/// Decoders produce a listing::Mesh for `assembled`.
 namespace camber::listing {
 
 struct Origin {
     std::string noun = {};
     std::function<std::uint64_t(std::size_t row)> number = {};  ///< number in the file; null: row + 1
-    std::function<std::string(std::size_t row)> place = {};     ///< position for messages; null: the file name
+    std::function<std::string(std::size_t row)> place = {};     ///< place in messages; null: the file name
 
     [[nodiscard]] std::uint64_t number_of(std::size_t row) const { return number ? number(row) : row + 1; }
 };
 
-/// Simplices of one dimension and one degree.
 template <int Nodes>
 struct Rows {
     Buffer<std::array<VertexId, Nodes>> nodes = {};
-    Buffer<Reference> references = {};  ///< one for each row
+    Buffer<Reference> references = {};
     Buffer<Reference> entities = {};    ///< one for each row (0: unknown), or empty
     Origin origin = {};
 
     [[nodiscard]] std::size_t size() const { return nodes.size(); }
 };
 
-/// Simplices of both degrees. Quadratic ones have nodes in the order of `local_edges`.
+/// Quadratic simplices have nodes in the order of `local_edges`.
 template <int K>
 struct Simplices {
     Rows<K + 1> straight;
     Rows<quadratic_nodes<K>> curved;
     Buffer<std::uint32_t> required = {};
 
-    /// Number of simplices to which indices of ridges and required simplices refer: the quadratic ones, if there are
-    /// any.
+    /// Number of simplices that ridges and required simplices index: the quadratic ones, if there are any.
     [[nodiscard]] std::size_t indexed() const { return curved.size() == 0 ? straight.size() : curved.size(); }
 };
 
@@ -54,7 +52,7 @@ template <int D>
 struct Mesh {
     std::string name;
     Buffer<Vec<D>> points;
-    Buffer<Reference> point_references;  ///< one for each point
+    Buffer<Reference> point_references;
     Simplices<D> elements;
     Simplices<D - 1> facets;
     Simplices<1> edges;
@@ -62,7 +60,7 @@ struct Mesh {
     Buffer<std::uint32_t> ridges = {};
     InputGeometry<D> geometry = {};
     Buffer<Group> groups = {};
-    /// Rows are those of points; or of elements, facets, edges, each with degree 2 first.
+    /// Rows of points; or of elements, facets, edges, each with degree 2 first.
     MeshFields fields = {};
     std::function<std::uint64_t(std::size_t point)> number = {};  ///< number in the file; null: point + 1
 
@@ -74,22 +72,21 @@ struct Mesh {
     }
 };
 
-/// A mid node is a point of the curved edge, or a Bézier control point.
+/// Mid nodes are points of the curve or Bézier control points.
 enum class MidNodeKind : std::uint8_t { on_curve, control_point };
 
-/// Builds the mesh. Vertices are in file order without the mid nodes, which move to the edges. Simplices of degree 2
-/// come first. An edge without a node in the file gets the chord's midpoint. Preconditions: those of `check`. Errors:
-/// input (contradictory mid nodes).
+/// Builds the mesh; mid nodes move to the edges as described at `decode_gmf_mesh`. Preconditions: those of `check`.
+/// Errors: input (contradictory mid nodes).
 template <int D>
 [[nodiscard]] Outcome<DecodedMesh> assembled(Mesh<D> mesh, MidNodeKind kind, std::vector<Notice> notices,
                                              const Execution& execution);
 
-/// Checks that coordinates are finite, that the nodes of simplices are valid points, and that no node occurs twice in a
-/// simplex. Errors: input, for the first fault.
+/// Checks that coordinates are finite, and that the nodes of a simplex are valid and different points. Errors: input,
+/// for the first fault.
 template <int D>
 [[nodiscard]] Outcome<Done> check(const Mesh<D>& mesh, const Execution& execution);
 
-/// For each node of a row in the file: its local number in the order of `local_edges`.
+/// Number of each node of a file's row in the order of `local_edges`.
 template <int K>
 using NodeOrder = std::array<int, quadratic_nodes<K>>;
 
@@ -100,7 +97,7 @@ template <int K>
 
 using camber::mid_node_reference;
 
-/// Calls f for the simplices of each dimension, until a call fails.
+/// Calls f(simplices of one dimension) until a call fails.
 template <int D, class F>
 [[nodiscard]] Outcome<Done> for_each_dimension(const Mesh<D>& mesh, F&& f) {
     auto done = f(mesh.elements);
@@ -110,14 +107,14 @@ template <int D, class F>
     return done;
 }
 
-/// Merges points of different parts at exactly the same position, for example of zones; `ends`: end of each part's
-/// points. The first point remains, with its reference and field values. Coincident points of one part stay separate,
-/// for example on the two sides of a slit. Returns the number of removed points.
+/// Merges points of different parts at exactly the same position; `ends`: end of each part's points. The first point
+/// remains, with its reference and field values. Points of one part stay separate, for example on the two sides of a
+/// slit. Returns the number of removed points.
 template <int D>
 std::size_t join_coincident(Mesh<D>& mesh, std::span<const std::size_t> ends);
 
-/// Merges points with equal numbers and sorts by number; of equal points the first one remains. Returns the number of
-/// removed points.
+/// Merges points with equal numbers, of which the first one remains, and sorts by number. Returns the number of removed
+/// points.
 template <int D>
 std::size_t join_numbered(Mesh<D>& mesh, std::span<const double> numbers);
 
@@ -137,7 +134,6 @@ struct Simplex {
     }
 };
 
-/// Returns the first simplex for which accepts(nodes) is true.
 template <int D, class Accepts>
 Simplex find_simplex(const Mesh<D>& raw, Accepts&& accepts) {
     Simplex found;
@@ -152,10 +148,10 @@ Simplex find_simplex(const Mesh<D>& raw, Accepts&& accepts) {
     return found;
 }
 
-/// Numbers of the vertices that are not mid nodes, in file order.
+/// Renumbering without mid nodes, in file order.
 struct Renumbering {
     Buffer<std::uint32_t> to_mesh;  ///< mesh vertex of each file vertex; `none` for a mid node
-    Buffer<std::uint32_t> to_file;  ///< file vertex of each mesh vertex
+    Buffer<std::uint32_t> to_file;
 };
 
 /// Errors: input (a mid node that is also a corner).
@@ -168,10 +164,10 @@ template <int D>
 [[nodiscard]] Outcome<LinearMesh<D>> corner_mesh(Mesh<D>& raw, const Renumbering& numbers, const Execution& execution,
                                                  std::vector<Notice>& notices);
 
-/// Mid node of each edge, and edge of each mid node. If simplices disagree, the lowest number is stored.
+/// Mid node of each edge and edge of each mid node: the lowest number, if simplices disagree.
 struct MidNodes {
-    Buffer<std::uint32_t> of_edge;  ///< a file vertex, or `none`
-    Buffer<std::uint32_t> edge_of;  ///< for each file vertex: an edge, or `none`
+    Buffer<std::uint32_t> of_edge;  ///< file vertices, or `none`
+    Buffer<std::uint32_t> edge_of;  ///< by file vertex: an edge, or `none`
 };
 
 /// Errors: input (simplices disagree).
@@ -183,8 +179,8 @@ template <int D>
 
 namespace camber {
 
-/// Nodes and cells in the order of most formats: vertices, then edge nodes; elements, then facets, then feature edges,
-/// with nodes in the order of `local_edges`.
+/// Nodes and cells in the order of most formats: vertices, edge nodes; elements, facets, feature edges, with nodes in
+/// the order of `local_edges`.
 template <class Mesh>
 struct Grid;
 
@@ -264,7 +260,7 @@ template <int D>
     return m.elements.size() + m.facets.size() + m.edges.size();
 }
 
-/// Calls f(simplices, row) for cell c, which counts elements, then facets, then edges.
+/// Calls f(simplices, row) for a cell; cells count elements, facets, then edges.
 template <int D, class F>
 auto at_cell(const LinearMesh<D>& m, std::size_t c, F&& f) {
     if (c < m.elements.size()) return f(m.elements, c);
@@ -308,7 +304,7 @@ class RowsByVertices {
 
     const Column<SimplexVertices<K>>& simplices_;
     std::size_t vertices_ = 0;
-    Buffer<std::uint32_t> starts_, rows_;  ///< rows by the lowest vertex of the simplex
+    Buffer<std::uint32_t> starts_, rows_;  ///< by the simplices' lowest vertex
 };
 
 }  // namespace camber

@@ -12,38 +12,36 @@ module;
 #include <utility>
 #include <variant>
 #include <vector>
-/// Contents of files as values: decoded meshes, fields, options, notices; meshes as arrays.
 export module camber.io:meshes;
 import camber.core;
 import camber.bezier;
 
 export namespace camber {
 
-/// A difference between a file and the decoded mesh, as one sentence without a full stop.
+/// A difference between a file and the decoded mesh: a sentence without a full stop.
 struct Notice {
     std::string what;
-    bool is_detail = false;  ///< shown only with --verbose; no name and no field is lost
+    bool is_detail = false;  ///< only for --verbose; no name and no field is lost
     friend bool operator==(const Notice&, const Notice&) = default;
 };
 
-/// The bytes of a file in several parts.
+/// The bytes of a file, in parts.
 using Chunks = std::vector<Buffer<std::byte>>;
 
-/// Handling of cells that are not simplices of degree 1 or 2. `refuse`: reading fails.
+/// Handling of cells that are not simplices of degree 1 or 2; `refuse`: an error.
 enum class UnsupportedCells : std::uint8_t {
     refuse,
-    count,  ///< such cells are skipped and counted in `DecodedMesh::unheld`
+    count,  ///< skips and counts them in `DecodedMesh`
 };
 
-/// Options for reading. A format ignores options that do not apply to it.
+/// Options for reading; a format ignores those that do not apply to it.
 struct DecodeOptions {
-    /// Name of the cell array that contains the references (VTU, VTK); empty: the first array with a known name.
+    /// Name of the cell array with the references (VTU, VTK); empty: the first known name.
     std::string reference_array = {};
-    /// Zone to read (SU2: its number, CGNS: its name or number); empty: all zones, joined into one mesh.
+    /// Zone to read (SU2: number, CGNS: name or number); empty: all, joined into one mesh.
     std::string zone = {};
     UnsupportedCells unsupported_cells = UnsupportedCells::refuse;
-    /// Function that reads a file, with a path relative to the folder of the mesh (for PVTU). Null if it is
-    /// unavailable.
+    /// Reads a file for PVTU; the path is relative to the mesh's folder. Null: unavailable.
     std::function<Outcome<Buffer<std::byte>>(const std::string& path)> beside = {};
 };
 
@@ -53,7 +51,7 @@ struct CellCount {
     friend bool operator==(const CellCount&, const CellCount&) = default;
 };
 
-/// Values are the field types of GMF files.
+/// The values are those of GMF files.
 enum class FieldKind { scalar = 1, vector = 2, symmetric_tensor = 3, full_tensor = 4 };
 
 /// `dimension`: 2 or 3.
@@ -71,8 +69,8 @@ struct Solution {
     int dimension = 3;
     std::vector<FieldKind> fields = {};
     std::size_t rows = 0;
-    Column<double> values = {};     ///< row by row, and field by field within a row; symmetric tensors as in `Sym`
-    bool single_precision = false;  ///< the file had 4-byte reals (version 1); encoders always write 8 bytes
+    Column<double> values = {};     ///< by row, within a row by field; symmetric tensors as in `Sym`
+    bool single_precision = false;  ///< the file has 4-byte reals (version 1); encoders write 8 bytes
 
     friend bool operator==(const Solution&, const Solution&) = default;
 };
@@ -89,14 +87,14 @@ struct DecodedSolution {
 };
 
 enum class Centring : std::uint8_t {
-    node,  ///< rows for vertices, then for degree 2 the node of each edge in the order of the edge set
-    cell,  ///< rows for elements, then facets, then feature edges
+    node,  ///< one row for each vertex, then (degree 2) edge node in the order of the edge set
+    cell,  ///< one row for each element, facet, feature edge
 };
 
 /// Values, row by row.
 using FieldValues = std::variant<Column<double>, Column<std::int32_t>>;
 
-/// A field; symmetric tensors are in the order of `Sym`, full tensors row by row.
+/// Symmetric tensors are in the order of `Sym`, full tensors row by row.
 struct MeshField {
     std::string name;
     Centring centring = Centring::node;
@@ -109,11 +107,11 @@ struct MeshField {
     friend bool operator==(const MeshField&, const MeshField&) = default;
 };
 
-/// An immutable list of fields. Names are unique among node fields and among cell fields.
+/// Immutable; names are unique for each centring.
 class MeshFields {
   public:
     MeshFields() = default;
-    /// Same result as calling `with` for each field, but only needs the time of a sort.
+    /// Same result as `with` for each field, in the time of a sort.
     explicit MeshFields(std::vector<MeshField> fields);
 
     /// Adds a field, or replaces that with the same name and centring.
@@ -143,8 +141,8 @@ class MeshFields {
     std::vector<MeshField> fields_;
 };
 
-/// Converts node fields to a solution at the first `vertices` nodes, to be written to a separate file for a mesh of
-/// this dimension. Cell fields and values at edge nodes are dropped. Errors: usage (no field at nodes).
+/// Converts node fields to a solution at the first `vertices` nodes, for a file beside a mesh of this dimension. Cell
+/// fields and values at edge nodes are dropped. Errors: usage (no field at nodes).
 [[nodiscard]] Outcome<Solution> solution_of(const MeshFields& fields, int dimension, std::size_t vertices,
                                             const Execution& execution);
 
@@ -167,19 +165,19 @@ template <class M>
         return as_quadratic(std::move(*same));
 }
 
-/// Data of a flat mesh in space that is missing in its 2D form: see `flattened` and `raised`.
+/// Data of a flat mesh in space that its 2D form cannot store: see `flattened` and `raised`.
 struct Lift {
-    double z = 0;                 ///< z of all used nodes (model units)
-    Column<double> heights = {};  ///< z of all vertices, if it differs at unused ones; else empty
-    /// Directions in space, if one of them leaves the plane; else empty.
+    double z = 0;                 ///< of all used nodes (model units)
+    Column<double> heights = {};  ///< of vertices, if those of unused ones differ; else empty
+    /// Empty unless a direction leaves the plane.
     DirectionsAtVertices<3> normals = {}, tangents = {};
     friend bool operator==(const Lift&, const Lift&) = default;
 };
 
-/// Numbers of vertices and simplices in the file (Gmsh tags); empty where they are 1, 2, 3 …
+/// Tags in the file (Gmsh); empty where they are 1, 2, 3 …
 struct FileTags {
     Column<std::uint64_t> vertices;
-    std::array<Column<std::uint64_t>, 4> simplices = {};  ///< of simplices, by dimension
+    std::array<Column<std::uint64_t>, 4> simplices = {};  ///< tags of simplices, by dimension
 };
 
 /// Reference of the edge's ends if both agree, else 0.
@@ -188,14 +186,14 @@ struct FileTags {
 struct DecodedMesh {
     AnyMesh mesh;
     std::vector<Notice> notices;
-    /// For quadratic meshes: number in the file (from 1) of each vertex, then of each edge node (0: not in the file),
-    /// for messages. Empty if these are 1, 2, 3 …
+    /// Quadratic meshes: number in the file (from 1) of each vertex, then of each edge node (0: not in the file), for
+    /// messages; empty if 1, 2, 3 …
     Column<std::uint32_t> node_numbers = {};
-    std::optional<Lift> lift = {};  ///< set if a flat mesh was converted to 2D
-    MeshFields fields = {};         ///< fields that the mesh file contains
-    /// True if the format has only meshes in space, so that a flat mesh means a 2D mesh, not a surface.
+    std::optional<Lift> lift = {};  ///< for a flat mesh converted to 2D
+    MeshFields fields = {};
+    /// The format has only meshes in space, so a flat mesh means a 2D mesh, not a surface.
     bool is_always_3d = false;
-    std::vector<CellCount> unsupported_cells = {};  ///< kinds and numbers of skipped cells (with Unheld::count)
+    std::vector<CellCount> unsupported_cells = {};
     FileTags tags = {};
     std::string_view format = {};  ///< name in `mesh_formats()`
 };
@@ -206,12 +204,12 @@ struct DecodedMesh {
 template <int Nodes>
 struct CellArray {
     Column<std::array<VertexId, Nodes>> nodes = {};
-    Column<Reference> references = {};  ///< one for each cell; empty: all 0
+    Column<Reference> references = {};  ///< for each cell; empty: all 0
 };
 template <int K>
 struct CellArrays {
     CellArray<K + 1> straight = {};
-    CellArray<quadratic_nodes<K>> curved = {};  ///< quadratic simplices, with mid nodes in the order of `local_edges`
+    CellArray<quadratic_nodes<K>> curved = {};  ///< quadratic; mid nodes in the order of `local_edges`
 
     [[nodiscard]] std::size_t size() const { return straight.nodes.size() + curved.nodes.size(); }
 };
@@ -219,26 +217,25 @@ struct CellArrays {
 template <int D>
 struct MeshArrays {
     Column<Vec<D>> points;
-    Column<Reference> point_references = {};  ///< one for each point; empty: all 0
+    Column<Reference> point_references = {};  ///< for each point; empty: all 0
     CellArrays<D> elements = {};
     CellArrays<D - 1> facets = {};
     CellArrays<1> edges = {};
     std::vector<Group> groups = {};
 };
 
-/// Converts coordinates, D for each point. Shares the array if `owner` keeps it alive and unchanged (see Column);
-/// copies it if `owner` is null.
+/// `coordinates`: D for each point. Shares the array if `owner` keeps it alive and unchanged (see Column); copies it if
+/// `owner` is null.
 template <int D>
 [[nodiscard]] Column<Vec<D>> points_of(std::span<const double> coordinates, std::shared_ptr<const void> owner);
 
-/// Builds a mesh. Columns of degree 1 are shared. For degree 2 the mesh has the vertices first, in their order (see
-/// DecodedMesh::node_numbers). A flat mesh stays in space: see `with_flat_in_2d`. Errors: input (a coordinate that is
-/// not finite, a cell with an invalid or repeated node, contradictory mid nodes).
+/// Shares columns of degree 1. For degree 2, vertices come first, in their order (see DecodedMesh::node_numbers). Flat
+/// meshes stay in space: see `with_flat_in_2d`. Errors: input (a coordinate that is not finite, a cell with an invalid
+/// or repeated node, contradictory mid nodes).
 template <int D>
 [[nodiscard]] Outcome<DecodedMesh> mesh_of_arrays(MeshArrays<D> arrays, const Execution& execution);
 
-/// Nodes of quadratic simplices in VTK's order: vertex numbers, then n + edge number, where n is the number of
-/// vertices.
+/// Nodes of quadratic simplices in VTK's order: vertices, then n + edge number; n: number of vertices.
 template <int K>
 [[nodiscard]] Buffer<std::array<VertexId, quadratic_nodes<K>>> nodes_of_cells(
     const Column<SimplexVertices<K>>& vertices, const Column<std::array<EdgeId, edges_per_simplex<K>>>& edges,
@@ -252,31 +249,28 @@ struct Flattened {
     Lift lift;
 };
 
-/// Converts a mesh with faces but without elements, whose points of faces and edges all have exactly the same z, to 2D;
-/// returns none for other meshes. Faces become elements, and edges become facets, to which ridges refer. Orders and
-/// orientations are preserved.
+/// Converts a mesh to 2D if it has faces but no elements and exactly one z for faces and edges; otherwise none. Faces
+/// become elements, edges become facets, to which ridges refer. Orders and orientations are preserved.
 [[nodiscard]] Outcome<std::optional<Flattened>> flattened(const Mesh<3>& mesh, const Execution& execution);
 
-/// Converts back to space. `mesh`: the flattened mesh, or a modified one with the same number of vertices.
+/// Inverse of `flattened`, also for a modified mesh with the same number of vertices.
 [[nodiscard]] Outcome<Mesh<3>> raised(const Mesh<2>& mesh, const Lift& lift, const Execution& execution);
 /// Same; a mesh in space is returned unchanged.
 [[nodiscard]] Outcome<AnyMesh> raised(const AnyMesh& mesh, const Lift& lift, const Execution& execution);
 
-/// Converts fields to space: vectors and tensors get z components of zero.
+/// Vectors and tensors get z components of zero.
 [[nodiscard]] Outcome<MeshFields> raised(const MeshFields& fields, const Execution& execution);
 
-/// Converts fields to 2D: drops z components.
 [[nodiscard]] Outcome<MeshFields> flattened(const MeshFields& fields, const Execution& execution);
 
-/// For each component of a field in space: true if it is a z component.
+/// For each component in space: true for z components.
 [[nodiscard]] std::vector<bool> involves_z(FieldKind kind);
 
-/// Converts a flat mesh to 2D and stores its lift. Other meshes stay in space, with a notice if z differs only by
-/// rounding.
+/// Converts a flat mesh and stores its lift. Other meshes stay in space, with a notice if z differs only by rounding.
 [[nodiscard]] Outcome<DecodedMesh> with_flat_in_2d(DecodedMesh decoded, const Execution& execution);
 
-/// Projects a solution to the plane: vectors lose z, tensors are reduced to the upper left 2 × 2 block (for a metric,
-/// lengths in the plane stay the same). A 2D solution is returned unchanged.
+/// Projects a solution to the plane: vectors lose z; tensors keep the upper left 2 × 2 block (for a metric, lengths in
+/// the plane stay the same). A 2D solution is returned unchanged.
 [[nodiscard]] Outcome<Solution> flattened(Solution solution, const Execution& execution);
 
 }  // namespace camber

@@ -20,8 +20,8 @@ export namespace camber {
 
 /// Decodes "MFEM mesh v1.0", v1.2 or v1.3 (named sets of attributes become names of references). Elements are triangles
 /// (in 2D, or a surface in space) or tetrahedra, with their boundary. The degree is 1, or 2 if `nodes` are an H1 field
-/// of order 2. Attributes become references; vertices have reference 0. Errors: those of all decoders, and unsupported
-/// (nodes in another finite element space).
+/// of order 2. Attributes become references; vertices have reference 0. Further errors: unsupported (nodes in another
+/// finite element space).
 [[nodiscard]] Outcome<DecodedMesh> decode_mfem(std::span<const std::byte> bytes, std::string_view name,
                                                const DecodeOptions& options, const Execution& execution);
 [[nodiscard]] inline Outcome<DecodedMesh> decode_mfem(std::span<const std::byte> bytes, std::string_view name,
@@ -42,7 +42,7 @@ export namespace camber {
 template <int D>
 [[nodiscard]] Outcome<Chunks> encode_mfem(const Mesh<D>& mesh, const Execution& execution);
 
-/// Lists data that MFEM cannot hold, also facets that are not faces of elements and references that change.
+/// Lists lost data, also facets that are not faces of elements, and references that change.
 template <int D>
 [[nodiscard]] std::vector<Notice> not_in_mfem(const Mesh<D>& mesh);
 
@@ -50,14 +50,12 @@ template <int D>
 
 namespace camber::mfem {
 
-/// First line of a file without and with attribute names.
 inline constexpr std::string_view first_line = "MFEM mesh v1.0", first_line_of_names = "MFEM mesh v1.3";
 
 template <int K>
 inline constexpr int geometry = K == 3 ? 4 : K;
 
-/// MFEM's order of edges as indices in `local_edges`. The edges are 01 02 03 12 13 23 in a tetrahedron, 01 12 20 in a
-/// triangle.
+/// MFEM's order of edges, as indices in `local_edges`: 01 02 03 12 13 23 in a tetrahedron, 01 12 20 in a triangle.
 template <int K>
 inline constexpr auto edge_order = [] {
     if constexpr (K == 3)
@@ -70,7 +68,6 @@ inline constexpr auto edge_order = [] {
 
 // Degree 2: edge nodes, which MFEM numbers in the order in which elements list them.
 
-/// Numbers of edges, which are identified by their ends.
 class EdgeNumbers {
   public:
     void add(VertexId a, VertexId b) { numbers_.try_emplace(key(a, b), static_cast<std::uint32_t>(numbers_.size())); }
@@ -96,8 +93,7 @@ template <int K>
     return numbers;
 }
 
-/// Drops boundary simplices with an edge that belongs to no element, since such an edge has no node. Returns their
-/// number.
+/// Drops boundary simplices with an edge that belongs to no element and so has no node. Returns their number.
 template <int K>
 std::size_t drop_isolated_boundary(listing::Rows<K + 1>& rows, const EdgeNumbers& numbers) {
     std::size_t preserved = 0;
@@ -116,7 +112,6 @@ std::size_t drop_isolated_boundary(listing::Rows<K + 1>& rows, const EdgeNumbers
     return before - preserved;
 }
 
-/// Converts simplices from degree 1 to degree 2.
 template <int K>
 Outcome<Done> curve(listing::Simplices<K>& simplices, const EdgeNumbers& numbers, std::size_t vertices) {
     simplices.curved.references = std::move(simplices.straight.references);
@@ -157,7 +152,7 @@ struct Source {
     std::string name;
     std::string_view text;
     Words words;
-    bool has_end = false;  ///< since version 1.2: the file must have an end line
+    bool has_end = false;  ///< the file must have an end line, since version 1.2
 
     [[nodiscard]] std::string place(const char* at) const { return line_place(name, text, at); }
     [[nodiscard]] auto fail_at_line(std::string what, std::string remedy = damaged) const {
@@ -178,7 +173,7 @@ struct Source {
         if (!read_number(words, value)) return fail_at_line("the number of " + what + " is missing or malformed");
         return value;
     }
-    /// Reads a number of rows with at least `min_words` words each, and checks that the file is large enough.
+    /// Reads a number of rows that have at least `min_words` words; checks that the file is large enough.
     [[nodiscard]] Outcome<std::size_t> count(const std::string& what, std::size_t min_words) {
         const auto value = number(what);
         if (!value) return fail(value.error());
@@ -194,7 +189,7 @@ struct Geometry {
     std::size_t vertices;
     const char* plural;
 };
-/// Element shapes, indexed by MFEM's numbers of geometries.
+/// Indexed by MFEM's geometry numbers.
 inline constexpr std::array<Geometry, 8> geometries{{{1, "points"},
                                                      {2, "segments"},
                                                      {3, "triangles"},
@@ -206,7 +201,7 @@ inline constexpr std::array<Geometry, 8> geometries{{{1, "points"},
 
 // Sections of an MFEM file, in their order.
 
-/// Sections of an MFEM file before the vertices. Simplices have degree 1.
+/// Sections before the vertices. Simplices have degree 1.
 template <int K>
 struct Topology {
     listing::Simplices<K> elements;
@@ -221,7 +216,7 @@ template <int K>
 
 struct NodeField {
     int order = 1, components = 0;
-    bool by_components = false;  ///< true for MFEM's Ordering 0: all x, then all y, then all z
+    bool by_components = false;  ///< Ordering 0: all x, then all y
 };
 
 struct Vertices {
@@ -230,7 +225,7 @@ struct Vertices {
     bool has_nodes = false;
 };
 
-/// Errors: input, unsupported (nodes in another finite element space).
+/// Errors: input, unsupported (another finite element space for nodes).
 [[nodiscard]] Outcome<Vertices> read_vertices_head(Source& source);
 
 template <int D>
@@ -246,8 +241,7 @@ inline constexpr const char* damaged = "the file is cut off or damaged";
     return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
-/// Lines of an SU2 file that are not empty, without comments (% to the end of the line) and without blanks at either
-/// end.
+/// Lines that are not empty, without comments (from % on) and blanks at either end.
 class Lines {
   public:
     explicit Lines(std::string_view text) : rest_(text) {}
@@ -273,7 +267,7 @@ class Lines {
     bool ended_ = true;
 };
 
-/// A line `KEY= value`; an empty key means that the line is a row of numbers.
+/// `KEY= value`; an empty key means a row of numbers.
 struct Entry {
     std::string_view key = {}, value = {};
 };
@@ -289,7 +283,7 @@ struct Entry {
     return {name, rest};
 }
 
-/// Rows after a keyword; they are not checked yet.
+/// Rows after a keyword, not checked yet.
 struct Block {
     std::size_t count = 0;
     Lines rows{{}};

@@ -17,7 +17,7 @@ namespace camber::mfem {
 
 namespace {
 
-/// Returns a function that finds the position of row i. It reads all rows before, because they differ in length.
+/// Returns a function that finds row i by reading all rows before, which differ in length.
 auto place_of_rows(const Source& source) {
     return [source](std::size_t row) {
         Words words = source.words;
@@ -212,7 +212,7 @@ listing::Simplices<K>& simplices_of(listing::Mesh<D>& mesh) {
         return mesh.edges;
 }
 
-/// Reads the end line. Parallel meshes have another end line and more data here.
+/// Parallel meshes have another end line and more data here.
 Outcome<Done> read_end(Source& source, std::vector<Notice>& notices) {
     if (source.has_end && !source.words.next().ends_with("mesh_end"))
         return source.fail_at_line("\"mfem_mesh_end\" is missing here");
@@ -264,8 +264,7 @@ Outcome<DecodedMesh> read_mesh(Source& source, const Vertices& vertices, Topolog
     return listing::assembled(std::move(mesh), listing::MidNodeKind::on_curve, std::move(notices), execution);
 }
 
-/// Returns only the counts if some elements are unsupported, because then nodes of curved elements cannot be assigned
-/// to edges.
+/// Only counts, if some elements are unsupported: then nodes of curved elements cannot be assigned.
 template <int K>
 DecodedMesh counted(const Topology<K>& topology) {
     DecodedMesh decoded{Mesh<3>{}, {}};

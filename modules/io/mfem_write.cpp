@@ -54,7 +54,7 @@ struct Renamed {
     std::size_t count;
 };
 
-/// References of one dimension: those of the simplices and those with names.
+/// References of simplices, and references with names.
 struct Referenced {
     const Column<Reference>& references;
     const Column<Group>& groups;
@@ -65,7 +65,7 @@ Referenced referenced(const Simplices<K>& simplices, const Column<Group>& groups
     return {simplices.references, groups, K};
 }
 
-/// Replacements in descending order of old references (0, −1 …). New references are unused by simplices and names.
+/// Replacements by descending old reference (0, −1 …); new ones are not in use.
 std::vector<Renamed> renamed(const Referenced& input) {
     std::map<Reference, std::size_t, std::greater<>> counts;
     for (const Reference r : input.references)
@@ -91,9 +91,9 @@ std::vector<Renamed> renamed(const Referenced& input) {
 class Attributes {
   public:
     explicit Attributes(const Referenced& input) : renamed_(renamed(input)) {}
-    /// Replacement of a reference that a simplex has.
+    /// Precondition: a simplex has the reference.
     [[nodiscard]] Reference of(Reference reference) const { return *find(reference); }
-    /// Replacement of a reference; none if it is ≤ 0 and no simplex has it.
+    /// None for a reference ≤ 0 that no simplex has.
     [[nodiscard]] std::optional<Reference> find(Reference reference) const {
         if (reference > 0) return reference;
         const auto found = std::lower_bound(renamed_.begin(), renamed_.end(), reference,
@@ -111,10 +111,10 @@ struct AttributeSet {
     std::vector<Reference> attributes;
 };
 
-/// Names that are legal in MFEM: on one line, without double quotes.
+/// Names legal in MFEM: on one line, without double quotes.
 Column<Group> named(const Column<Group>& groups) { return with_legal_names(groups, {.legal = quotable_name}); }
 
-/// Sets of attributes, in order of first occurrence of their names.
+/// Sets in order of first occurrence of their names.
 std::vector<AttributeSet> sets_of(const Referenced& input) {
     const Attributes attributes(input);
     std::vector<AttributeSet> sets;
@@ -140,7 +140,7 @@ void note_renamed(const Referenced& input, const std::string& what, std::vector<
     notices.push_back({text});
 }
 
-/// Edges in the order in which elements list them; MFEM has this order of edge nodes.
+/// Edges in the order in which elements list them: MFEM's order of edge nodes.
 template <int K, class Mesh>
 Buffer<std::uint32_t> edges_in_order(const Grid<Mesh>& grid, const Simplices<K>& elements) {
     const std::size_t vertices = grid.vertices();

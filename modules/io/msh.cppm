@@ -19,8 +19,8 @@ import :text;
 export namespace camber {
 
 enum class MshVersion : std::uint8_t {
-    v2,  ///< 2.2: physical groups and entities by element; most solvers read it
-    v4,  ///< 4.1: entities with their groups; blocks by entity
+    v2,  ///< 2.2: elements list their group and entity; most solvers read it
+    v4,  ///< 4.1: entities list their groups; elements are in blocks by entity
 };
 enum class MshEncoding : std::uint8_t { ascii, binary };
 
@@ -39,7 +39,7 @@ struct MshOptions {
 /// - Partitions are joined: their entities are replaced by the parents, and elements between partitions are dropped.
 /// - NodeData and ElementData with a value for each vertex or each simplex become fields.
 ///
-/// Notices report omitted data. Errors: also input (missing nodes).
+/// Notices report omitted data. Further errors: input (missing nodes).
 [[nodiscard]] Outcome<DecodedMesh> decode_msh(std::span<const std::byte> bytes, std::string_view name,
                                               const DecodeOptions& options, const Execution& execution);
 [[nodiscard]] inline Outcome<DecodedMesh> decode_msh(std::span<const std::byte> bytes, std::string_view name,
@@ -47,7 +47,7 @@ struct MshOptions {
     return decode_msh(bytes, name, {}, execution);
 }
 
-/// Unsupported versions count as the nearest supported one.
+/// Unsupported versions count as the nearest supported version.
 [[nodiscard]] bool is_msh(std::span<const std::byte> bytes, MshOptions kind);
 
 /// Encodes the mesh as an MSH file.
@@ -59,12 +59,12 @@ struct MshOptions {
 /// - Nodes (4.1 only) are classified by their association with the point, curve or surface of lowest dimension, else by
 ///   the lowest simplices that contain them.
 ///
-/// Errors: also unsupported (2.2: more nodes or elements than 31 bits can number).
+/// Further errors: unsupported (2.2: more nodes or elements than 31 bits can number).
 template <int D>
 [[nodiscard]] Outcome<Chunks> encode_msh(const Mesh<D>& mesh, const MeshFields& fields, MshOptions options,
                                          const Execution& execution);
 
-/// Includes references and entities that get other numbers.
+/// Lists lost data, also references and entities that change.
 template <int D>
 [[nodiscard]] std::vector<Notice> not_in_msh(const Mesh<D>& mesh, MshVersion version);
 
@@ -84,7 +84,6 @@ inline constexpr std::string_view lines = "edges", triangles = "triangles", quad
                                   tetrahedra = "tetrahedra", hexahedra = "hexahedra", prisms = "prisms",
                                   pyramids = "pyramids";
 
-/// Supported types, and others that can be named and skipped.
 inline constexpr auto element_types = std::to_array<ElementType>({
     {15, 0, 1, "points", 0},    {1, 1, 2, lines, 1},         {8, 1, 3, lines, 2},         {26, 1, 4, lines, 3},
     {27, 1, 5, lines, 4},       {28, 1, 6, lines, 5},        {2, 2, 3, triangles, 1},     {9, 2, 6, triangles, 2},
@@ -125,7 +124,7 @@ template <int Nodes>
     return Nodes == 10 && i >= 8 ? 17 - i : i;
 }
 
-/// Integers (of `integer_bytes` bytes in binary files), then 8-byte reals.
+/// A row: integers (of `integer_bytes` bytes in binary files), then 8-byte reals.
 struct RowShape {
     std::size_t integers = 0, integer_bytes = 4, reals = 0;
     [[nodiscard]] std::size_t words() const { return integers + reals; }
@@ -152,7 +151,7 @@ struct TextRow {
 };
 
 /// Reads a file from begin to end. Binary numbers are int32, 8-byte counts and tags, and double. Functions return false
-/// if there is no such number.
+/// if no valid number follows.
 class Source {
   public:
     Source(std::span<const std::byte> bytes, std::string_view name) : bytes_(bytes), name_(name) {}
@@ -176,7 +175,7 @@ class Source {
         return fail(ErrorKind::input, std::move(what), place(), {}, std::move(remedy));
     }
 
-    /// This source at row i of a table from `begin`.
+    /// A copy at row i of the table that begins at `begin`.
     [[nodiscard]] Source at_row(std::size_t begin, std::size_t i, RowShape shape) const {
         Source row = *this;
         row.at_ = begin + (binary ? i * shape.bytes() : 0);
@@ -195,7 +194,7 @@ class Source {
         while (n < text.size() && is_blank(text[n])) ++n;
         at_ += n;
     }
-    /// The rest of this line; moves to the next one.
+    /// Returns the rest of the line; moves to the next line.
     std::string_view line() {
         std::string_view text = rest();
         const std::size_t end = text.find('\n');
@@ -204,7 +203,7 @@ class Source {
         return text.ends_with('\r') ? text.substr(0, text.size() - 1) : text;
     }
 
-    /// Text, also in binary files.
+    /// Reads a number as text, also in binary files.
     template <class Number>
     bool text_number(Number& value) {
         const std::string_view text = rest();
@@ -213,7 +212,7 @@ class Source {
         at_ = bytes_.size() - static_cast<std::size_t>(words.end - words.at);
         return read;
     }
-    /// Accepts ±(2^31 − 1): the magnitude fits 32 bits too.
+    /// Accepts magnitudes up to 2^31 − 1, which fit 32 bits with either sign.
     bool integer(std::int64_t& value) {
         const bool read = binary ? packed<std::int32_t>(value) : text_number(value);
         constexpr std::int64_t most = std::numeric_limits<std::int32_t>::max();
@@ -232,7 +231,7 @@ class Source {
                n <= max_entities;
     }
 
-    /// Calls store(i, row) for n rows that `can_contain_rows` accepted; in parallel if the file is binary. Errors:
+    /// Calls store(i, row) for n rows; in parallel if the file is binary. Precondition: `has_room` accepted n. Errors:
     /// input (not a number).
     template <class Store>
     [[nodiscard]] Outcome<Done> rows(std::size_t n, RowShape shape, const Execution& execution, Store&& store) {
@@ -291,25 +290,22 @@ class Source {
 
 enum class Generation : std::uint8_t { v1, v2, v40, v41 };
 
-/// The first line of $MeshFormat.
 struct FormatLine {
     std::string version;  ///< "4.1"; "1" for files that begin with $NOD
     bool binary = false;
     long data_size = 0;
-    std::size_t end = 0;  ///< of the line, in the file
+    std::size_t end = 0;  ///< end of the line in the file
 };
 
 /// None if the file is not MSH. Only comments may precede the line.
 [[nodiscard]] std::optional<FormatLine> find_format(std::span<const std::byte> bytes);
 
-/// None if the version is not supported.
 [[nodiscard]] std::optional<Generation> generation(const FormatLine& format);
 
-/// Name of the next section, without `$`; empty at the end. Errors: input (something else).
+/// Name of the next section without `$`; empty at the end. Errors: input (other content).
 [[nodiscard]] Outcome<std::string> next_section(Source& source);
-/// Reads the section's last line. Errors: input (something else).
+/// Reads a section's last line. Errors: input (other content).
 [[nodiscard]] Outcome<Done> end_section(Source& source, std::string_view name);
-/// Errors: input (no last line).
 [[nodiscard]] Outcome<Done> skip_section(Source& source, std::string_view name);
 
 }  // namespace camber::msh

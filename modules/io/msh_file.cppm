@@ -22,7 +22,7 @@ import :msh;
 import :text;
 import :writers;
 
-/// File content before assembly, for versions 2 and 4.
+/// Content of an MSH file before a mesh is built.
 namespace camber::msh {
 
 struct EntityKey {
@@ -31,42 +31,42 @@ struct EntityKey {
     friend auto operator<=>(const EntityKey&, const EntityKey&) = default;
 };
 
-/// From $Entities and $PartitionedEntities.
+/// Data of an entity in $Entities or $PartitionedEntities.
 struct EntityInfo {
-    Reference physical = 0;              ///< first tag without its sign; 0: none
-    std::vector<Reference> others = {};  ///< further tags without signs
+    Reference physical = 0;              ///< first physical tag without its sign; 0: none
+    std::vector<Reference> others = {};  ///< further physical tags without signs
     bool of_partition = false;
-    EntityKey parent = {};  ///< for entities of partitions
+    EntityKey parent = {};  ///< for a partition's entity: the entity that was divided
 };
 
 struct NodeBlock {
     EntityKey entity;
-    std::size_t begin = 0, end = 0;  ///< rows of Nodes
-    int parameters = 0;              ///< of each node
+    std::size_t begin = 0, end = 0;  ///< rows in `Nodes`
+    int parameters = 0;              ///< parameters of each node
     std::size_t first_parameter = 0;
 };
 
 struct Nodes {
     Buffer<std::uint64_t> tags;
     Buffer<Vec<3>> points;
-    Buffer<std::uint32_t> vertex_of;  ///< position of each file row in tag order; empty if in order
+    Buffer<std::uint32_t> vertex_of;  ///< by file row: position in tag order; empty if rows are in order
     std::vector<NodeBlock> blocks;
     Buffer<double> parameters;
     TagIndex index;
     bool listed = false;
 };
 
-/// Entity data is by block in version 4, by row in version 2.
+/// Entities and tags are by block in version 4, by row in version 2.
 template <int K, int N>
 struct Elements {
     static constexpr int dimension = K, width = N;
     Buffer<std::uint64_t> tags;
     Buffer<std::array<VertexId, N>> nodes;  ///< in the order of `local_edges`; invalid if missing
     Buffer<Reference> physicals, entities;
-    Buffer<std::uint32_t> further;  ///< `TagSets` number of the tags after the first, by row
+    Buffer<std::uint32_t> further;  ///< by row: `TagSets` number of the tags after the first
 };
 
-/// Number 0 is the empty set.
+/// Sets of physical tags; number 0 is the empty set.
 struct TagSets {
     std::vector<std::vector<Reference>> list{{}};
     std::map<std::vector<Reference>, std::uint32_t> numbers{{{}, 0}};
@@ -110,13 +110,12 @@ struct File {
     std::map<std::pair<bool, std::string>, std::size_t> field_rows;  ///< index in `fields`, by `of_nodes` and name
     std::map<std::string, std::size_t> skipped;
     std::map<std::int32_t, std::uint64_t> refused;
-    std::size_t partitioned = 0;  ///< elements (2) or entities (4) with partitions
+    std::size_t partitioned = 0;  ///< partitioned elements (version 2) or entities (version 4)
     std::size_t skipped_steps = 0;
     std::size_t trailing_bytes = 0;  ///< bytes after the last section
-    bool by_row = false;             ///< tags and entities are by row
+    bool by_row = false;             ///< tags and entities are by row: version 2
 };
 
-/// Calls f(elements) for a supported type.
 template <class F>
 auto with_elements(File& file, std::int32_t type, F&& f) {
     auto& all = file.elements;
@@ -138,21 +137,21 @@ auto with_elements(File& file, std::int32_t type, F&& f) {
 [[nodiscard]] inline auto cut_off(const Source& source, const char* section) {
     return source.error(std::string(section) + ": a valid number is missing here", "the file is cut off or damaged");
 }
-/// Tag without its sign, which is an orientation.
+/// Tag without its sign, which only means an orientation.
 [[nodiscard]] constexpr Reference magnitude(std::int64_t tag) {
     constexpr std::int64_t most = std::numeric_limits<Reference>::max();
     tag = std::clamp(tag, -most, most);
     return static_cast<Reference>(tag < 0 ? -tag : tag);
 }
 
-/// Tags of nodes must be positive. `tags`: those of a table from `begin`, one a row. Errors: input.
+/// `tags`: node tags of the table at `begin`. Errors: input.
 [[nodiscard]] Outcome<Done> check_positive(const Source& source, std::size_t begin, RowShape shape,
                                            std::span<const std::uint64_t> tags);
 
-/// Sorts nodes by tag and builds the index, when all are read. Errors: input (duplicate tag).
+/// Sorts nodes by tag and builds the index of tags. Errors: input (duplicate tag).
 [[nodiscard]] Outcome<Done> order_nodes(const Source& source, Nodes& nodes);
 
-/// Section bodies, without first and last lines.
+/// These functions read a section without its first and last line.
 [[nodiscard]] Outcome<Done> read_nodes_2(Source& source, bool parametric, Nodes& nodes, const Execution& execution);
 [[nodiscard]] Outcome<Done> read_elements_2(Source& source, File& file, const Execution& execution);
 [[nodiscard]] Outcome<Done> read_elements_1(Source& source, File& file);
@@ -162,40 +161,40 @@ auto with_elements(File& file, std::int32_t type, F&& f) {
 [[nodiscard]] Outcome<Done> read_names(Source& source, File& file);
 [[nodiscard]] Outcome<Done> read_data(Source& source, bool of_nodes, File& file, const Execution& execution);
 
-/// Errors: as decode_msh, but unsupported elements are only counted.
+/// Errors: those of `decode_msh`; unsupported elements are only counted.
 [[nodiscard]] Outcome<File> read_file(Source& source, Generation version, const Execution& execution);
 
-/// Fields with a value for each node or each cell (elements, facets, edges, each with degree 2 first); notices report
+/// Fields with a value for each node or each cell (elements, facets, edges, each with degree 2 first). Notices report
 /// the others.
 [[nodiscard]] MeshFields fields_of(const File& file, std::span<const std::uint64_t> cell_tags,
                                    std::vector<Notice>& notices);
 
-/// Sets unknown dimensions to the highest one of the group's elements; groups without elements are removed.
+/// Sets a group's unknown dimension to the highest one of its elements; removes groups without elements.
 void find_dimensions(const File& file, Buffer<Group>& groups);
-/// Called if references are tags of entities, to which group names do not apply.
+/// Called if references are entity tags, to which group names do not apply.
 void drop_names(Buffer<Group>& groups, std::vector<Notice>& notices);
 /// Concatenates tags; empty if they are 1, 2, 3 …
 [[nodiscard]] Column<std::uint64_t> explicit_tags(std::initializer_list<const Buffer<std::uint64_t>*> parts);
-/// `nodes`: tags of all nodes of the file.
+/// `nodes`: tags of all nodes in the file.
 [[nodiscard]] Column<std::uint64_t> tags_of_vertices(const DecodedMesh& decoded, const Buffer<std::uint64_t>& nodes);
 
 [[nodiscard]] Outcome<DecodedMesh> mesh_of(File file, const std::string& name, const Execution& execution);
 
-// Physical tags and entities of simplices and vertices in an MSH file.
+// Physical tags and entities that simplices and vertices get in an MSH file.
 
-/// Simplices of one dimension, entity and reference.
+/// Simplices with the same dimension, entity and reference.
 struct Class {
     Reference entity = 0, reference = 0;
     std::size_t count = 0;
-    Reference tag = 0, physical = 0;  ///< in the file: positive; physical 0: no group
+    Reference tag = 0, physical = 0;  ///< tags in the file, positive; physical 0: no group
 };
 
 struct Classes {
     std::vector<Class> list;
-    Buffer<std::uint32_t> of;  ///< class of each simplex
-    /// New numbers of those ≤ 0.
+    Buffer<std::uint32_t> of;
+    /// New numbers of references and entities that are not positive.
     std::map<Reference, Reference> physical_of, tag_of;
-    std::set<Reference> tags;  ///< tags in use
+    std::set<Reference> tags;  ///< entity tags in use
 
     [[nodiscard]] Reference physical(Reference reference) const {
         return reference > 0 ? reference : physical_of.at(reference);
@@ -203,32 +202,31 @@ struct Classes {
     [[nodiscard]] Reference tag(Reference entity) const { return entity > 0 ? entity : tag_of.at(entity); }
 };
 
-/// Policy for reference 0.
+/// Treatment of reference 0.
 enum class Unnumbered : std::uint8_t {
     grouped,     ///< a free number, as for negative ones
-    in_no_group  ///< unless a name belongs to 0
+    in_no_group  ///< no group, unless 0 has a name
 };
 
-/// `entities`: like `references`, or empty. `named`: references of groups; `places`: entities of vertices.
+/// `entities`: one for each simplex, or empty. `named`: references of groups. `places`: entities of vertices.
 [[nodiscard]] Classes classes_of(std::span<const Reference> references, std::span<const Reference> entities,
                                  std::span<const Reference> named, std::span<const Reference> places,
                                  Unnumbered unnumbered = Unnumbered::grouped);
 
-/// The one association of a vertex that the file can store.
+/// The only association of a vertex that the file can store.
 struct Place {
-    int dimension = 3;      ///< 3: no association
-    std::uint32_t row = 0;  ///< in the associations of that dimension
+    int dimension = 3;      ///< dimension of the entity; 3: no association
+    std::uint32_t row = 0;  ///< row in the associations of this dimension
 };
 
 /// First association of each vertex with an entity of the lowest dimension; empty without associations.
 template <int D>
 [[nodiscard]] Buffer<Place> places_of(const LinearMesh<D>& mesh);
 
-/// Numbers in the file.
 struct Numbers {
     Buffer<Place> places;
     std::vector<Classes> of_dimension;
-    Buffer<std::uint32_t> points;  ///< point elements, ascending
+    Buffer<std::uint32_t> points;  ///< vertices that are point elements, ascending
 };
 template <int D>
 [[nodiscard]] Numbers numbers_of(const LinearMesh<D>& mesh);
@@ -240,7 +238,7 @@ template <int D>
     return mesh.geometry.on_surfaces[place.row].entity;
 }
 
-/// Calls f(dimension, simplices), lowest dimension first.
+/// Calls f(dimension, simplices) for ascending dimensions.
 template <int D, class F>
 void with_each_dimension(const LinearMesh<D>& mesh, F&& f) {
     if constexpr (D == 3) f(std::integral_constant<int, 1>{}, mesh.edges);
@@ -248,20 +246,19 @@ void with_each_dimension(const LinearMesh<D>& mesh, F&& f) {
     f(std::integral_constant<int, D>{}, mesh.elements);
 }
 
-// Simplices in several physical groups. In a file a simplex may be in any number of groups, each with a tag. In a mesh
-// a simplex has one reference, which has a name for each group; the main name is that of the first group in
-// `LinearMesh::groups` with this reference. The tag of a name is the lowest reference with this main name.
+// Simplices in several physical groups. In a file, a simplex may be in any number of groups, each with a tag. In a
+// mesh, a simplex has one reference, and a reference may have the names of several groups. Its main name is that of the
+// first group in `LinearMesh::groups` with this reference. A name's tag is the lowest reference with this main name.
 
-/// Replaces first tags by references, so that different tag sets have different references. Among sets with the same
-/// first tag the lowest keeps it; each other set gets the next number after all tags. Adds names of further groups to
-/// `groups`; unnamed groups that share simplices with others get a name.
+/// Replaces first tags by references, so that each set of tags has its own reference. Among sets with the same first
+/// tag, the lowest keeps it; each other set gets a number above all tags. Adds names of further groups to `groups`; an
+/// unnamed group that shares simplices with another gets a name.
 void assign_references(File& file, Buffer<Group>& groups, std::vector<Notice>& notices);
 
-/// Quoted names on one line; the empty name is legal.
+/// Names are in quotes on one line, possibly empty.
 [[nodiscard]] inline NameRule name_rule() { return {.legal = quotable_name, .unnamed = {}}; }
 [[nodiscard]] inline FieldNames field_names() { return {name_rule(), name_rule()}; }
 
-/// A named physical group.
 struct NamedTag {
     int dimension = 0;
     Reference tag = 0;
@@ -272,9 +269,9 @@ class GroupTags {
   public:
     GroupTags(const Column<Group>& groups, const Numbers& numbers);
 
-    /// Each tag once.
+    /// Named groups; each tag occurs once.
     [[nodiscard]] const std::vector<NamedTag>& named() const { return named_; }
-    /// The main tag first; empty if in no group.
+    /// Physical tags, the main tag first; empty if in no group.
     [[nodiscard]] std::vector<Reference> of(int dimension, const Class& simplices) const;
 
   private:
@@ -282,32 +279,31 @@ class GroupTags {
     std::map<std::pair<int, Reference>, std::vector<Reference>> of_several_;  ///< for references with several names
 };
 
-/// One tag for each class; 0: none.
 [[nodiscard]] std::vector<Reference> main_tags(const GroupTags& groups, const Numbers& numbers, int dimension);
 
 struct FileEntity {
     int dimension = 0;
     Reference tag = 0;
-    std::vector<Reference> physicals = {};  ///< empty: no group or no simplices
+    std::vector<Reference> physicals = {};  ///< physical tags; empty without group or simplices
     Box<3> box = {};
 };
 
-/// Items by group, in order within each group.
+/// Items by group; their order within a group is preserved.
 struct Grouped {
     Buffer<std::uint32_t> items;
-    std::vector<std::size_t> starts;  ///< one entry more than groups
+    std::vector<std::size_t> starts;  ///< begin of each group, and the end
 };
 
 /// Entities of nodes and simplices in version 4.
 struct Layout {
-    std::vector<FileEntity> entities;  ///< ascending by dimension and tag
-    /// Entity of each class, by dimension; 0: point elements.
+    std::vector<FileEntity> entities;  ///< by dimension, then by tag
+    /// Entity of each class, by dimension; dimension 0: point elements.
     std::array<std::vector<std::uint32_t>, 4> entity_of_class;
-    /// Group 2 × entity, plus 1 for nodes with parameters.
+    /// Entity e has group 2 e, and 2 e + 1 for nodes with parameters.
     Grouped nodes;
 };
 
-/// Items 0 to n − 1 by group_of(item) < `groups`.
+/// Groups items 0 to n − 1 by group_of(item) < `groups`.
 [[nodiscard]] Grouped grouped(std::size_t n, std::size_t groups, const auto& group_of) {
     Grouped result{Buffer<std::uint32_t>(n), std::vector<std::size_t>(groups + 1, 0)};
     for (std::size_t i = 0; i < n; ++i) ++result.starts[group_of(i) + 1];
@@ -317,12 +313,11 @@ struct Layout {
     return result;
 }
 
-/// Errors: stopped, memory.
 template <class Mesh>
 [[nodiscard]] Outcome<Layout> layout_of(const Grid<Mesh>& grid, const Numbers& numbers, const GroupTags& groups,
                                         const Execution& execution);
 
-/// Write physical group names (if there are any) and entities.
+/// These functions write names of physical groups, if any, and entities.
 void put_names(const GroupTags& groups, Sink& sink);
 void put_entities(const Layout& layout, Sink& sink);
 

@@ -27,7 +27,7 @@ using Tags = std::vector<Reference>;
 
 constexpr std::array<std::string_view, 4> plurals{"points", "edges", "triangles", "tetrahedra"};
 
-/// Calls f(elements) for both degrees.
+/// Calls f for the elements of both degrees.
 template <int K, class Elements, class F>
 void with_rows_of(Elements& all, F&& f) {
     const auto visit = [&](auto& elements) {
@@ -36,7 +36,7 @@ void with_rows_of(Elements& all, F&& f) {
     std::apply([&](auto&... elements) { (visit(elements), ...); }, all);
 }
 
-/// First physical tag, and set number of the others.
+/// First physical tag, and number of the set of other tags.
 using Key = std::pair<Reference, std::uint32_t>;
 template <class Elements>
 Key key_of(const Elements& elements, std::size_t row) {
@@ -49,7 +49,7 @@ Tags tags_of(const File& file, Key key) {
     return tags;
 }
 
-/// Tag sets of one dimension with their number of simplices.
+/// Number of simplices with each tag set.
 template <int K>
 std::map<Tags, std::size_t> sets_of(const File& file) {
     std::map<Key, std::size_t> counts;
@@ -61,7 +61,7 @@ std::map<Tags, std::size_t> sets_of(const File& file) {
     return sets;
 }
 
-/// The number after all used ones, or the smallest free one if there is none.
+/// The number above all used ones, or the smallest unused one if 32 bits have no larger number.
 Reference next_number(std::set<Reference>& used) {
     Reference next = 1;
     if (used.empty() || *used.rbegin() < std::numeric_limits<Reference>::max())
@@ -72,7 +72,6 @@ Reference next_number(std::set<Reference>& used) {
     return next;
 }
 
-/// References of tag sets, with notices.
 class Assignment {
   public:
     Assignment(int dimension, const std::map<Tags, std::size_t>& sets, Buffer<Group>& groups,
@@ -82,7 +81,7 @@ class Assignment {
         for (const auto& [tags, count] : sets) used.insert(tags.begin(), tags.end());
         for (const Group& group : groups)
             if (group.dimension == dimension) used.insert(group.reference);
-        for (const auto& [tags, count] : sets) {  // in lexicographical order
+        for (const auto& [tags, count] : sets) {  // tag sets in lexicographical order
             const bool is_lowest = taken.insert(tags.front()).second;
             references_[tags] = is_lowest ? tags.front() : next_number(used);
             if (!is_lowest) report_conflict(tags, count, references_[tags]);
@@ -162,7 +161,7 @@ GroupTags::GroupTags(const Column<Group>& groups, const Numbers& numbers) {
     const auto number = [&](const Numbered& key) {
         return numbers.of_dimension[static_cast<std::size_t>(key.first)].physical(key.second);
     };
-    for (const auto& [key, all] : names) {  // in the order of references
+    for (const auto& [key, all] : names) {  // ascending references
         used[static_cast<std::size_t>(key.first)].insert(number(key));
         tags.try_emplace({key.first, all.front()}, number(key));
     }
@@ -250,7 +249,7 @@ class LayoutBuilder {
         return static_cast<std::uint32_t>(found - layout_.entities.begin());
     }
 
-    /// Classifies nodes on the simplices' entity unless a lower one is known; extends its box.
+    /// Assigns nodes to the simplices' entity, unless they are on one of lower dimension; extends the entity's box.
     template <int K>
     Outcome<Done> enter(const Simplices<K>& simplices) {
         const auto& of = numbers_.of_dimension[K].of;
@@ -293,7 +292,7 @@ class LayoutBuilder {
         for (std::size_t i = 0; i < numbers_.points.size(); ++i)
             put(numbers_.points[i], layout_.entity_of_class[0][points.of[i]]);
     }
-    /// Unused vertices without association are on the first volume.
+    /// Puts unused vertices without association on the first volume.
     void classify_unused_vertices() {
         if (std::find(where_.begin(), where_.end(), no_row) == where_.end()) return;
         const std::uint32_t volume = row_of(3, 1);

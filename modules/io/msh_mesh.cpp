@@ -26,7 +26,7 @@ struct Counts {
     std::size_t between_partitions = 0, physicals = 0, degenerate_lines = 0;
 };
 
-/// An entity, or the parent for a partition's entity.
+/// The entity of an element; for a partition's entity its parent.
 struct Owner {
     EntityKey entity;
     Reference physical = 0;
@@ -46,7 +46,7 @@ Owner owner_of(const File& file, EntityKey key) {
     return owner;
 }
 
-/// Tags other than `first` and 0, sorted and unique.
+/// Sorted unique tags, without `first` and 0.
 std::vector<Reference> without(Reference first, std::vector<Reference> tags) {
     std::sort(tags.begin(), tags.end());
     tags.erase(std::unique(tags.begin(), tags.end()), tags.end());
@@ -54,7 +54,7 @@ std::vector<Reference> without(Reference first, std::vector<Reference> tags) {
     return tags;
 }
 
-/// Stores tags and entities by row; marks rows between partitions in `dropped`.
+/// Copies tags and entities from blocks to rows; marks rows between partitions in `dropped`.
 template <int K, int N>
 void store_by_row(File& file, Elements<K, N>& elements, Buffer<std::uint8_t>& dropped, Counts& counts) {
     elements.physicals.resize(elements.tags.size());
@@ -78,7 +78,7 @@ void store_by_row(File& file, Elements<K, N>& elements, Buffer<std::uint8_t>& dr
     }
 }
 
-/// Version 2 repeats simplices for further groups, reversed if the group has the entity reversed.
+/// True if b repeats a: version 2 repeats a simplex for each further group, reversed if that has the reversed entity.
 template <int K, int N>
 bool is_repetition(const Elements<K, N>& elements, std::size_t a, std::size_t b) {
     if (elements.entities[a] != elements.entities[b] || elements.physicals[a] == elements.physicals[b]) return false;
@@ -95,7 +95,7 @@ bool has_repetitions(const Elements<K, N>& elements) {
     return false;
 }
 
-/// Rows in tag order; none: all, in file order. A repeated row adds its group to the first one.
+/// Rows to preserve, in tag order; none if all remain in file order. A repeated row adds its group to the first one.
 template <int K, int N>
 std::optional<Buffer<std::uint32_t>> selected_rows(File& file, Elements<K, N>& elements,
                                                    const Buffer<std::uint8_t>& dropped) {
@@ -117,7 +117,7 @@ std::optional<Buffer<std::uint32_t>> selected_rows(File& file, Elements<K, N>& e
     return selected;
 }
 
-/// Drops lines from a node to itself, written for curves of length zero.
+/// Drops lines from a node to itself, which Gmsh writes for curves of length zero.
 template <int N>
 void drop_degenerate(const Elements<1, N>& elements, Buffer<std::uint8_t>& dropped, Counts& counts) {
     for (std::size_t i = 0; i < elements.tags.size(); ++i) {
@@ -163,7 +163,7 @@ listing::Rows<N> rows_of(Elements<K, N>& elements, bool has_groups) {
             {simplex_name<K>, [tags](std::size_t row) { return (*tags)[row]; }, {}}};
 }
 
-/// Associations of nodes. Mid nodes without parameters get none.
+/// Associations of nodes; mid nodes without parameters have none.
 class Places {
   public:
     Places(const File& file, const listing::Mesh<3>& mesh) : file_(file), known_(mesh.points.size(), std::uint8_t{0}) {
@@ -248,7 +248,7 @@ Outcome<Done> add_points(const File& file, listing::Mesh<3>& mesh, Places& place
     return Done{};
 }
 
-/// The file has no own references for them.
+/// Mid nodes without a reference get that of their edge's ends.
 void set_mid_node_references(const listing::Mesh<3>& mesh, Buffer<Reference>& references) {
     const auto append = [&]<int K>(const listing::Simplices<K>& kind) -> Outcome<Done> {
         for (const auto& nodes : kind.curved.nodes)
@@ -303,7 +303,7 @@ Outcome<DecodedMesh> mesh_of(File file, const std::string& name, const Execution
                                  &lines_2.tags, &lines_1.tags})
             cell_tags.insert(cell_tags.end(), tags->begin(), tags->end());
 
-    // Degree 2 first, like `assembled`.
+    // degree 2 first, as in `assembled`
     std::array<Column<std::uint64_t>, 4> tags_of_simplices{
         Column<std::uint64_t>(), explicit_tags({&lines_2.tags, &lines_1.tags}),
         explicit_tags({&triangles_2.tags, &triangles_1.tags}), explicit_tags({&tetrahedra_2.tags, &tetrahedra_1.tags})};

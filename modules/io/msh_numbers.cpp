@@ -52,7 +52,7 @@ void find_classes(std::span<const Reference> references, std::span<const Referen
     }
 }
 
-/// Positive references stay; others get free numbers, 0 first, or no group.
+/// Positive references are physical tags. Others get free tags, 0 first; 0 may mean no group.
 void number_references(std::span<const Reference> named, Unnumbered unnumbered, Classes& classes) {
     std::set<Reference> used;
     std::set<Reference, std::greater<>> others;
@@ -71,17 +71,17 @@ void number_references(std::span<const Reference> named, Unnumbered unnumbered, 
     for (Class& one : classes.list) one.physical = classes.physical(one.reference);
 }
 
-/// A positive entity number goes to the class with the lowest physical tag. Without entity a class takes its physical
-/// tag if no other class has it. Others get free numbers.
+/// If classes have the same positive entity, the one with the lowest physical tag gets its number. Without entity, a
+/// class gets its physical tag if no other class has it. Others get free numbers.
 void number_entities(std::span<const Reference> places, Classes& classes) {
     std::vector<Class*> order;
     order.reserve(classes.list.size());
     for (Class& one : classes.list) order.push_back(&one);
-    const auto rank = [](const Class* one) {  // known, then unknown, then negative ones
+    const auto rank = [](const Class* one) {  // first positive entities, then unknown, then negative ones
         return std::tuple(one->entity > 0 ? 0 : 1, one->entity > 0 ? one->entity : -(one->entity + 1), one->physical);
     };
     std::sort(order.begin(), order.end(), [&](const Class* a, const Class* b) { return rank(a) < rank(b); });
-    std::map<Reference, Reference> physical_on;  // for entities with simplices
+    std::map<Reference, Reference> physical_on;  // physical tag of each entity with simplices
     const auto takes = [&](Class& one, Reference tag) {
         const bool is_free = tag > 0 && physical_on.try_emplace(tag, one.physical).first->second == one.physical;
         if (is_free) one.tag = tag;
@@ -160,8 +160,7 @@ Numbers numbers_of(const LinearMesh<D>& mesh) {
     numbers.of_dimension[0] = points_of(mesh, named[0], on[0], numbers);
     with_each_dimension(mesh, [&](auto dimension, const auto& simplices) {
         constexpr auto k = static_cast<std::size_t>(dimension());
-        // Solvers need groups for all simplices that they integrate over; in a tetrahedral mesh curves are not among
-        // them.
+        // Solvers need groups of the simplices that they integrate over, so curves in a tetrahedral mesh need none.
         const bool is_beside_volumes = k < D - 1 && mesh.elements.size() > 0;
         const auto unnumbered = is_beside_volumes ? Unnumbered::in_no_group : Unnumbered::grouped;
         numbers.of_dimension[k] =
@@ -204,7 +203,7 @@ void put_entities(const Layout& layout, Sink& sink) {
     sink.line(counts[0], counts[1], counts[2], counts[3]);
     for (const FileEntity& entity : layout.entities) {
         const auto& [low, high] = entity.box;
-        // Adding 0.0 turns −0 into 0: the sign depends on the order of threads.
+        // Adding 0.0 turns −0 into 0, because the sign of zero depends on the order of threads.
         sink.words(entity.tag, low[0] + 0.0, low[1] + 0.0, low[2] + 0.0);
         if (entity.dimension > 0) sink.words(high[0] + 0.0, high[1] + 0.0, high[2] + 0.0);
         sink.words(std::uint64_t{entity.physicals.size()});

@@ -122,7 +122,7 @@ class Writer {
         sink_.end_section("Elements");
         return written;
     }
-    /// Type and number of tags are in each line of text files, in a header of binary files.
+    /// Type and number of tags are in each line of text files, but in a header of binary files.
     template <std::size_t Width>
     Outcome<Done> elements_2(std::int32_t type, const std::vector<Reference>& physicals, std::size_t dimension,
                              std::size_t before, const auto& put) {
@@ -246,7 +246,7 @@ class Writer {
 
     // ---------------------------------------------------------------- fields
 
-    /// Readers expect values in tag order: elements are first among the mesh's cells, but last in the file.
+    /// Readers expect values in tag order: elements are the mesh's first cells, but last in the file.
     [[nodiscard]] std::size_t cell_in_file(std::size_t i) const {
         const std::size_t elements = linear_.elements.size(), facets = linear_.facets.size();
         const std::size_t edges = linear_.edges.size();
@@ -304,7 +304,7 @@ class Writer {
     const Execution& execution_;
     Sink sink_;
     Numbers numbers_;
-    std::array<std::size_t, 5> before_{};  ///< file elements before each dimension, and all
+    std::array<std::size_t, 5> before_{};  ///< file elements before each dimension, and in all
 };
 
 }  // namespace

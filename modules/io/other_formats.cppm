@@ -23,16 +23,16 @@ export namespace camber {
 
 enum class VtkEncoding : std::uint8_t { ascii, binary };
 
-/// Decodes a legacy VTK file (.vtk, versions 1 to 5.1) with an UNSTRUCTURED_GRID, as text or binary, like `decode_vtu`
-/// for the same cells and arrays. In binary files errors are at the line of the keyword. Errors: also unsupported
+/// Decodes a legacy VTK file (.vtk, versions 1 to 5.1) with an UNSTRUCTURED_GRID, as text or binary; cells and arrays
+/// are as in `decode_vtu`. In binary files errors are reported at the keyword's line. Further errors: unsupported
 /// (other data sets, string arrays in binary files).
 [[nodiscard]] Outcome<DecodedMesh> decode_vtk(std::span<const std::byte> bytes, std::string_view name,
                                               const DecodeOptions& options, const Execution& execution);
 
 [[nodiscard]] bool is_vtk(std::span<const std::byte> bytes, VtkEncoding encoding);
 
-/// Encodes version 4.2, which old readers support: points, cells and arrays of `encode_vtu` with quadratic cells.
-/// Errors: also unsupported (more points or cell entries than 31 bits can number).
+/// Encodes version 4.2, which old readers support: points, cells and arrays as in `encode_vtu` with quadratic cells.
+/// Further errors: unsupported (more points or cell entries than 31 bits can number).
 template <int D>
 [[nodiscard]] Outcome<Chunks> encode_vtk(const Mesh<D>& mesh, const MeshFields& fields, VtkEncoding encoding,
                                          const Execution& execution);
@@ -45,7 +45,7 @@ template <int D>
 
 namespace camber::vtk {
 
-/// Rules of VTU, without the keywords of arrays.
+/// Rules of VTU; keywords of arrays are also legal.
 [[nodiscard]] FieldNames field_names();
 
 inline constexpr const char* damaged = "the file is cut off or damaged";
@@ -58,11 +58,10 @@ using Failure = decltype(fail(std::declval<Error>()));
     return text;
 }
 
-/// Reads words, lines and numbers from begin to end.
 struct Source {
     std::string name;
     std::string_view text;
-    std::size_t at = 0, keyword = 0;  ///< position; begin of the section, as the place of errors
+    std::size_t at = 0, keyword = 0;  ///< position; begin of the section, for messages
     bool binary = false;
 
     [[nodiscard]] std::string place() const { return line_place(name, text, text.data() + keyword); }
@@ -115,7 +114,7 @@ enum class StlEncoding : std::uint8_t { ascii, binary };
 ///   triangles have reference 1.
 /// - Normals and binary attributes are ignored.
 ///
-/// Errors: also input (a different number of triangles than announced), unsupported (facets that are not triangles,
+/// Further errors: input (a different number of triangles than announced), unsupported (facets that are not triangles,
 /// more than 32 bits can number).
 [[nodiscard]] Outcome<DecodedMesh> decode_stl(std::span<const std::byte> bytes, std::string_view name,
                                               const DecodeOptions& options, const Execution& execution);
@@ -133,7 +132,7 @@ template <int D>
 /// Binary: the size matches the triangle count, also if the header begins with `solid`. Text: begins with `solid`.
 [[nodiscard]] bool is_stl(std::span<const std::byte> bytes, StlEncoding encoding);
 
-/// Differences between the mesh and the mesh read back.
+/// Lists differences between the mesh and the mesh read back.
 template <int D>
 [[nodiscard]] std::vector<Notice> not_in_stl(const Mesh<D>& mesh, StlEncoding encoding);
 
@@ -141,7 +140,7 @@ template <int D>
 
 namespace camber::stl {
 
-/// Header, 4-byte number of triangles, rows of a normal, three corners and an attribute.
+/// Header, number of triangles, and a row (normal, three corners, attribute) for each.
 inline constexpr std::size_t header_bytes = 80, count_bytes = 4, row_bytes = 50;
 
 struct Triangle {
@@ -170,13 +169,13 @@ class Solids {
     Buffer<Group> groups_;
 };
 
-/// Data to write; it is read back unchanged except for the vertices.
+/// Data to write. Reading restores it, except for vertices.
 struct Written {
-    Triangles triangles = {};            ///< by solid, without equal corners
-    Buffer<Group> groups = {};           ///< text: the solids
-    std::vector<Renaming> renamed = {};  ///< groups and their solids
+    Triangles triangles = {};            ///< in order of solids; none has equal corners
+    Buffer<Group> groups = {};           ///< text: named solids
+    std::vector<Renaming> renamed = {};  ///< names of groups and of solids
     std::size_t left_out = 0;            ///< triangles with equal corners
-    std::size_t rounded = 0;             ///< binary: coordinates not exact in 32 bits; infinite if too large
+    std::size_t rounded = 0;  ///< binary: coordinates not exact in 32 bits; infinite if too large
 };
 template <class Mesh>
 [[nodiscard]] Written written(const Mesh& mesh, const Column<Group>& groups, StlEncoding encoding);
@@ -184,7 +183,7 @@ template <class Mesh>
 /// Merges coincident corners (−0 equals 0). Precondition: no triangle has equal corners.
 [[nodiscard]] listing::Mesh<3> welded(const Triangles& triangles);
 
-/// Group name of each reference, else one with its number.
+/// Group name, else one with the reference's number.
 [[nodiscard]] std::map<Reference, std::string> solid_names(const Triangles& triangles, const Column<Group>& groups,
                                                            std::vector<Renaming>& renamed);
 
@@ -214,16 +213,16 @@ export namespace camber {
     return decode_cgns(bytes, name, {}, execution);
 }
 
-/// Encodes a section for each dimension and reference, and a boundary condition for facets. Their names are those of
-/// the groups, else `tetrahedra_N`, `triangles_N`, `edges_N`. Scalars and vectors at nodes become a flow solution. The
-/// library writes to a file in the folder for temporary files. Errors: write, unsupported (the library is missing).
+/// Encodes a section for each dimension and reference, and a boundary condition for each facet reference. Names are
+/// those of groups, else `tetrahedra_N`, `triangles_N`, `edges_N`. Scalars and vectors at nodes become a flow solution.
+/// The library writes to a file in the folder for temporary files. Errors: write, unsupported (the library is missing).
 template <int D>
 [[nodiscard]] Outcome<Chunks> encode_cgns(const Mesh<D>& mesh, const MeshFields& fields, const Execution& execution);
 
-/// HDF5 (but not MED) or ADF.
+/// True for HDF5 (but not MED) and ADF.
 [[nodiscard]] bool is_cgns(std::span<const std::byte> bytes);
 
-/// Includes the order of simplices if a reference occurs in several runs.
+/// Lists lost data, also the order of simplices if a reference occurs in several runs.
 template <int D>
 [[nodiscard]] std::vector<Notice> not_in_cgns(const Mesh<D>& mesh);
 
@@ -233,7 +232,7 @@ template <int D>
 
 namespace camber::cgns {
 
-/// Default name of a reference.
+/// Name of a reference without a group.
 [[nodiscard]] std::string plain_name(int dimension, Reference reference);
 
 [[nodiscard]] Error error_of(const char* said, ErrorKind kind, std::string_view doing, std::string_view name);
@@ -245,7 +244,7 @@ namespace camber::cgns {
 /// Recognition of MED files; names of fields, sections and boundary conditions in CGNS files.
 namespace camber {
 
-/// MED file of Salome: HDF5 like CGNS, with other nodes.
+/// MED files of Salome are HDF5 like CGNS, with other nodes.
 [[nodiscard]] bool is_med(std::span<const std::byte> bytes);
 
 }  // namespace camber
@@ -257,7 +256,7 @@ namespace camber::cgns {
 [[nodiscard]] FieldNames field_names();
 
 using ReferenceNames = std::map<std::pair<int, Reference>, std::string>;
-/// One section for each reference; boundary conditions for references of facets, none for a surface mesh.
+/// One section for each reference, and one boundary condition for each facet reference (none in a surface mesh).
 struct GroupNames {
     ReferenceNames sections, conditions;
 };
@@ -268,10 +267,9 @@ template <int D>
 
 export namespace camber {
 
-/// Encodes an XDMF 3 file with all numbers as text, in one grid. Degree 1 is a mixed grid of elements, facets and
-/// feature edges. Degree 2 has the elements only (of a surface its triangles), since readers do not support mixed grids
-/// of degree 2. Attributes are `reference` of nodes and cells, and the fields; symmetric tensors are written as full
-/// ones.
+/// Encodes an XDMF 3 file with one grid and all numbers as text. Degree 1 is a mixed grid of elements, facets and
+/// feature edges. Degree 2 has only the elements (for a surface its triangles), since readers do not support mixed
+/// grids of degree 2. Attributes are the fields and `reference` of nodes and cells; symmetric tensors become full ones.
 template <int D>
 [[nodiscard]] Outcome<Chunks> encode_xdmf(const Mesh<D>& mesh, const MeshFields& fields, const Execution& execution);
 

@@ -43,7 +43,7 @@ void append(Buffer<T>& to, const Buffer<T>& from) {
     to.insert(to.end(), from.begin(), from.end());
 }
 
-/// `before`: points of the earlier pieces.
+/// `before`: number of points in earlier pieces.
 template <int N>
 void append(listing::Rows<N>& to, const listing::Rows<N>& from, std::size_t before) {
     if (!from.entities.empty() || !to.entities.empty()) {
@@ -58,7 +58,7 @@ void append(listing::Rows<N>& to, const listing::Rows<N>& from, std::size_t befo
     append(to.references, from.references);
 }
 
-/// End of each kind's rows in cell fields.
+/// End of the rows of each kind of cell.
 std::vector<std::size_t> cell_ends(const listing::Mesh<3>& mesh) {
     std::vector<std::size_t> ends;
     const auto add = [&](const auto& kind) {
@@ -73,7 +73,7 @@ std::vector<std::size_t> cell_ends(const listing::Mesh<3>& mesh) {
 
 using Pieces = std::vector<listing::Mesh<3>>;
 
-/// Node fields by piece, cell fields by kind and then by piece.
+/// Joins node fields by piece, cell fields by kind and then by piece.
 template <class T>
 Column<T> joined_rows(const Pieces& pieces, const std::vector<const MeshField*>& fields, std::size_t width) {
     Buffer<T> rows;
@@ -189,7 +189,7 @@ Outcome<DecodedMesh> joined(const Pieces& pieces, const std::string& name, std::
 std::string described(const std::vector<DataArray>& arrays) {
     std::string xml;
     for (const DataArray& array : arrays)
-        if (array.name != "entity")  // not present in all pieces
+        if (array.name != "entity")  // `entity` may be missing in some pieces
             xml += "<PDataArray type=\"" + array.type + "\" Name=\"" + escaped(array.name) +
                    "\" NumberOfComponents=\"" + std::to_string(array.components) + "\"/>\n";
     return xml;

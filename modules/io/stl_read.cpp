@@ -113,7 +113,7 @@ class Parser {
         return Done{};
     }
 
-    /// The normal is not parsed: some programs write `nan`.
+    /// Reads a facet. The normal is not parsed: some programs write `nan`.
     Outcome<Done> facet() {
         if (auto done = expect("normal"); !done) return done;
         for (int c = 0; c < 3; ++c)
@@ -150,7 +150,7 @@ class Parser {
     std::string_view text_, name_;
     Words words_;
     File file_;
-    const char* at_ = nullptr;  ///< of the last word
+    const char* at_ = nullptr;  ///< position of the last word
     std::string word_;
 };
 
@@ -176,7 +176,7 @@ Outcome<File> read_binary(std::span<const std::byte> bytes, std::string_view nam
     auto done = each(
         execution, file.triangles.size(),
         [&](std::size_t t) {
-            const std::size_t row = head + row_bytes * t + 12;  // after the normal
+            const std::size_t row = head + row_bytes * t + 12;  // position of the corners, after the normal
             bool finite = true;
             file.triangles[t].reference = 1;
             for (std::size_t i = 0; i < 9; ++i) {
@@ -193,7 +193,7 @@ Outcome<File> read_binary(std::span<const std::byte> bytes, std::string_view nam
     return file;
 }
 
-/// Binary files that begin with `solid` have zero bytes near the begin, text files do not.
+/// Binary files that begin with `solid` have zero bytes near the begin; text files have none.
 bool looks_binary(std::span<const std::byte> bytes) {
     const auto begin = bytes.first(std::min<std::size_t>(bytes.size(), 1024));
     return std::find(begin.begin(), begin.end(), std::byte{0}) != begin.end();
@@ -245,7 +245,7 @@ listing::Mesh<3> welded(const Triangles& triangles) {
 
 namespace {
 
-/// One line, without blanks at either end.
+/// Name on one line, without blanks at either end.
 std::string solid_name(std::string_view text) {
     std::string name(text);
     for (char& c : name)
@@ -255,7 +255,6 @@ std::string solid_name(std::string_view text) {
     return name.substr(first, name.find_last_not_of(' ') - first + 1);
 }
 
-/// Empty if there is none.
 std::string group_name(const Column<Group>& groups, Reference reference) {
     for (const Group& group : groups)
         if (group.dimension == 2 && group.reference == reference) return group.name;
@@ -304,7 +303,7 @@ bool is_stl(std::span<const std::byte> bytes, StlEncoding encoding) {
         bytes.size() >= head && stl::may_be_header(bytes) &&
         bytes.size() == head + stl::row_bytes * std::uint64_t{stl::number_at(bytes, stl::header_bytes)};
     if (encoding == StlEncoding::binary || is_binary) return is_binary == (encoding == StlEncoding::binary);
-    constexpr std::size_t soon = 256;  // allows leading blanks
+    constexpr std::size_t soon = 256;  // blanks may precede the first word
     std::string_view text = stl::text_of(bytes.first(std::min(bytes.size(), soon)));
     while (!text.empty() && is_blank(text.front())) text.remove_prefix(1);
     return stl::lower(text.substr(0, 5)) == "solid" && (text.size() < 6 || is_blank(text[5]));

@@ -25,14 +25,14 @@ namespace {
 
 constexpr double infinite = std::numeric_limits<double>::infinity();
 
-/// Three vertices, for degree 2 also the nodes of edges 01 12 20.
+/// Three vertices; for degree 2 also the nodes of edges 01, 12, 20.
 template <std::size_t Nodes>
 struct Face {
     std::array<std::size_t, Nodes> nodes{};
     Reference reference = 0;
 };
 
-/// Sorted nodes: the same for any orientation.
+/// Sorted nodes, which identify a face in any orientation.
 using FaceKey = std::array<std::size_t, 3>;
 FaceKey key_of(std::size_t a, std::size_t b, std::size_t c) {
     FaceKey key{a, b, c};
@@ -72,7 +72,7 @@ class Surface {
         return faces;
     }
 
-    /// Faces of exactly one element, with the references of their facets.
+    /// Faces of exactly one element, with the references of the facets on them.
     [[nodiscard]] Faces boundary() const {
         std::vector<std::pair<FaceKey, std::size_t>> all;
         all.reserve(linear_.elements.size() * 4);
@@ -107,7 +107,7 @@ class Surface {
         return faces;
     }
 
-    /// Outward also for inverted elements.
+    /// A face, oriented outwards even for inverted elements.
     [[nodiscard]] Face<width> outward(std::size_t e, int i) const {
         auto local = face_opposite<3>(i);
         const auto& v = linear_.elements.vertices[e];
@@ -157,7 +157,7 @@ Triangles triangles_of(const Mesh& mesh) {
     return triangles;
 }
 
-/// Rounds to 32 bits, possibly to infinity. Returns the number of changes.
+/// Rounds to 32 bits, possibly to infinity. Returns the number of changed coordinates.
 std::size_t round(Triangles& triangles) {
     std::size_t rounded = 0;
     for (Triangle& triangle : triangles)
@@ -196,7 +196,7 @@ Written written(const Mesh& mesh, const Column<Group>& groups, StlEncoding encod
 
 namespace {
 
-/// Unit normal; zero without area.
+/// Unit normal; zero for a triangle without area.
 Vec<3> normal_of(const Triangle& triangle) {
     const auto& [a, b, c] = triangle.corners;
     Vec<3> u{}, v{};
@@ -218,7 +218,7 @@ Vec<3> normal_of(const Triangle& triangle) {
     return normal;
 }
 
-/// Least significant byte first.
+/// Writes the least significant byte first.
 void put_number(std::byte*& to, std::uint32_t bits) {
     for (unsigned shift = 0; shift < 32; shift += 8) *to++ = static_cast<std::byte>(bits >> shift & 0xffU);
 }
@@ -235,7 +235,7 @@ Outcome<Chunks> binary(const Triangles& triangles) {
                         {}, {}, "write it as text: --format stl-ascii");
     Buffer<std::byte> bytes(header_bytes + count_bytes + row_bytes * triangles.size());
     std::byte* to = bytes.data();
-    std::string header = "the boundary of a mesh of Camber";  // must not begin with "solid" like text
+    std::string header = "the boundary of a mesh of Camber";  // must not begin with "solid", like text files
     header.resize(header_bytes, ' ');
     std::memcpy(to, header.data(), header.size());
     to += header.size();
@@ -252,7 +252,7 @@ Outcome<Chunks> binary(const Triangles& triangles) {
 }
 
 Outcome<Chunks> text(const Written& all, const Execution& execution) {
-    constexpr std::size_t room = 19;  // words per triangle, 12 of them numbers
+    constexpr std::size_t room = 19;  // words of a triangle as text, 12 of them numbers
     const Triangles& triangles = all.triangles;
     const auto write = [](char* to, std::string_view words) { return std::copy(words.begin(), words.end(), to); };
     const auto write_point = [](char* to, const Vec<3>& p) {

@@ -45,7 +45,7 @@ struct PointRange {
     std::size_t first = 0, count = 0;
 };
 
-/// Appends rows `type nodes… [index]`; other simplices are counted in `refused`.
+/// Appends rows `type nodes… [index]`; elements of other shapes are counted in `refused`.
 template <int K>
 Outcome<Done> read_simplices(const Zone& zone, const Block& block, PointRange points, Reference reference,
                              listing::Rows<K + 1>& into, UnsupportedItems& refused) {
@@ -84,7 +84,7 @@ Outcome<Done> read_simplices(const Zone& zone, const Block& block, PointRange po
     return Done{};
 }
 
-/// Skips further numbers after D coordinates, as SU2 does: a third coordinate in 2D, an index, a global index of a
+/// Ignores numbers after D coordinates, as SU2 does: a third coordinate in 2D, an index, a global index of a
 /// partitioned mesh. `heights` counts nonzero third coordinates.
 template <int D>
 Outcome<Done> read_points(const Zone& zone, const Block& block, Buffer<Vec<D>>& points, std::size_t& heights) {
@@ -112,7 +112,7 @@ Outcome<Done> read_points(const Zone& zone, const Block& block, Buffer<Vec<D>>& 
     return Done{};
 }
 
-/// Equal names share a reference.
+/// Equal marker names share a reference.
 template <int D>
 struct MarkerReferences {
     Buffer<Group>& groups;
@@ -128,7 +128,7 @@ struct MarkerReferences {
 
 using Zones = std::vector<const Zone*>;
 
-/// Elements are by zone, facets by zone and marker.
+/// Elements are in the order of zones, facets in that of zones and markers.
 auto place_of_elements(const Zones& zones) {
     return [zones](std::size_t row) {
         for (const Zone* const zone : zones) {
@@ -183,7 +183,7 @@ Outcome<DecodedMesh> read_mesh(const Zones& zones, std::vector<Notice> notices, 
 }
 
 void note_losses(const Zone& zone, std::vector<Notice>& notices) {
-    if (!zone.markers_announced)  // Gmsh omits NMARK for meshes without groups; a truncated file looks the same
+    if (!zone.markers_announced)  // Gmsh omits NMARK in meshes without groups; a truncated file looks the same
         notices.push_back({"the file has no NMARK, so it has no markers of the boundary"});
     if (zone.parallel_markers > 0)
         notices.push_back({std::to_string(zone.parallel_markers) + " markers SEND_RECEIVE were left out"});
@@ -195,7 +195,7 @@ void note_losses(const Zone& zone, std::vector<Notice>& notices) {
         {std::to_string(zone.foreign_blocks) + " other keywords were left out, the first of them " + first});
 }
 
-/// Errors: input (no zone of that number).
+/// Errors: input (the file has no zone with this number).
 Outcome<Zones> chosen(const File& file, const std::string& requested) {
     Zones zones;
     std::string numbers;
@@ -242,7 +242,7 @@ Outcome<DecodedMesh> decode_su2(std::span<const std::byte> bytes, std::string_vi
 }
 
 bool is_su2(std::span<const std::byte> bytes) {
-    constexpr std::size_t soon = 65536;  // allows leading comments
+    constexpr std::size_t soon = 65536;  // comments may precede the first keyword
     const auto line = su2::Lines(su2::text_of(bytes.first(bytes.size() < soon ? bytes.size() : soon))).next();
     if (!line) return false;
     const std::string_view key = su2::entry_of(*line).key;

@@ -74,7 +74,7 @@ class Index {
         return Done{};
     }
 
-    /// Unknown blocks may have rows; other rows without a header are errors.
+    /// Accepts rows of unknown blocks; other rows without a header are errors.
     Outcome<Done> unexpected_row(std::string_view line) {
         if (in_foreign_) return Done{};
         return fail_at(zone_.place(line), "is neither a keyword with = nor one of the announced rows");
@@ -108,7 +108,7 @@ class Index {
         return Done{};
     }
 
-    /// Skips the announced rows.
+    /// Returns a block and skips its rows.
     Outcome<Block> rows(std::string_view line, std::string_view value) {
         in_foreign_ = false;
         const auto number = number_of(value);

@@ -11,7 +11,6 @@ module;
 #include <system_error>
 #include <utility>
 #include <vector>
-/// Helpers of all formats.
 module camber.io:text;
 import camber.core;
 import :meshes;
@@ -21,7 +20,7 @@ namespace camber {
 [[nodiscard]] constexpr bool is_blank(char c) { return c == ' ' || (c >= '\t' && c <= '\r'); }
 [[nodiscard]] constexpr bool ends_word(char c) { return is_blank(c) || c == '#'; }
 
-/// Words of ASCII text, between blanks and comments (`#` to the end of the line).
+/// Words of ASCII text, separated by blanks and comments (`#` to the end of the line).
 struct Words {
     const char* at;
     const char* end;
@@ -55,7 +54,7 @@ struct Words {
 
 [[nodiscard]] std::string line_place(std::string_view name, std::string_view text, const char* at);
 
-/// Accepts a leading +, Fortran's exponent D, magnitudes outside the range of double.
+/// Accepts a leading +, Fortran's exponent D, and magnitudes outside the range of double.
 [[nodiscard]] bool read_unusual_real(std::string_view word, double& value);
 
 [[nodiscard]] inline bool read_number(Words& words, std::int64_t& value) {
@@ -76,13 +75,13 @@ struct Words {
     return read_unusual_real(words.next(), value);
 }
 
-/// Memory limit in bytes for unpacked data: 100 times the file size, at least 64 MiB. Deflate reaches a ratio of 1000
-/// on constant data; meshes reach about 7 (regular grid of a box, constant types and references).
+/// Limits memory for unpacked data to 100 times the file size, at least 64 MiB. Deflate reaches a ratio of 1000 on
+/// constant data; meshes reach about 7 (regular grid, constant types and references).
 class UnpackedBudget {
   public:
     explicit constexpr UnpackedBudget(std::size_t file_bytes) : left_(most(file_bytes)) {}
 
-    /// False if it exceeds the rest.
+    /// False if the remaining budget is too small.
     [[nodiscard]] constexpr bool take(std::uint64_t count, std::uint64_t bytes_each = sizeof(double)) {
         if (bytes_each > 0 && count > left_ / bytes_each) return false;
         left_ -= count * bytes_each;
@@ -105,7 +104,7 @@ inline constexpr const char* simplices_remedy =
 /// Unsupported items by kind, in order of first occurrence.
 class UnsupportedItems {
   public:
-    /// `kind`: in the plural.
+    /// `kind`: in the plural, for messages.
     void count(const std::string& kind, std::size_t number = 1) {
         for (auto& [name, counted] : kinds_)
             if (name == kind) {
@@ -125,11 +124,11 @@ class UnsupportedItems {
         return counts;
     }
 
-    /// With `UnsupportedCells::count` no error; else as below.
+    /// Same, but without error for `UnsupportedCells::count`.
     [[nodiscard]] Outcome<Done> verdict(std::string where, UnsupportedCells unsupported_cells) const {
         return unsupported_cells == UnsupportedCells::count ? Outcome<Done>(Done{}) : verdict(std::move(where));
     }
-    /// Error of kind unsupported that names all kinds, if there are any.
+    /// Returns an error of kind unsupported with all kinds, if there are any.
     [[nodiscard]] Outcome<Done> verdict(std::string where) const {
         if (kinds_.empty()) return Done{};
         std::string text;
@@ -142,13 +141,12 @@ class UnsupportedItems {
     }
 
   private:
-    /// Limits the list for damaged files.
     static constexpr std::size_t max_kinds = 64;
     std::size_t others_ = 0;
     std::vector<CellCount> kinds_;
 };
 
-/// The first faulty row, for any number of threads.
+/// First faulty row, for any number of threads.
 class FirstErrorRow {
   public:
     void note(std::size_t row) {
@@ -165,15 +163,15 @@ class FirstErrorRow {
 
 inline constexpr std::uint32_t no_row = std::numeric_limits<std::uint32_t>::max();
 
-/// Rows in tag order, stable for equal tags; empty if already in order. Precondition: at most `max_entities` rows.
-/// Sparse tags need no memory for gaps.
+/// Rows in tag order; equal tags keep their order. Empty if already in order. Precondition: at most `max_entities`
+/// rows. Gaps between tags need no memory.
 [[nodiscard]] Buffer<std::uint32_t> rows_by_tag(std::span<const std::uint64_t> tags);
 
-/// Finds rows by contiguous, sparse or scattered tags.
+/// Finds rows by contiguous, dense or sparse tags.
 class TagIndex {
   public:
     TagIndex() = default;
-    /// `ascending` must outlive the index; row i is `rows[i]`, or i if `rows` is empty.
+    /// `ascending` must outlive the index. Tag i has row `rows[i]`, or i if `rows` is empty.
     TagIndex(std::span<const std::uint64_t> ascending, Buffer<std::uint32_t> rows);
 
     [[nodiscard]] std::uint32_t find(std::uint64_t tag) const {
@@ -192,13 +190,13 @@ class TagIndex {
     std::span<const std::uint64_t> tags_;
     Buffer<std::uint32_t> rows_;
     bool contiguous_ = false;
-    Buffer<std::uint32_t> table_;  ///< by tag minus first tag, for dense tags
+    Buffer<std::uint32_t> table_;  ///< for dense tags: rows by tag minus first tag
 };
 
 /// Mesh data that a format can hold, besides nodes and simplices.
 struct FormatCapabilities {
     bool groups = false;        ///< names of references
-    bool entities = false;      ///< of simplices
+    bool entities = false;      ///< CAD entities of simplices
     bool associations = false;  ///< entities and parameters of vertices
     bool corners = false, ridges = false, required = false;
     bool directions = false;    ///< normals and tangents
@@ -211,7 +209,7 @@ template <int D>
 [[nodiscard]] std::vector<Notice> unsupported_data(const LinearMesh<D>& mesh, FormatCapabilities capabilities,
                                                    std::string_view format);
 
-/// For formats with one name for each reference: simplices in further groups.
+/// For formats with one name for each reference: simplices that are in further groups.
 template <int D>
 [[nodiscard]] std::vector<Notice> not_in_further_groups(const LinearMesh<D>& mesh, std::string_view format);
 
@@ -232,36 +230,36 @@ template <int D>
 // Legal and unique names of fields and groups in a format.
 
 struct NameRule {
-    std::string (*legal)(std::string_view name);  ///< nearest legal name
-    std::size_t longest = std::string::npos;      ///< in bytes
-    std::vector<std::string> reserved = {};       ///< used for other data
-    std::string_view unnamed = "unnamed";         ///< for an empty name
+    std::string (*legal)(std::string_view name);  ///< returns the nearest legal name
+    std::size_t longest = std::string::npos;      ///< maximum length in bytes
+    std::vector<std::string> reserved = {};       ///< reserved for other data
+    std::string_view unnamed = "unnamed";         ///< replaces an empty name
 };
 
-/// Endings: one for each component that the file lists.
+/// A name, with an ending for each component that the file lists.
 struct ListedName {
     std::string name;
     std::vector<std::string> endings{{}};
 };
 
-/// Legal names stay, the first of equal ones; others lose illegal characters and end in _2, _3 … if the name is in use.
-/// No listed name occurs twice.
+/// Legal names stay, but only the first of equal ones. Others lose illegal characters, and end in _2, _3 … if the name
+/// is in use. The file lists no name twice.
 [[nodiscard]] std::vector<std::string> legal_names(std::span<const ListedName> names, const NameRule& rule);
 
-/// Control characters and invalid UTF-8 bytes become `_`.
+/// Replaces control characters and invalid UTF-8 bytes by `_`.
 [[nodiscard]] std::string readable_name(std::string_view name);
-/// One line, with ' for ".
+/// Name on one line, with ' in place of ".
 [[nodiscard]] std::string quotable_name(std::string_view name);
 
 struct FieldNames {
     NameRule at_nodes, at_cells;
-    std::vector<std::string> (*endings)(FieldKind kind) = nullptr;  ///< null: fields are listed once
+    std::vector<std::string> (*endings)(FieldKind kind) = nullptr;  ///< endings of components; null: none
 };
 [[nodiscard]] MeshFields with_legal_names(const MeshFields& fields, const FieldNames& rules);
 [[nodiscard]] std::vector<Notice> renamed_fields(const MeshFields& fields, const FieldNames& rules,
                                                  std::string_view format);
 
-/// Different names within a dimension stay different.
+/// Different names of one dimension stay different.
 [[nodiscard]] Column<Group> with_legal_names(const Column<Group>& groups, const NameRule& rule);
 
 using Renaming = std::pair<std::string, std::string>;

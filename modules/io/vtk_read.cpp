@@ -107,7 +107,7 @@ class Parser {
         });
     }
 
-    /// Each cell: the number of points, then the points.
+    /// Each cell is stored as the number of points, then the points.
     Outcome<Done> cells_by_counts() {
         const auto n = source_.count(), size = source_.count();
         if (!n || !size || *n > *size) return source_.wrong("the numbers of CELLS are missing or malformed");
@@ -135,7 +135,7 @@ class Parser {
         return Done{};
     }
 
-    /// Begin of each cell and end of the last, then the points; since version 5.
+    /// Reads cells as in versions since 5: the begin of each cell and the end of the last, then all points.
     Outcome<Done> cells_by_offsets() {
         const auto n = source_.count(), size = source_.count();
         if (!n || !size) return source_.wrong("the numbers of CELLS are missing or malformed");
@@ -172,7 +172,7 @@ class Parser {
         return Done{};
     }
 
-    /// For example component names; ends at the next empty line.
+    /// Skips metadata, such as component names, up to the next empty line.
     Outcome<Done> skip_metadata() {
         source_.line();
         while (source_.at < source_.text.size() && !source_.line().empty()) {
@@ -201,7 +201,7 @@ class Parser {
         return Done{};
     }
 
-    /// Skips colour tables.
+    /// Reads an attribute; skips colour tables.
     Outcome<Done> attribute(const std::string& key) {
         const std::string name = decoded(source_.word());
         if (key == "lookup_table") {

@@ -59,7 +59,7 @@ template <int D>
 /// - Other arrays of points and cells with 1, 3, 6 or 9 components become fields. Integers that fit 32 bits stay
 ///   integers, other values become double.
 ///
-/// Errors: also unsupported (another compressor).
+/// Further errors: unsupported (another compressor).
 [[nodiscard]] Outcome<DecodedMesh> decode_vtu(std::span<const std::byte> bytes, std::string_view name,
                                               const DecodeOptions& options, const Execution& execution);
 [[nodiscard]] inline Outcome<DecodedMesh> decode_vtu(std::span<const std::byte> bytes, std::string_view name,
@@ -69,20 +69,20 @@ template <int D>
 
 [[nodiscard]] bool is_vtu(std::span<const std::byte> bytes);
 
-/// Corners, ridges, required entities, given geometry.
+/// Lists corners, ridges, required entities, CAD associations and directions.
 template <int D>
 [[nodiscard]] std::vector<Notice> not_in_vtu(const Mesh<D>& mesh);
 
-/// Node field with global node numbers, by which parts are joined. VTU files store them as 64-bit integers and as VTK's
+/// Node field with global node numbers, by which parts are joined. VTU files store 64-bit integers, marked as VTK's
 /// global ids.
 inline constexpr std::string_view global_nodes = "GlobalNodeId";
-/// Cell field with global numbers; not used for joining.
+/// Cell field with global numbers, which are not used for joining.
 inline constexpr std::string_view global_cells = "GlobalElementId";
 
-/// Decodes a PVTU file, whose pieces are VTU files that `DecodeOptions::beside` reads. Points of several pieces with
+/// Decodes a PVTU file; `DecodeOptions::beside` reads its pieces, which are VTU files. Points of several pieces with
 /// the same number in `global_nodes` are merged and sorted by number; if a piece has no such numbers, coincident points
-/// are merged. Cells are in piece order without ghost cells; fields are those that all pieces have. Errors: as
-/// decode_vtu; also input (no pieces), unsupported (`beside` is null).
+/// are merged. Cells are in piece order without ghost cells; fields are those that all pieces have. Errors: those of
+/// `decode_vtu`, input (no pieces), unsupported (`beside` is null).
 [[nodiscard]] Outcome<DecodedMesh> decode_pvtu(std::span<const std::byte> bytes, std::string_view name,
                                                const DecodeOptions& options, const Execution& execution);
 
@@ -98,7 +98,7 @@ namespace camber::vtu {
 
 enum class Encoding : std::uint8_t { raw, base64 };
 
-/// For formats other than ascii.
+/// Compressor of data in formats other than ascii.
 enum class Compressor : std::uint8_t { none, zlib, lz4, lzma };
 
 using Numbers = std::variant<Buffer<double>, Buffer<float>, Buffer<std::int8_t>, Buffer<std::uint8_t>,
@@ -108,16 +108,15 @@ using Numbers = std::variant<Buffer<double>, Buffer<float>, Buffer<std::int8_t>,
 struct DataArray {
     std::string name;
     std::string type;
-    std::size_t components = 1;  ///< in the file
+    std::size_t components = 1;  ///< number in the file
     std::string format;
-    std::size_t offset = 0;                       ///< in the appended data
-    std::string_view text = {};                   ///< data that is not appended
-    std::size_t at = 0;                           ///< byte of the element in the file
-    std::vector<DataArray> other_pieces = {};     ///< the same array of other pieces
-    std::shared_ptr<const Numbers> numbers = {};  ///< of files read at once (legacy VTK)
+    std::size_t offset = 0;                       ///< position in the appended data
+    std::string_view text = {};                   ///< the data, if it is not appended
+    std::size_t at = 0;                           ///< byte of the XML element in the file
+    std::vector<DataArray> other_pieces = {};     ///< the same array in other pieces
+    std::shared_ptr<const Numbers> numbers = {};  ///< the numbers, if already read (legacy VTK)
 };
 
-/// From a Piece element.
 struct PieceSize {
     std::uint64_t points = 0, cells = 0;
 };
@@ -127,15 +126,15 @@ struct File {
     std::span<const std::byte> bytes;
     std::string name;
     bool swapped = false;  ///< not in native byte order
-    std::size_t word = 4;  ///< bytes of numbers in array headers
+    std::size_t word = 4;  ///< bytes of a number in array headers
     Compressor compressor = Compressor::none;
     std::string_view appended = {};
-    Encoding encoding = Encoding::raw;  ///< of `appended`
+    Encoding encoding = Encoding::raw;  ///< encoding of `appended`
     std::uint64_t points = 0,
                   cells = 0;  ///< of all pieces; not yet compared with the arrays
     std::vector<PieceSize> pieces = {};
     std::vector<DataArray> point_data = {}, cell_data = {}, point_arrays = {}, cell_arrays = {};
-    std::size_t field_data_arrays = 0;          ///< in FieldData
+    std::size_t field_data_arrays = 0;          ///< arrays in FieldData
     std::shared_ptr<const void> document = {};  ///< owns the `text` of arrays
 };
 
@@ -149,41 +148,40 @@ struct File {
 
 [[nodiscard]] bool is_number(const DataArray& array);
 
-/// Reads up to `rows` rows. Nothing is uncompressed if a header announces more. Errors: input (malformed, truncated,
+/// Reads at most `rows` rows. Uncompresses nothing if a header announces more. Errors: input (malformed, truncated,
 /// more rows), unsupported (a type or a format unknown to VTK).
 [[nodiscard]] Outcome<Numbers> read_array(const File& file, const DataArray& array, std::uint64_t rows,
                                           const Execution& execution);
 
-/// None if a value is not a 32-bit integer.
+/// Converts numbers; none if a value is not a 32-bit integer.
 [[nodiscard]] Outcome<std::optional<Buffer<Reference>>> as_references(const Numbers& numbers,
                                                                       const Execution& execution);
 
-/// Row i is row `order[i]` of the file (without an order, row i), its component k is at `places[k]`. Integers that fit
-/// 32 bits stay integers.
+/// Row i is row `order[i]` of the file, or row i without `order`. Its component k is at `places[k]` in the row.
+/// Integers that fit 32 bits stay integers.
 [[nodiscard]] Outcome<FieldValues> field_values(const Numbers& numbers, const Column<std::uint32_t>* order,
                                                 const std::vector<int>& places, const Execution& execution);
 
-/// False if it fails or the size is not that of `to`.
+/// False if uncompressing fails or does not give exactly the size of `to`.
 [[nodiscard]] bool uncompress_block(Compressor compressor, std::span<const std::byte> packed, std::span<std::byte> to);
 
-/// Errors: as decode_vtu.
 [[nodiscard]] Outcome<DecodedMesh> mesh_of(const File& file, const DecodeOptions& options, const Execution& execution);
 
-/// The type attribute of a VTK XML file; empty for other files.
+/// Type attribute of a VTK XML file; empty for other files.
 [[nodiscard]] std::string_view type_of_file(std::span<const std::byte> bytes);
 inline constexpr std::string_view own_byte_order =
     std::endian::native == std::endian::little ? "LittleEndian" : "BigEndian";
 
 /// Checks the total size of point and cell arrays, since damaged headers may refer to the same data many times. Stored
-/// bytes may not exceed the file size, uncompressed sizes UnpackedBudget. Nothing is uncompressed. Errors: input (too
+/// bytes are limited by the file size, uncompressed ones by UnpackedBudget. Uncompresses nothing. Errors: input (too
 /// large, damaged header).
 [[nodiscard]] Outcome<Done> check_sizes(const File& file);
 
-/// None if it is not an integer or out of range.
+/// Converts a value; none if it has a fraction or is out of range.
 template <class To, class From>
 [[nodiscard]] std::optional<To> whole_number(From value) {
     if constexpr (std::is_floating_point_v<From>) {
-        constexpr double most = 9.2e18;  // close to the int64_t range, which includes all indices and references
+        constexpr double most = 9.2e18;  // close to the range of int64_t, which has all indices and references
         if (!(value > -most && value < most)) return std::nullopt;
         const auto whole = static_cast<std::int64_t>(value);
         if (static_cast<From>(whole) != value) return std::nullopt;
@@ -198,7 +196,7 @@ template <class To, class From>
     return std::visit([](const auto& values) { return values.size(); }, numbers);
 }
 
-/// Values of base64 characters; 64 and above are special.
+/// Values of base64 characters; 64 and above mean other characters.
 inline constexpr std::uint8_t padding = 64, blank = 65, no_letter = 66;
 inline constexpr auto base64 = [] {
     constexpr std::string_view letters = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
@@ -211,8 +209,8 @@ inline constexpr auto base64 = [] {
     return values;
 }();
 
-/// Bytes of an array in order. Base64 groups of four are decoded separately: VTK encodes the header of compressed data
-/// separately, so padding may occur anywhere.
+/// Bytes of an array in order. Each base64 group of four is decoded separately: VTK encodes the header of compressed
+/// data separately, so padding may occur anywhere.
 class Bytes {
   public:
     Bytes(std::string_view text, Encoding encoding) : text_(text), encoding_(encoding) {}
@@ -222,7 +220,7 @@ class Bytes {
         return encoding_ == Encoding::raw ? text_.size() : text_.size() / 4 * 3 + pending_bytes_;
     }
 
-    /// None if there are fewer than n.
+    /// Reads n bytes; none if fewer remain.
     [[nodiscard]] std::optional<Buffer<std::byte>> take(std::size_t n) {
         if (n > most()) return std::nullopt;
         Buffer<std::byte> out(n);
@@ -262,22 +260,21 @@ class Bytes {
     std::string_view text_;
     Encoding encoding_;
     std::array<std::byte, 3> group_{};
-    std::size_t size_ = 0, pending_bytes_ = 0;  ///< of the current group, and not yet taken
+    std::size_t size_ = 0, pending_bytes_ = 0;  ///< bytes of the current group, and those not yet taken
 };
 
-/// Marks cells of other pieces.
+/// Marks cells that belong to other pieces.
 inline constexpr std::string_view ghost_array = "vtkGhostType";
 
-/// Supported cells and their positions.
 struct Cells {
     static constexpr std::size_t kinds = 6;
-    /// Elements, facets, edges, each with degree 2 first.
+    /// Cells: elements, facets, edges, each with degree 2 first.
     std::array<Column<std::uint32_t>, kinds> of_kind;
-    Column<std::uint32_t> order;                    ///< all kinds concatenated
-    Buffer<std::uint64_t> starts;                   ///< of each file cell in `connectivity`, and the end
+    Column<std::uint32_t> order;                    ///< cells of all kinds concatenated
+    Buffer<std::uint64_t> starts;                   ///< by file cell: begin in `connectivity`; and the end
     Buffer<std::uint32_t> connectivity;             ///< points; the number of an invalid VertexId means none
     std::size_t at = 0;                             ///< in the file
-    std::vector<CellCount> unsupported_cells = {};  ///< unsupported kinds
+    std::vector<CellCount> unsupported_cells = {};
 
     [[nodiscard]] static constexpr int dimension(std::size_t kind) { return 3 - static_cast<int>(kind / 2); }
 };
@@ -293,8 +290,8 @@ struct ListedPieces {
 /// Errors: input (inconsistent arrays), unsupported (more than 32 bits can number).
 [[nodiscard]] Outcome<Buffer<Vec<3>>> read_points(const File& file, const Execution& execution);
 
-/// Keeps node numbers; vertex cells are dropped with a notice. Errors: input (inconsistent arrays), unsupported (other
-/// cells).
+/// Cells have the file's point numbers; vertex cells are dropped with a notice. Errors: input (inconsistent arrays),
+/// unsupported (other cells).
 [[nodiscard]] Outcome<Cells> read_cells(const File& file, UnsupportedCells unsupported_cells,
                                         std::vector<Notice>& notices, const Execution& execution);
 

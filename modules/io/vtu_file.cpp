@@ -30,7 +30,6 @@ namespace {
 
 constexpr const char* cut_off = "it seems to be cut off";
 constexpr std::string_view blanks = " \t\r\n";
-/// An impossible offset.
 constexpr std::size_t no_position = std::numeric_limits<std::size_t>::max();
 
 auto fail_at(const File& file, std::size_t at, std::string what, std::string remedy = {}) {
@@ -40,7 +39,7 @@ auto refuse_at(const File& file, std::size_t at, std::string what, std::string r
     return fail(ErrorKind::unsupported, std::move(what), place(file, at), {}, std::move(remedy));
 }
 
-/// Removes raw data, which is not XML, from the text.
+/// Removes raw data from the text, because it is not XML.
 Outcome<std::string> cut(File& file) {
     const std::string_view text(reinterpret_cast<const char*>(file.bytes.data()), file.bytes.size());
     const std::size_t element = text.find("<AppendedData");
@@ -75,7 +74,7 @@ std::size_t at(const pugi::xml_node& node) {
     return static_cast<std::size_t>(std::max<std::ptrdiff_t>(node.offset_debug(), 0));
 }
 
-/// None if missing or not an integer.
+/// Value of an attribute; none if it is missing or not an integer.
 std::optional<std::uint64_t> number(const pugi::xml_node& node, const char* name) {
     const std::string_view text = node.attribute(name).as_string();
     std::uint64_t value = 0;
@@ -144,7 +143,7 @@ void join_arrays(std::vector<DataArray>& arrays, std::vector<DataArray> more) {
         });
         if (same == more.end()) return true;
         array.other_pieces.push_back(std::move(*same));
-        same->name = std::string(1, '\0');  // prevents a second match
+        same->name = std::string(1, '\0');  // so that it matches only once
         return false;
     });
 }
@@ -172,7 +171,7 @@ Outcome<Done> read_piece(File& file, const pugi::xml_node& piece) {
     return Done{};
 }
 
-/// Skips empty pieces unless all are empty.
+/// Empty pieces are skipped, unless all are empty.
 Outcome<Done> read_pieces(File& file, const pugi::xml_node& root) {
     const pugi::xml_node grid = root.child("UnstructuredGrid");
     file.field_data_arrays = arrays_in(grid.child("FieldData")).size();
@@ -203,7 +202,7 @@ std::string place(const File& file, std::size_t at) {
 }
 
 std::string_view type_of_file(std::span<const std::byte> bytes) {
-    constexpr std::size_t soon = 4096;  // allows a declaration and comments before
+    constexpr std::size_t soon = 4096;  // a declaration and comments may come first
     constexpr std::string_view name = "type=";
     const std::string_view text(reinterpret_cast<const char*>(bytes.data()), std::min(bytes.size(), soon));
     const std::size_t first = text.find_first_not_of("\xEF\xBB\xBF \t\r\n");
@@ -213,7 +212,8 @@ std::string_view type_of_file(std::span<const std::byte> bytes) {
     const std::string_view head = text.substr(tag, text.find('>', tag) - tag);
     for (std::size_t at = head.find(name); at != std::string_view::npos; at = head.find(name, at + 1)) {
         const std::size_t begin = at + name.size() + 1;
-        if (blanks.find(head[at - 1]) == std::string_view::npos || begin >= head.size()) continue;  // skips header_type
+        if (blanks.find(head[at - 1]) == std::string_view::npos || begin >= head.size()) continue;  // this is the attribute
+                                                                                                    // header_type
         return head.substr(begin, head.find(head[begin - 1], begin) - begin);
     }
     return {};
@@ -233,7 +233,7 @@ Outcome<File> open_file(std::span<const std::byte> bytes, std::string_view name)
     });
 }
 
-// VTK's compressors: each block is compressed separately.
+// VTK's compressors. Each block is compressed separately.
 
 namespace {
 
@@ -253,7 +253,7 @@ bool by_lz4(std::span<const std::byte> packed, std::span<std::byte> to) {
 }
 
 bool by_lzma(std::span<const std::byte> packed, std::span<std::byte> to) {
-    // Memory limit for the dictionary: a damaged header may request any size.
+    // Limits the dictionary's memory, because a damaged header may request any size.
     std::uint64_t memory = std::uint64_t{256} << 20U;
     std::size_t read = 0, written = 0;
     const lzma_ret status =

@@ -22,14 +22,13 @@ namespace camber::vtu {
 
 namespace {
 
-/// Known cell arrays of references by priority, in lower case without punctuation.
+/// Names of cell arrays of references by priority, in lower case without punctuation.
 constexpr std::array<std::string_view, 26> names_of_references{
     "reference", "meditref",   "gmshphysical", "cellentityids",  "materialid",     "materialids", "material",
     "matid",     "attribute",  "attributes",   "region",         "regionid",       "regionids",   "regions",
     "subdomain", "subdomains", "domain",       "physical",       "physicalid",     "physicalids", "celltags",
     "facettags", "celltag",    "blockid",      "elementblockid", "gmshgeometrical"};
 
-/// Form of names in this list.
 std::string plain_name(std::string_view name) {
     std::string plain;
     for (const char c : name) {
@@ -66,7 +65,6 @@ std::optional<FieldKind> kind_with(std::size_t components) {
     }
 }
 
-/// Dropped arrays, with the first name.
 struct DroppedArrays {
     const char* reason;
     std::size_t count = 0;
@@ -84,7 +82,7 @@ struct DroppedArrays {
     }
 };
 
-/// A later array replaces one of the same name, as in VTK.
+/// A later array replaces earlier ones of the same name, as in VTK.
 std::vector<const DataArray*> last_of_names(std::span<const DataArray> arrays, DroppedArrays& repeated) {
     std::map<std::string_view, const DataArray*> last;
     for (const DataArray& array : arrays) last.insert_or_assign(array.name, &array);
@@ -124,7 +122,6 @@ class MeshReader {
     }
 
   private:
-    /// Pieces duplicate their common points.
     Outcome<Done> join_pieces() {
         std::vector<std::size_t> ends;
         ends.reserve(file_.pieces.size());
@@ -186,7 +183,7 @@ class MeshReader {
         return Done{};
     }
 
-    /// One a file cell; zeros without an array of references.
+    /// References of file cells; zeros if no array has references.
     Outcome<Buffer<Reference>> references_of_cells(std::span<const DataArray* const> arrays) {
         if (!options_.reference_array.empty()) return requested_references(arrays);
         for (const std::string_view name : names_of_references)
@@ -205,7 +202,7 @@ class MeshReader {
         return Buffer<Reference>(file_.cells, 0);
     }
 
-    /// The array that the caller names. Errors: input (no such array of 32-bit integers).
+    /// References in the array that the caller names. Errors: input (no such array of 32-bit integers).
     Outcome<Buffer<Reference>> requested_references(std::span<const DataArray* const> arrays) {
         std::string names;
         for (const DataArray* const array : arrays) {
@@ -229,7 +226,7 @@ class MeshReader {
         });
     }
 
-    /// Camber's own array is redundant; other content of that name is dropped with a notice.
+    /// Checks the array `dimension`: Camber's own one is redundant; other content is dropped with a notice.
     Outcome<Done> dimensions(const DataArray& array) {
         auto numbers = whole_scalars(array, file_.cells);
         if (!numbers) return fail(std::move(numbers.error()));
@@ -241,7 +238,7 @@ class MeshReader {
         return Done{};
     }
 
-    /// None, with a notice, if values are not integers.
+    /// Integers of an array; none, with a notice, if it has other values.
     Outcome<std::optional<Buffer<Reference>>> whole_scalars(const DataArray& array, std::size_t rows) {
         const auto none = [&]() -> std::optional<Buffer<Reference>> {
             if (array.name == "reference" || array.name == "entity") taken_names_.add(array.name);

@@ -60,11 +60,11 @@ constexpr std::string_view name_of(Compressor compressor) {
 }
 
 struct Block {
-    std::size_t begin = 0, packed = 0;  ///< in the compressed bytes
-    std::size_t to = 0, size = 0;       ///< in the uncompressed bytes
+    std::size_t begin = 0, packed = 0;  ///< position and size in the compressed bytes
+    std::size_t to = 0, size = 0;       ///< position and size in the uncompressed bytes
 };
 
-/// Maximum ratio.
+/// Maximum ratio of compression.
 constexpr std::uint64_t max_expansion(Compressor compressor) {
     switch (compressor) {
         case Compressor::lz4: return 255;
@@ -73,7 +73,7 @@ constexpr std::uint64_t max_expansion(Compressor compressor) {
     }
 }
 
-/// None if truncated or more than the remaining bytes can hold.
+/// Reads block sizes; none if truncated, or more than the remaining bytes can hold.
 std::optional<std::vector<Block>> read_blocks(const File& file, Bytes& bytes) {
     const auto count = next_word(file, bytes);
     if (!count) return std::nullopt;
@@ -95,7 +95,7 @@ std::optional<std::vector<Block>> read_blocks(const File& file, Bytes& bytes) {
     return blocks;
 }
 
-/// `most`: bytes according to the counts of the file.
+/// `most`: bytes according to the file's counts.
 Outcome<Buffer<std::byte>> unpacked(const File& file, const DataArray& array, Bytes& bytes, std::uint64_t most,
                                     const Execution& execution) {
     const auto blocks = read_blocks(file, bytes);
@@ -139,18 +139,17 @@ Outcome<Buffer<std::byte>> binary(const File& file, const DataArray& array, Byte
                                                : plain(file, array, bytes);
 }
 
-/// Binary data of an array; none if it does not exist.
+/// Data of an array; none if its position is invalid.
 std::optional<Bytes> bytes_of(const File& file, const DataArray& array) {
     if (array.format == "binary") return Bytes(array.text, Encoding::base64);
     if (array.format != "appended" || array.offset > file.appended.size()) return std::nullopt;
     return Bytes(file.appended.substr(array.offset), file.encoding);
 }
 
-/// Stored bytes including the header; uncompressed bytes, none without compression.
+/// Stored bytes with the header; uncompressed bytes, none without compression.
 struct Sizes {
     std::uint64_t stored = 0, unpacked = 0;
 };
-/// None if the header is damaged.
 std::optional<Sizes> sizes_of(const File& file, Bytes bytes) {
     if (file.compressor == Compressor::none) {
         const auto size = next_word(file, bytes);
@@ -244,7 +243,6 @@ const NumberType* type_of(const DataArray& array) {
     return found == number_types.end() ? nullptr : &*found;
 }
 
-/// Remaining bytes.
 struct Budget {
     std::uint64_t left;
     UnpackedBudget unpacked;
@@ -258,7 +256,7 @@ Outcome<Done> check_size(const File& file, const DataArray& array, Budget& budge
     if (!size) return damaged(file, array, "its header is wrong, or its data end too soon");
     if (size->stored > budget.left) return damaged(file, array, "it and those before it have more bytes than the file");
     budget.left -= size->stored;
-    // Small number types are stored as wide ones in memory.
+    // UnpackedBudget counts numbers, because small types are stored as wide ones in memory.
     if (budget.unpacked.take(size->unpacked / type->bytes)) return Done{};
     return fail(ErrorKind::input,
                 "the array " + array.name + ": uncompressed, it and those before it would have more than " +

@@ -156,7 +156,7 @@ constexpr std::uint8_t cell_type(int degree, VtuCells cells) {
     return cells == VtuCells::quadratic ? quadratic[K - 1] : lagrange[K - 1];
 }
 
-/// Functions write parts of one file and return their XML.
+/// Each function writes a part of the file and returns its XML.
 template <class Mesh>
 class Writer {
   public:
@@ -215,7 +215,7 @@ class Writer {
         return data("CellData", *references + *dimensions + *entities, Centring::cell);
     }
 
-    /// Empty if no entity is known.
+    /// Writes entities; returns no XML if none is known.
     Outcome<std::string> entities() {
         const auto known = [](const auto& simplices) {
             return std::any_of(simplices.entities.begin(), simplices.entities.end(),
@@ -267,7 +267,7 @@ class Writer {
         return grid_.nodes() <= most && connectivity_size() <= most ? cells<std::int32_t>() : cells<std::int64_t>();
     }
 
-    /// Connectivity entries before elements, facets and feature edges, and all.
+    /// Number of connectivity entries before elements, facets, feature edges, and in all.
     [[nodiscard]] std::array<std::size_t, 4> starts() const {
         using G = Grid<Mesh>;
         const std::size_t facets = linear_.elements.size() * G::template width<D>;

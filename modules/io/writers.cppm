@@ -21,7 +21,7 @@ import :text;
 
 namespace camber {
 
-/// Longest integer or shortest round-trip real (−1.2345678901234567e−308), and a blank.
+/// Longest number: an integer, or the shortest decimal that restores a real (−1.2345678901234567e−308), and a blank.
 inline constexpr std::size_t word_room = 26;
 
 /// Returns the end. The buffer must have `word_room` bytes.
@@ -32,7 +32,7 @@ template <class Number>
     return to + 1;
 }
 
-/// Progress range of the next `words` of `all` words; adds them to `written`.
+/// Progress range of the next `words`, which are added to `written`.
 [[nodiscard]] inline Execution next_part(const Execution& execution, std::size_t words, std::size_t& written,
                                          std::size_t all) {
     if (all == 0) return without_progress(execution);
@@ -43,7 +43,7 @@ template <class Number>
 
 class TextWriter {
   public:
-    /// `words`: in all lines, for the progress; 0: no progress reports.
+    /// `words`: number in all lines, for the progress; 0: no progress.
     explicit TextWriter(const Execution& execution, std::size_t words = 0) : execution_(execution), words_(words) {}
 
     void put(std::string_view text) {
@@ -52,7 +52,7 @@ class TextWriter {
         chunks_.push_back(std::move(bytes));
     }
 
-    /// Writes n lines of at most `words` words by write(line number, where) → end, in parallel.
+    /// Writes n lines of at most `words` words in parallel; write(line number, buffer) returns the line's end.
     Outcome<Done> lines(std::size_t n, std::size_t words, const auto& write) {
         constexpr std::size_t grain = 4096;
         const std::size_t before = chunks_.size();
@@ -82,10 +82,10 @@ class TextWriter {
 
 namespace camber::gmf {
 
-/// A sink for ASCII files: one row a line, shortest round-trip reals.
+/// ASCII files: a line for each row, and the shortest decimals that restore reals.
 class AsciiWriter {
   public:
-    /// `words`: in all rows, for the progress.
+    /// `words`: number in all rows, for the progress.
     AsciiWriter(int version, std::size_t words, const Execution& execution) : text_(execution, words) {
         text_.put("MeshVersionFormatted " + std::to_string(version) + "\n");
     }
@@ -102,7 +102,7 @@ class AsciiWriter {
         return text_.lines(n, RowType::words, [&](std::size_t i, char* to) { return write_row(to, row(i)); });
     }
 
-    /// Count, integers on one line (field types), rows of `width` reals.
+    /// Writes a count, integers on one line (field types), and rows of `width` reals.
     Outcome<Done> solution(std::size_t rows, std::span<const std::int32_t> header, std::span<const double> values) {
         std::string text = "\n" + std::string(name_of(Keyword::sol_at_vertices)) + "\n" + std::to_string(rows) + "\n";
         for (const std::int32_t word : header) text += std::to_string(word) + " ";
@@ -154,7 +154,7 @@ struct Row {
     std::array<double, Reals> reals = {};
 };
 
-/// Numbers are words of text, or int32, uint64 and double in native byte order in binary files.
+/// Writes MSH files. Numbers are words of text; in binary files int32, uint64 and double in native byte order.
 class Sink {
   public:
     Sink(MshEncoding encoding, const Execution& execution)
@@ -162,14 +162,14 @@ class Sink {
 
     [[nodiscard]] bool binary() const { return binary_; }
 
-    /// Text also in binary files.
+    /// Writes text, also in binary files.
     void text(std::string_view text) { pending_ += text; }
 
     template <class... Numbers>
     void words(Numbers... numbers) {
         (append(numbers), ...);
     }
-    /// In text files only.
+    /// Ends the line in text files.
     void end_line() {
         if (!binary_) pending_.back() = '\n';
     }
@@ -179,7 +179,7 @@ class Sink {
         end_line();
     }
 
-    /// Rows row(i), in parallel.
+    /// Writes the n rows row(i), in parallel.
     template <class RowType>
     [[nodiscard]] Outcome<Done> rows(std::size_t n, const auto& row) {
         flush();
@@ -256,19 +256,19 @@ inline constexpr std::string_view type_name = [] {
     if constexpr (std::is_same_v<T, std::uint8_t>) return std::string_view("UInt8");
 }();
 
-/// No components for a scalar.
+/// A scalar has no component names.
 struct ArrayName {
     std::string name;
     std::vector<std::string> components = {};
 };
 
-/// Appended data of a VTU file. Each array has a header (number of blocks, bytes of a block, bytes of a last shorter
+/// Appended data of a VTU file. Each array has a header (number of blocks, bytes of a block, bytes of a shorter last
 /// block or 0, compressed bytes of each; all UInt64) and its blocks, compressed separately.
 class AppendedArrays {
   public:
     explicit AppendedArrays(const Execution& execution) : execution_(execution) {}
 
-    /// Appends n numbers value(i), called in parallel; returns the DataArray element.
+    /// Appends n numbers; value(i) is called in parallel. Returns the DataArray element.
     template <class T, class Value>
     [[nodiscard]] Outcome<std::string> add(const ArrayName& name, std::size_t n, Value&& value) {
         const auto fill = [&](std::size_t first, std::size_t last, std::byte* to) {
@@ -293,17 +293,17 @@ class AppendedArrays {
     std::size_t bytes_ = 0;
 };
 
-/// Index of each VTK component in a row of the field; −1: zero.
+/// VTK's component names, and index of each in a row of the field; −1: zero.
 struct Components {
     std::vector<std::string> names;
     std::vector<int> sources;
 };
 [[nodiscard]] Components components_of(FieldKind kind, int dimension);
 
-/// Not empty, no reserved array name, legal in XML.
+/// Names are not empty, not reserved, and legal in XML.
 [[nodiscard]] FieldNames field_names();
 
-/// For XML attributes.
+/// Escapes text for XML attributes.
 [[nodiscard]] std::string escaped(std::string_view text);
 
 }  // namespace camber::vtu

@@ -17,8 +17,8 @@ namespace camber {
 
 namespace {
 
-/// Beyond the boundary the field is constant along the line to the nearest boundary point. This function therefore
-/// keeps only the part of `g` along the face, edge or vertex that holds that point.
+/// Keeps only the part of `g` along the face, edge or vertex that holds the nearest boundary point. Beyond the boundary
+/// the field is constant along the line to this point.
 template <int D>
 LogGradient<D> along_support(const LogGradient<D>& g, const StraightBack<D>& back, const Location<D>& location) {
     const auto& v = back.mesh.elements.vertices[location.element];
@@ -360,8 +360,8 @@ void SurfaceBack::sample_edges(std::span<const BackEdge> edges, std::span<EdgeEn
     }
 }
 
-/// In 3D an edge of a volume element has two walls. A triangle has only one: the plane through the edge, normal to the
-/// triangle. The triangle's own normal fills the second place.
+/// A triangle has only one wall at an edge: the plane through the edge, normal to the triangle. Its own normal takes
+/// the place of the second wall.
 BackSector<3> SurfaceBack::sector(ElementId e, VertexId a, VertexId b) const {
     const auto& v = mesh.facets.vertices[e.index()];
     const TriangleFrame frame = triangle_frame(triangle_corners(mesh, e.index()));

@@ -17,17 +17,17 @@ import :spd;
 
 export namespace camber {
 
-/// Derivatives ∂_i log M along the axes i = 1 … D.
+/// Derivatives ∂_i log M, i = 1 … D.
 template <int D>
 using LogGradient = std::array<Sym<D>, D>;
 
 enum class Placement : std::uint8_t {
     inside,
-    outside,  ///< the point is beyond the boundary and replaced by the nearest boundary point
-    lost,     ///< the search reached its step limit; the point is replaced by one in the best element found
+    outside,  ///< beyond the boundary; replaced by the nearest boundary point
+    lost,     ///< step limit of the search reached; replaced by a point of the best element
 };
 
-/// Element and barycentric coordinates of a point or of the point that replaces it.
+/// Location of a point or of its replacement (see `Placement`).
 template <int D>
 struct Location {
     ElementId element;
@@ -35,7 +35,7 @@ struct Location {
     Placement placement = Placement::inside;
 };
 
-/// log M at a point and, if requested, its gradient in physical coordinates.
+/// The gradient is in physical coordinates, and set only if requested.
 template <int D>
 struct FieldSample {
     LogMetric<D> log_metric;
@@ -55,23 +55,22 @@ struct BackEdge {
     std::span<const ElementId> shell;
 };
 
-/// Field at an end of an edge.
 template <int D>
 struct EdgeEnd {
     LogMetric<D> log_metric;
-    LogGradient<D> gradient{};             ///< recovered gradient, without the effect of the mesh's own curvature
-    Mat<D> jacobian = Mat<D>::identity();  ///< Jacobian F = ∂x/∂X of the map from the straight mesh, averaged over the
-                                           ///< shell; F t along the edge t is the same in each element
+    LogGradient<D> gradient{};             ///< recovered, without the effect of the mesh's own curvature
+    Mat<D> jacobian = Mat<D>::identity();  ///< F = ∂x/∂X (X: straight mesh), averaged over the shell; for the edge t, F
+                                           ///< t is the same in all its elements
 };
-/// Field at both ends of an edge. The Jacobian is interpolated linearly between them.
+/// The Jacobian is linear between both ends.
 template <int D>
 struct EdgeEnds {
     EdgeEnd<D> a, b;
     bool is_curved = false;  ///< true if a Jacobian is not the identity
 };
 
-/// Element of an edge's shell: the field's gradient in it, and the inward normals, of any length, of its two faces that
-/// contain the edge (in 2D: of the edge itself).
+/// Element of an edge's shell, with the inward normals, of any length, of its two faces that contain the edge (2D: of
+/// the edge itself).
 template <int D>
 struct BackSector {
     LogGradient<D> gradient{};
@@ -83,8 +82,7 @@ class StraightBack;
 template <int D>
 class CurvedBack;
 
-/// Data of a field for searches in packs: its straight mesh (for a curved field, the reference mesh) and, if it is
-/// curved, the map. Null pointers if packs are unsupported.
+/// Data for searches in packs; null pointers if unsupported. For curved fields `straight` is the reference mesh.
 template <int D>
 struct PackedField {
     const StraightBack<D>* straight = nullptr;
@@ -94,37 +92,37 @@ struct PackedField {
 /// Interface of metric fields on meshes. Models are immutable and safe for concurrent use. A hint is an element near
 /// the point; it changes results by rounding only.
 ///
-/// In curved elements `xi` are reference coordinates, gradients use the inverse Jacobian and vary within the element,
-/// and the walls of a `sector` are tangent planes at the middle of the edge.
+/// In curved elements `xi` are reference coordinates, gradients use the inverse Jacobian, and the walls of a `sector`
+/// are tangent planes at the middle of the edge.
 ///
-/// Sampling functions take several points: `out[i]` belongs to `points[i]`, and `out.size() = points.size()`. The first
-/// search starts from `hint`, each later one from the element of the previous point, so consecutive points should be
-/// close. Results are bitwise those of calls with a single point.
+/// Sampling functions write the sample of `points[i]` to `out[i]`. The first search starts from `hint`, each later one
+/// from the previous element, so consecutive points should be close. Results are bitwise those of calls with single
+/// points.
 template <int D>
 class BackModel {
   public:
     virtual ~BackModel() = default;
 
     [[nodiscard]] virtual Location<D> locate(const Vec<D>& p, ElementId hint) const = 0;
-    /// Samples log M; leaves the gradients in `out` unchanged.
+    /// Leaves the gradients in `out` unchanged.
     virtual void sample_values(std::span<const Vec<D>> points, ElementId hint, std::span<FieldSample<D>> out) const = 0;
-    /// Samples log M and the gradient in the element of the point. Beyond the boundary the gradient is that of the
-    /// constant continuation.
+    /// Gradients are those of the field in the point's element; beyond the boundary, those of the constant
+    /// continuation.
     virtual void sample_with_gradients(std::span<const Vec<D>> points, ElementId hint,
                                        std::span<FieldSample<D>> out) const = 0;
-    /// Samples log M and recovered gradients, which are continuous across faces.
+    /// Recovered gradients are continuous across faces.
     virtual void sample_with_recovered_gradients(std::span<const Vec<D>> points, ElementId hint,
                                                  std::span<FieldSample<D>> out) const = 0;
 
     /// Samples the field at both ends of each edge.
     virtual void sample_edges(std::span<const BackEdge> edges, std::span<EdgeEnds<D>> out) const = 0;
 
-    /// Returns the data for searches in packs. Without it, edges are searched one by one.
+    /// Returns no data if packs are unsupported; edges are then searched one by one.
     [[nodiscard]] virtual PackedField<D> packed() const { return {}; }
 
     [[nodiscard]] virtual std::size_t vertex_count() const = 0;
     [[nodiscard]] virtual BackVertex<D> vertex(VertexId v) const = 0;
-    /// Returns the sector of element e, which belongs to the shell of the edge (a, b).
+    /// Returns the sector of e, an element in the shell of the edge (a, b).
     [[nodiscard]] virtual BackSector<D> sector(ElementId e, VertexId a, VertexId b) const = 0;
 
   protected:
@@ -135,7 +133,7 @@ class BackModel {
     BackModel& operator=(BackModel&&) = default;
 };
 
-/// Metric field on a mesh: an immutable handle, cheap to copy. `->` requires that the handle has a model.
+/// Metric field on a mesh: an immutable handle, cheap to copy. `->` requires a model.
 template <int D>
 class BackMesh {
   public:
@@ -151,46 +149,44 @@ class BackMesh {
     std::shared_ptr<const BackModel<D>> model_;
 };
 
-/// Selects which vertex gradients a curved back mesh stores. Without `recovered`, recovered gradients are the gradients
-/// in the elements; without `sampled`, edges sample a constant field.
+/// Vertex gradients that a curved back mesh stores. Without `recovered`, recovered gradients are those in the elements;
+/// without `sampled`, edges sample a constant field.
 enum class StoredGradients : std::uint8_t {
-    recovered,  ///< gradients for `sample_with_recovered_gradients`
-    sampled,    ///< gradients for `sample_edges`, used to compute offsets of edge nodes
+    recovered,
+    sampled,  ///< gradients for `sample_edges`, used to compute offsets of edge nodes
     all,
 };
 
-/// Makes the discrete field of the paper (§1.2): log-metrics at the vertices of a straight mesh, linear in each
-/// element, constant along the normal beyond the boundary. Recovered gradients interpolate volume-weighted means over
-/// vertex balls. On standalone surfaces an element id is a triangle's number, and the field is constant along the
-/// triangle normals. Errors: the number of rows is not that of the vertices; those of `neighbours`; stopped.
+/// Makes the field of the paper (§1.2): log-metrics at the vertices of a straight mesh, linear in each element,
+/// constant along the normal beyond the boundary. Recovered gradients interpolate volume-weighted means over vertex
+/// balls. On standalone surfaces an element id is a triangle's number. Errors: not one row per vertex; those of
+/// `neighbours`; stopped.
 template <int D>
 [[nodiscard]] Outcome<BackMesh<D>> make_back_mesh(const LinearMesh<D>& mesh, const Incidence<ElementId>& balls,
                                                   Column<LogMetric<D>> log_metrics, const Execution& execution);
 
-/// Makes the field of a quadratic mesh that follows the curves of the mesh. The field is linear at a point X of the
-/// straight mesh, which maps to x(X) = X + Σ 4 ξ_i ξ_j u_e; u_e is the offset of an edge node from the chord's middle.
-/// Newton's method computes X from x and locates each iterate in the straight mesh. Gradients use F⁻ᵀ with F = ∂x/∂X.
-/// Beyond the boundary X is the nearest point of the straight mesh. Invalid elements have no inverse map; a point there
-/// is located at the last iterate.
+/// Makes a field that follows the curves of a quadratic mesh (docs/algorithms/curved-back-mesh.md). It is linear at a
+/// point X of the straight mesh, which maps to x(X) = X + Σ 4 ξ_i ξ_j u_e; u_e is the offset of an edge node from the
+/// chord's middle. Gradients use F⁻ᵀ with F = ∂x/∂X. Beyond the boundary X is the nearest point of the straight mesh.
+/// In invalid elements, which have no inverse map, X is the last iterate of Newton's method.
 ///
-/// Edges sample gradients relative to the mesh's curves: ball means of the gradients of log(Fᵀ M F), linear in each
-/// element, transformed to physical space. If all offsets are zero, the result is a straight back mesh. Releases the
-/// mesh nodes. Errors: those of `make_back_mesh`.
+/// Edges sample gradients of log(Fᵀ M F), that is relative to the mesh's curves. If all offsets are zero, the result is
+/// a straight back mesh. Releases the mesh nodes. Errors: those of `make_back_mesh`.
 template <int D>
 [[nodiscard]] Outcome<BackMesh<D>> make_curved_back_mesh(QuadraticMesh<D> mesh, const Incidence<ElementId>& balls,
                                                          Column<LogMetric<D>> log_metrics, const Execution& execution,
                                                          StoredGradients stored = StoredGradients::all);
 
-/// Makes a field with values only (no gradients) from other log-metrics on the straight mesh of a back mesh, and shares
-/// its location data. Errors: the number of rows is not that of the vertices; no straight mesh (internal).
+/// Makes a field without gradients from other log-metrics on the straight mesh of a back mesh, whose location data it
+/// shares. Errors: not one row per vertex; no straight mesh (internal).
 template <int D>
 [[nodiscard]] Outcome<BackMesh<D>> straight_back_mesh(const BackMesh<D>& back, Column<LogMetric<D>> log_metrics);
 
-/// Returns the gradients ∇ξ_i of the barycentric coordinates of an element; they sum to zero.
+/// Returns ∇ξ_i of the barycentric coordinates; they sum to zero.
 template <int D>
 [[nodiscard]] std::array<Vec<D>, D + 1> barycentric_gradients(const LinearMesh<D>& mesh, ElementId e);
 
-/// Locates p. On a straight mesh it walks from the element `hint`, or else from the boundary point nearest to p.
+/// Locates p. On a straight mesh it walks from the element `hint`, or else from the nearest boundary point.
 template <int D>
 [[nodiscard]] Location<D> locate(const BackMesh<D>& back, const Vec<D>& p, ElementId hint) {
     return back->locate(p, hint);
@@ -228,43 +224,38 @@ struct NodalLogs {
     friend bool operator==(const NodalLogs&, const NodalLogs&) = default;
 };
 
-/// Sets the log-metric of each edge node to the mean of both ends, so that form (4) becomes linear (paper §2.1).
-/// Errors: memory, stopped.
+/// Gives each edge node the mean of both ends, so that form (4) becomes linear (paper §2.1). Errors: memory, stopped.
 template <int D>
 [[nodiscard]] Outcome<NodalLogs<D>> nodal_logs(const EdgeSet<D>& edges, Column<LogMetric<D>> vertices,
                                                const Execution& execution);
 
-/// Sets the log-metric of each edge node to the `frame_mean` of both ends, which preserves sizes if the axes turn from
-/// one end to the other. Errors: memory, stopped.
+/// Gives each edge node the `frame_mean` of both ends, which preserves sizes if axes turn. Errors: memory, stopped.
 template <int D>
 [[nodiscard]] Outcome<NodalLogs<D>> framed_logs(const EdgeSet<D>& edges, Column<LogMetric<D>> vertices,
                                                 const Execution& execution);
 
-/// Makes the field of form (4) of the paper on the curved elements of a quadratic mesh, in physical space. With L_i and
-/// L_e the log-metrics at vertices and edge nodes, at x = F_K(ξ)
-///     log M = Σ_i ξ_i L_i + Σ_e 4 ξ_i ξ_j (L_e − (L_i + L_j)/2).
-/// This equals Σ B_α(ξ) log M_α with the virtual metrics, and Σ φ_α(ξ) log M(P_α^l).
+/// Makes the field of form (4) (docs/algorithms/metric-interpolation.md) on the curved elements of a quadratic mesh.
 ///
-/// The straight mesh of the vertices may be invalid. A point is located inside an element only if this is proven
-/// (`root_radius`). Beyond the boundary the nearest point of the curved boundary is used. Recovered gradients are
-/// linear between volume-weighted ball means. Edges sample the field in space and ignore the mesh's curves. On straight
-/// meshes with `nodal_logs`, results equal those of `make_back_mesh` up to rounding.
+/// The straight mesh may be invalid. A point is located inside an element only if this is proven (`root_radius`).
+/// Beyond the boundary the nearest point of the curved boundary is used. Recovered gradients are linear between
+/// volume-weighted ball means. Edges sample the field in space and ignore the mesh's curves. On straight meshes with
+/// `nodal_logs`, results equal those of `make_back_mesh` up to rounding.
 ///
-/// Errors: the number of rows is not that of the vertices or edges; those of `neighbours`; memory; stopped.
+/// Errors: not one row per vertex and edge; those of `neighbours`; memory; stopped.
 template <int D>
 [[nodiscard]] Outcome<BackMesh<D>> make_nodal_back_mesh(QuadraticMesh<D> mesh, const Incidence<ElementId>& balls,
                                                         NodalLogs<D> logs, const Execution& execution);
 
-/// Returns ρ such that F_K(ξ) = p has exactly one solution whose coordinates ξ_1 … ξ_D differ from `location.xi` by at
-/// most ρ, in exact arithmetic for the stored nodes. Returns no value if this is not proven. Method: Kantorovich's
-/// theorem with an approximate inverse and rounding bounds. If all ξ exceed D ρ, p lies in the element. If
-/// camber.validity also certifies the mesh and no faces cross, p lies in no other element.
+/// Returns ρ such that F_K(ξ) = p, with F_K the map of the element, has exactly one solution with each of ξ_1 … ξ_D
+/// within ρ of `location.xi`, in exact arithmetic for the stored nodes; no value if unproven. Method: Kantorovich's
+/// theorem (docs/algorithms/back-mesh-location.md). If all ξ exceed D ρ, p lies in the element. It lies in no other
+/// element if camber.validity certifies the mesh and no faces cross.
 template <int D>
 [[nodiscard]] std::optional<double> root_radius(const QuadraticMesh<D>& mesh, const Location<D>& location,
                                                 const Vec<D>& p);
 
-/// Computes the complexity C = ∫ sqrt(det M) over curved elements, by a Gauss rule of five points per direction.
-/// Errors: those of `make_nodal_back_mesh`.
+/// Computes C = ∫ sqrt(det M) over curved elements, with five Gauss points per direction. Errors: those of
+/// `make_nodal_back_mesh`.
 template <int D>
 [[nodiscard]] Outcome<double> complexity(const QuadraticMesh<D>& mesh, const NodalLogs<D>& logs,
                                          const Execution& execution);
@@ -273,8 +264,7 @@ template <int D>
 
 export namespace camber {
 
-/// Locates points in a quadratic mesh with x = F_K(ξ) = Σ ξ_i P_i + Σ_e 4 ξ_i ξ_j u_e. Immutable, safe for concurrent
-/// use; does not use the straight elements.
+/// Locates points in a quadratic mesh. Immutable, safe for concurrent use; ignores the straight elements.
 template <int D>
 class CurvedLocator {
   public:
@@ -284,11 +274,10 @@ class CurvedLocator {
     BoxTree<D> boundary_tree;
     BoxTree<D> element_tree;
 
-    /// Returns the element of p. The placement is `inside` only if that is proven (`root_radius`); otherwise the
-    /// nearest point of the curved boundary is returned. `hint` changes the result by rounding only. The mesh must have
-    /// elements.
+    /// Returns the element of p. It is `inside` only if proven (`root_radius`); otherwise the nearest point of the
+    /// curved boundary is returned. `hint` changes the result by rounding only. The mesh must have elements.
     [[nodiscard]] Location<D> locate(const Vec<D>& p, ElementId hint) const;
-    /// Returns an element whose bounding box contains p, or no element.
+    /// Returns an element whose bounding box contains p, if any.
     [[nodiscard]] ElementId hint_for(const Vec<D>& p) const;
 };
 
@@ -297,7 +286,7 @@ template <int D>
 [[nodiscard]] Outcome<CurvedLocator<D>> make_curved_locator(QuadraticMesh<D> mesh, const Incidence<ElementId>& balls,
                                                             const Execution& execution);
 
-/// Quadrature rule on [0, 1] with points t and weights w: ∫ f ≈ Σ w_q f(t_q).
+/// Quadrature rule on [0, 1]: ∫ f ≈ Σ w_q f(t_q).
 struct Quadrature {
     std::vector<double> t, w;
     [[nodiscard]] std::size_t size() const { return t.size(); }
@@ -329,7 +318,7 @@ struct Quadrature {
     return rule;
 }
 
-/// Number of quadrature points for reported lengths and gains; minimisations use fewer.
+/// Quadrature points for reported lengths and gains; minimisations use fewer.
 inline constexpr int report_points = 12;
 
 }  // namespace camber

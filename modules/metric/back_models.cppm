@@ -16,7 +16,7 @@ namespace camber {
 template <int D>
 using Barycentrics = std::array<double, D + 1>;
 
-/// Barycentric coordinates of an element as functions u_i(x): Σ u_i = 1, and u_i at vertex j is δ_ij.
+/// Barycentric coordinates of an element as functions u_i(x): Σ u_i = 1, and u_i is δ_ij at vertex j.
 export template <int D>
 struct ElementFrame {
     std::array<Vec<D>, D + 1> p;         ///< corners
@@ -61,16 +61,16 @@ struct ElementFrame {
         u[base] = rest;
         return u;
     }
-    /// Points outside the element by at most this barycentric distance count as inside. The distance covers rounding: a
-    /// point on a face is in at least one of the two elements.
+    /// Points outside the element by at most this barycentric distance count as inside, so that rounding does not
+    /// exclude a point of a face from both of its elements.
     [[nodiscard]] double tolerance() const {
         return condition_squared < 1e4 ? 1e-12 : std::min(1e-14 * std::sqrt(condition_squared), 1e-4);
     }
 
   private:
-    /// Computes the gradients of a needle. Its sides are almost parallel, so their cross products would consist of
-    /// rounding errors. A shear, which preserves the determinant, first removes the component of the other sides along
-    /// the longest side. The remainder is the needle's thickness, as exact as the coordinates.
+    /// Computes gradients of a needle, whose sides are almost parallel: their cross products would be rounding errors.
+    /// So a shear, which preserves the determinant, first removes the sides' components along the longest side. The
+    /// remainder is as exact as the coordinates.
     void measure_slim() {
         const auto [from, to] = longest_side();
         base = from;
@@ -142,10 +142,9 @@ class StraightBack final : public BackModel<D> {
     [[nodiscard]] BackVertex<D> vertex(VertexId v) const override { return {mesh.points[v], log_metrics[v]}; }
     [[nodiscard]] BackSector<D> sector(ElementId e, VertexId a, VertexId b) const override;
 
-    /// Returns ∂_i log M = Σ_j ∂_i u_j log M_j, which is constant in an element.
+    /// ∂_i log M = Σ_j ∂_i u_j log M_j, constant in an element.
     [[nodiscard]] LogGradient<D> gradient_in(ElementId e) const;
-    /// The following functions return log M = Σ ξ_i log M_i (paper §1.2) and its gradients, as the sampling functions
-    /// do.
+    /// log M = Σ ξ_i log M_i (paper §1.2); the next two functions return its gradients, as sampled.
     [[nodiscard]] LogMetric<D> value_at(const Location<D>& location) const;
     [[nodiscard]] LogGradient<D> gradient_at(const Location<D>& location) const;
     [[nodiscard]] LogGradient<D> recovered_gradient_at(const Location<D>& location) const;
@@ -156,7 +155,7 @@ template <int D>
 [[nodiscard]] Outcome<StraightBack<D>> make_straight_back(const LinearMesh<D>& mesh, const Incidence<ElementId>& balls,
                                                           Column<LogMetric<D>> log_metrics, const Execution& execution);
 
-/// An element's gradient times its volume, and the volume, both times D!.
+/// Gradient times volume, and volume, both times D!.
 template <int D>
 struct WeightedGradient {
     LogGradient<D> gradient{};
@@ -165,14 +164,13 @@ struct WeightedGradient {
 template <int D>
 [[nodiscard]] WeightedGradient<D> weighted_gradient(const StraightBack<D>& back, ElementId e);
 
-/// Returns the volume-weighted means of the gradients over vertex balls. Errors: memory, stopped.
+/// Returns volume-weighted means over vertex balls. Errors: memory, stopped.
 template <int D>
 [[nodiscard]] Outcome<Buffer<LogGradient<D>>> mean_gradients(const StraightBack<D>& back,
                                                              const Incidence<ElementId>& balls,
                                                              const Execution& execution);
 
-/// Unit tangents (the first along the first edge), unit normal, barycentric gradients and area of a triangle. All are 0
-/// if the area is 0.
+/// Unit tangents (the first along the first edge), unit normal and barycentric gradients. All are 0 if the area is 0.
 struct TriangleFrame {
     std::array<Vec<3>, 2> tangents{};
     Vec<3> normal{};
@@ -186,8 +184,8 @@ struct TriangleFrame {
     return {mesh.points[v[0]], mesh.points[v[1]], mesh.points[v[2]]};
 }
 
-/// Back mesh of a standalone surface mesh: log-metrics are linear in triangles. A point takes the value of the nearest
-/// point of the surface, so gradients are tangential.
+/// Back mesh of a standalone surface mesh: log-metrics are linear in triangles. Other points have the value of the
+/// nearest surface point.
 class SurfaceBack final : public BackModel<3> {
   public:
     LinearMesh<3> mesh;
@@ -209,13 +207,13 @@ class SurfaceBack final : public BackModel<3> {
     [[nodiscard]] LogGradient<3> gradient_in(ElementId triangle) const;
 };
 
-/// Errors: the number of rows is not that of the vertices; stopped.
+/// Errors: not one row per vertex; stopped.
 [[nodiscard]] Outcome<SurfaceBack> make_surface_back(const LinearMesh<3>& mesh, Column<LogMetric<3>> log_metrics,
                                                      const Execution& execution);
 
-/// Returns vertex metrics of a standalone surface mesh: area-weighted log-Euclidean means of the triangles' natural
-/// metrics. A triangle defines no size along its normal, so the geometric mean of its in-plane sizes is used. Vertices
-/// without triangles get the identity metric.
+/// Returns area-weighted log-Euclidean means of the triangles' natural metrics at the vertices. A triangle has no size
+/// along its normal; the geometric mean of its in-plane sizes is used. Vertices without triangles get the identity
+/// metric.
 [[nodiscard]] Outcome<Buffer<LogMetric<3>>> natural_surface_log_metrics(const LinearMesh<3>& mesh,
                                                                         const Execution& execution);
 
@@ -225,15 +223,14 @@ struct MappedPoint {
     Mat<D> jacobian;  ///< F = ∂x/∂X
 };
 
-/// Back mesh of a quadratic mesh, stored as its straight mesh and the displacements of the edge nodes.
+/// Back mesh of a quadratic mesh, stored as its straight mesh and the nodes' displacements.
 template <int D>
 class CurvedBack final : public BackModel<D> {
   public:
     StraightBack<D> reference;
     EdgeSet<D> edges;
     Column<Vec<D>> displacements;  ///< offset of each edge node from the chord's middle
-    /// Gradients of log(Fᵀ M F) averaged over vertex balls, linear in each element, transformed to physical space; may
-    /// be empty.
+    /// Ball means of the gradients of log(Fᵀ M F), linear in each element, transformed to physical space; may be empty.
     Column<LogGradient<D>> relative_gradients;
 
     [[nodiscard]] Location<D> locate(const Vec<D>& p, ElementId hint) const override;
@@ -254,8 +251,8 @@ class CurvedBack final : public BackModel<D> {
 
 /// Quadratic K-simplex in D dimensions, relative to its vertex 0:
 ///     F(ξ) − P_0 = Σ_i ξ_i d_i + Σ_e 4 ξ_i ξ_j u_e, d_i = P_i − P_0,
-/// where u_e is the offset of an edge node from the chord's middle. Only differences of stored numbers occur, so errors
-/// are relative to the element's size.
+/// where u_e is the offset of an edge node from the chord's middle. Differences of stored numbers keep errors relative
+/// to the element's size.
 template <int K, int D>
 struct CurvedSimplex {
     Vec<D> origin;
@@ -268,7 +265,7 @@ struct CurvedSimplex {
         for (int e = 0; e < edges_per_simplex<K>; ++e) p += edge_shape<K>(xi, e) * u[e];
         return p;
     }
-    /// Returns ∂F/∂ξ_a for a = 1 … K, with ξ_0 = 1 − Σ ξ_a.
+    /// ∂F/∂ξ_a for a = 1 … K, with ξ_0 = 1 − Σ ξ_a.
     [[nodiscard]] std::array<Vec<D>, K> derivatives(const std::array<double, K + 1>& xi) const {
         std::array<Vec<D>, K + 1> partial = d;
         for (int e = 0; e < edges_per_simplex<K>; ++e) add_edge_derivatives<K>(xi, e, u[e], partial);
@@ -276,7 +273,7 @@ struct CurvedSimplex {
         for (int a = 0; a < K; ++a) columns[a] = partial[a + 1] - partial[0];
         return columns;
     }
-    /// Returns the second derivatives ∂²F/∂ξ_a ∂ξ_b for a, b = 1 … K; they are constant.
+    /// The constants ∂²F/∂ξ_a ∂ξ_b for a, b = 1 … K.
     [[nodiscard]] std::array<std::array<Vec<D>, K>, K> second() const {
         std::array<std::array<Vec<D>, K + 1>, K + 1> h{};
         for (int e = 0; e < edges_per_simplex<K>; ++e) {
@@ -288,8 +285,8 @@ struct CurvedSimplex {
             for (int b = 0; b < K; ++b) out[a][b] = h[a + 1][b + 1] - h[a + 1][0] - h[0][b + 1];
         return out;
     }
-    /// Blossom of F − P_0: the symmetric bilinear form with blossom(ξ, ξ) = F(ξ) − P_0. Evaluated at the corners of a
-    /// subsimplex it gives the Bézier points of the subsimplex.
+    /// Blossom: the symmetric bilinear form with blossom(ξ, ξ) = F(ξ) − P_0. At the corners of a subsimplex it gives
+    /// the Bézier points of the subsimplex.
     [[nodiscard]] Vec<D> blossom(const std::array<double, K + 1>& a, const std::array<double, K + 1>& b) const {
         Vec<D> p;
         for (int i = 1; i <= K; ++i) p += (0.5 * (a[i] + b[i])) * d[i];
@@ -299,7 +296,7 @@ struct CurvedSimplex {
         }
         return p;
     }
-    /// Returns the bounding box of the Bézier points, enlarged by a rounding bound.
+    /// Bounding box of the Bézier points, enlarged by a rounding bound.
     [[nodiscard]] Box<D> box() const {
         Box<D> box;
         for (int i = 0; i <= K; ++i) box.include(origin + d[i]);
@@ -338,7 +335,7 @@ template <int D>
     return curved_simplex<D, D>(corners, nodes);
 }
 
-/// Returns a face of a quadratic element. Its corners are ordered as in `face_opposite`.
+/// Corners are ordered as in `face_opposite`.
 template <int D>
 [[nodiscard]] CurvedSimplex<D - 1, D> curved_face(const QuadraticMesh<D>& mesh, const ElementFace& face) {
     const auto local = face_opposite<D>(static_cast<int>(face.opposite));
@@ -370,15 +367,15 @@ template <int K>
     return out;
 }
 
-/// Approximate solution ξ of F(ξ) = P_0 + r, r being a point relative to vertex 0.
+/// Approximate solution of F(ξ) = P_0 + r.
 template <int D>
 struct Root {
     Barycentrics<D> xi{};
     bool is_proven = false;
-    double radius = 0;  ///< radius (maximum norm of ξ_1 … ξ_D) of a ball around ξ that contains exactly one solution
-    double uniqueness = 0;  ///< radius of a ball that contains no other solution
+    double radius = 0;      ///< radius (maximum norm of ξ_1 … ξ_D) of a ball with exactly one solution
+    double uniqueness = 0;  ///< radius of a ball around ξ without any other solution
 
-    /// Coordinates above minus this value count as inside: they cover the rounding of ξ.
+    /// Bound of the rounding error of ξ: coordinates above its negative count as inside.
     [[nodiscard]] double tolerance() const {
         constexpr double least = 1e-12;
         return D * radius > least ? D * radius : least;
@@ -391,13 +388,13 @@ struct Root {
     }
 };
 
-/// Proves by Kantorovich's theorem, with an approximate inverse Jacobian, that a solution lies near ξ. It uses
+/// Proves that a solution lies near ξ by Kantorovich's theorem, with an approximate inverse Jacobian. It uses
 /// coordinates in which thin, strongly bent elements are well proportioned.
 template <int D>
 [[nodiscard]] Root<D> proven_root(const CurvedSimplex<D, D>& element, const Vec<D>& r, const Barycentrics<D>& xi,
                                   const Mat<D>& inverse);
 
-/// Last iterate of Newton's method; the first one if the method did not converge.
+/// Last iterate of Newton's method; its first iterate if it did not converge.
 template <int D>
 struct RootIterate {
     Barycentrics<D> xi{};
@@ -409,7 +406,7 @@ template <int D>
 template <int D>
 [[nodiscard]] Root<D> newton_root(const CurvedSimplex<D, D>& element, const Vec<D>& r, const Barycentrics<D>& from);
 
-/// Returns false if all Bézier points of the element lie on one side of the point: a fast test before Newton's method.
+/// Fast test: returns false if all Bézier points of the element lie on one side of r.
 template <int D>
 [[nodiscard]] bool may_contain(const CurvedSimplex<D, D>& element, const Vec<D>& r);
 
@@ -420,9 +417,9 @@ struct Found {
     Root<D> root;
 };
 
-/// Searches for r by bisection of the element. It discards a part if the part's Bézier points lie on one side of r. It
-/// also discards a part within the uniqueness radius of a solution that is proven and lies outside the element.
-/// Newton's method starts from the centres of the parts.
+/// Searches for r by bisection. It discards a part whose Bézier points lie on one side of r. It also discards a part
+/// within the uniqueness radius of a proven solution that is outside the element. Newton's method starts from the
+/// parts' centres.
 template <int D>
 [[nodiscard]] Found<D> find_in_element(const CurvedSimplex<D, D>& element, const Vec<D>& r);
 
@@ -447,12 +444,12 @@ class NodalBack final : public BackModel<D> {
     [[nodiscard]] BackSector<D> sector(ElementId e, VertexId a, VertexId b) const override;
 
     [[nodiscard]] LogMetric<D> value_at(const Location<D>& location) const;
-    /// Returns the gradient of log M in physical space, in element e at ξ.
+    /// Returns the gradient in physical space.
     [[nodiscard]] LogGradient<D> gradient_at(ElementId e, const std::array<double, D + 1>& xi) const;
 };
 
-/// Nearest boundary point of p. `is_beyond` is true if that point is interior to its face and p is on the outer side of
-/// the face.
+/// Nearest boundary point of p. `is_beyond` is true if that point is interior to its face and p on the face's outer
+/// side.
 template <int D>
 struct NearestOnCurved {
     ElementFace face;
@@ -462,8 +459,8 @@ struct NearestOnCurved {
 template <int D>
 [[nodiscard]] NearestOnCurved<D> nearest_on_boundary(const CurvedLocator<D>& back, const Vec<D>& p);
 
-/// Returns ∂ξ/∂p of the point of a face nearest to p, one row for each of ξ_1 … ξ_D. If the nearest point is on an edge
-/// or vertex of the face, it moves only along that edge or vertex.
+/// Returns ∂ξ/∂p for the point of a face nearest to p, one row for each of ξ_1 … ξ_D. A nearest point on an edge or
+/// vertex of the face moves only along it.
 template <int D>
 [[nodiscard]] std::array<Vec<D>, D> nearest_point_derivative(const CurvedLocator<D>& back, const Location<D>& location,
                                                              const Vec<D>& p);
@@ -472,14 +469,14 @@ template <int D>
 
 namespace camber {
 
-/// Returns `hint`, or no element if it is out of range, since it may belong to another mesh.
+/// Returns `hint`, or no element if it is out of range: it may belong to another mesh.
 template <int D>
 [[nodiscard]] ElementId element_or_none(const LinearMesh<D>& mesh, ElementId hint) {
     return hint.valid() && hint.index() < mesh.elements.size() ? hint : ElementId{};
 }
 
-/// Returns the location of the vertex of e that is bitwise equal to p, if any. Fields are often sampled at their own
-/// vertices; at boundaries rounding would put half of these points outside.
+/// Returns the vertex of e that is bitwise equal to p, if any. Fields are often sampled at their own vertices; rounding
+/// would put half of those on the boundary outside.
 template <int D>
 [[nodiscard]] std::optional<Location<D>> at_vertex_of(const LinearMesh<D>& mesh, ElementId e, const Vec<D>& p) {
     if (!e.valid()) return {};
@@ -493,8 +490,7 @@ template <int D>
     return {};
 }
 
-/// Returns F = I + 4 Σ_j u_vj ⊗ ∇ξ_j at the corner v, where u_vj is the offset on the edge v–j and `gradients` are
-/// `barycentric_gradients`.
+/// Returns F = I + 4 Σ_j u_vj ⊗ ∇ξ_j at the corner v, where u_vj is the offset of edge v–j and `gradients` are ∇ξ_j.
 template <int D>
 [[nodiscard]] Mat<D> jacobian_at_corner(const CurvedBack<D>& back, ElementId e, VertexId v,
                                         const std::array<Vec<D>, D + 1>& gradients);
@@ -504,11 +500,11 @@ template <int D>
                                                                  const Incidence<ElementId>& balls,
                                                                  const Execution& execution);
 
-/// Number of elements per block: enough for many threads, few enough for the cache of a core.
+/// Elements per block: enough for many threads, few enough for a core's cache.
 inline constexpr std::size_t ball_block = 8192;
 
-/// Calls `visit(v, elements)` for each corner v of `e` such that `e` is the first element of the ball of v in [first,
-/// last). `elements` is the part of the ball in that range, ascending.
+/// Calls `visit(v, elements)` for each corner v of `e` whose ball has `e` as its first element in [first, last).
+/// `elements` is the ball within that range, ascending.
 template <int D>
 void visit_balls_of(const LinearMesh<D>& mesh, const Incidence<ElementId>& balls, ElementId e, std::size_t first,
                     std::size_t last, const auto& visit) {
@@ -531,8 +527,8 @@ template <std::size_t N>
 }
 
 /// Sums contributions of elements to their corners over vertex balls, in blocks to limit memory. `make(begin, end,
-/// parts)` computes the contributions of elements [begin, end). `add(v, each_part)` adds contributions to vertex v:
-/// `each_part(f)` calls `f(part)` in ascending order of elements. At any time one thread works on a vertex.
+/// parts)` computes the contributions of elements [begin, end). `add(v, each_part)` adds those to vertex v:
+/// `each_part(f)` calls `f(part)` by ascending element. One thread at a time works on a vertex.
 template <class Part, int D>
 [[nodiscard]] Outcome<Done> sum_over_balls(const LinearMesh<D>& mesh, const Incidence<ElementId>& balls,
                                            const Execution& execution, const auto& make, const auto& add) {

@@ -14,8 +14,7 @@ namespace camber {
 
 namespace {
 
-/// Newton's method ends with a step below this value, in barycentric coordinates; the remaining error is of the order
-/// of its square.
+/// Step (barycentric) below which Newton's method ends; the remaining error is about its square.
 constexpr double small_step = 1e-5;
 constexpr int max_steps = 10;
 
@@ -29,7 +28,7 @@ void add(Mat<D>& sum, const Mat<D>& a) {
     for (int i = 0; i < D; ++i) sum.column[i] += a.column[i];
 }
 
-/// Transforms derivatives by X to derivatives by x: ∂_i = Σ_j (F⁻¹)_ji ∂_Xj.
+/// Transforms derivatives to physical space: ∂_i = Σ_j (F⁻¹)_ji ∂_Xj.
 template <int D>
 LogGradient<D> in_space(const LogGradient<D>& gradient, const Mat<D>& jacobian) {
     const Mat<D> back = inverse(jacobian);
@@ -57,8 +56,7 @@ double share_of_element(const std::array<Vec<D>, D + 1>& gradients, const Vec<D>
     return most;
 }
 
-/// Displacement Σ 4 ξ_i ξ_j u_e at the centre of the element. In stacks of thin elements it is close to the
-/// displacement in the neighbours.
+/// Displacement Σ 4 ξ_i ξ_j u_e at the centre. In stacks of thin elements it is close to that in the neighbours.
 template <int D>
 Vec<D> displacement_at_centre(const CurvedBack<D>& back, ElementId e) {
     Vec<D> sum;
@@ -216,7 +214,7 @@ using Part = WeightedGradient<D>;
 template <int D>
 using Parts = std::array<Part<D>, D + 1>;
 
-/// D! times the volume. Cancellation in thin elements does not matter, since the volume is only the weight in a mean.
+/// D! times the volume. Cancellation in thin elements does not matter for the weight in a mean.
 template <int D>
 double volume_of(const LinearMesh<D>& mesh, ElementId e) {
     const auto& v = mesh.elements.vertices[e];
@@ -301,7 +299,6 @@ template <int D>
     return jacobian;
 }
 
-/// Inverse of a matrix by cofactors.
 [[nodiscard, gnu::always_inline]] inline MatPack<2> inverse(const MatPack<2>& a) {
     const Pack scale = 1 / (a(1, 1) * a(0, 0) - a(0, 1) * a(1, 0));
     MatPack<2> r;
@@ -328,7 +325,7 @@ template <int D>
     return r;
 }
 
-/// Transforms a gradient to physical space: derivatives by F⁻ᵀ, tensors from the frame of M̂ to that of M.
+/// Transforms to physical space: derivatives by F⁻ᵀ, tensors from the frame of M̂ to that of M.
 template <int D>
 [[nodiscard, gnu::always_inline]] inline GradientPack<D> pushed_forward(const GradientPack<D>& gradient,
                                                                         const MatPack<D>& jacobian,

@@ -56,7 +56,7 @@ Outcome<CurvedLocator<D>> make_curved_locator(QuadraticMesh<D> mesh, const Incid
 
 namespace {
 
-/// Newton's method ends with a step below this value; the remaining error is of the order of its square.
+/// Step below which Newton's method ends; the remaining error is about its square.
 constexpr double small_step = 1e-6;
 constexpr int max_steps = 12;
 
@@ -67,7 +67,7 @@ double largest(const Vec<D>& v) {
     return most;
 }
 
-/// Returns bounds of the rounding errors of r − F(ξ), one per coordinate of space.
+/// Bounds the rounding error of each coordinate of r − F(ξ).
 template <int D>
 Vec<D> rounding(const CurvedSimplex<D, D>& element, const Vec<D>& r, const Barycentrics<D>& xi) {
     Vec<D> bound;
@@ -84,14 +84,13 @@ Vec<D> rounding(const CurvedSimplex<D, D>& element, const Vec<D>& r, const Baryc
     return bound;
 }
 
-/// Coordinates z of a step δ = B z in ξ, in which the element is well proportioned. Across the thinnest direction of
-/// the element the unit of z is its thickness. Along the layer the unit is at most the length over which the element
-/// bends by its thickness.
+/// Coordinates z of a step δ = B z in ξ, in which thin, bent elements are well proportioned
+/// (docs/algorithms/back-mesh-location.md).
 template <int D>
 struct Scaled {
-    Mat<D> b;  ///< B = ∂ξ/∂z, about J⁻¹ Q W, with Q the frame along the thinnest direction and W the units
-    Mat<D> p;  ///< W⁻¹ Qᵀ, applied to the residual r − F(ξ)
-    std::array<Mat<D>, D> second;  ///< second[k]: second derivatives by z of coordinate k of W⁻¹ Qᵀ F
+    Mat<D> b;                      ///< B = ∂ξ/∂z, about J⁻¹ Q W; Q: frame along the thinnest direction, W: units
+    Mat<D> p;                      ///< W⁻¹ Qᵀ, applied to the residual r − F(ξ)
+    std::array<Mat<D>, D> second;  ///< [k]: second derivatives by z of coordinate k of W⁻¹ Qᵀ F
 };
 template <int D>
 Mat<D> frame_along(const Vec<D>& direction) {
@@ -198,8 +197,8 @@ struct Part {
     }
 };
 
-/// Returns candidate separating directions: the face normals and the directions across the element's edges within the
-/// layer, since face normals almost coincide in a thin element. `a` is the inverse Jacobian.
+/// Candidate separating directions: face normals and, since these almost coincide in a thin element, directions across
+/// its edges within the layer. `a` is the inverse Jacobian.
 template <int D>
 auto directions_of(const Mat<D>& a, const Mat<D>& jacobian) {
     std::array<Vec<D>, D + 1 + (D == 2 ? 1 : edges_per_simplex<D>)> out{};
@@ -222,7 +221,7 @@ auto directions_of(const Mat<D>& a, const Mat<D>& jacobian) {
     return out;
 }
 
-/// Returns true if a direction separates the point from all Bézier points of the part.
+/// True if a direction separates the point from all Bézier points of the part.
 template <int D>
 bool misses(const CurvedSimplex<D, D>& element, const Vec<D>& r, const Part<D>& part, const Mat<D>& a,
             const Mat<D>& jacobian) {
@@ -373,8 +372,8 @@ Location<D> at_root(ElementId e, const Root<D>& root) {
     return {.element = e, .xi = root.xi, .placement = Placement::inside};
 }
 
-/// Walks through the mesh until p is proven inside an element; each step crosses the face with the smallest ξ of
-/// Newton's method. The result is `lost` if the walk leaves the mesh or takes too many steps.
+/// Walks until p is proven inside an element; each step crosses the face with the smallest ξ of Newton's method.
+/// Returns `lost` outside the mesh or after too many steps.
 template <int D>
 Location<D> walk(const CurvedLocator<D>& back, const Vec<D>& p, ElementId start) {
     Location<D> located{

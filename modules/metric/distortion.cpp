@@ -27,11 +27,10 @@ using Lanes = std::array<double, pack_size>;
     std::memcpy(lanes.data(), &p, sizeof p);
     return lanes;
 }
-/// Sums the lanes in a fixed order, independent of the instruction set.
+/// Sums in a fixed order, independent of the instruction set.
 double sum(const Lanes& x) { return ((x[0] + x[1]) + (x[2] + x[3])) + ((x[4] + x[5]) + (x[6] + x[7])); }
 
-/// Derivatives of edge shape functions: slopes<D>[e][k] is component k of 4 (ξ_j ∇ξ_i + ξ_i ∇ξ_j) for the edge i–j at
-/// the rule's points.
+/// slopes<D>[e][k]: component k of 4 (ξ_j ∇ξ_i + ξ_i ∇ξ_j) for the edge i–j at the rule's points.
 template <int D>
 constexpr auto slopes = [] {
     std::array<std::array<Lanes, D>, edges_per_simplex<D>> table{};
@@ -85,7 +84,7 @@ template <int D>
 struct Mean {
     double quality = 0, distortion = 0;
 };
-/// Weighted η, one point per lane, and the sign of det J if it is the same at all points.
+/// Weighted η, one point per lane, and the sign of det J if all points have the same.
 struct WeightedDistortion {
     Lanes weighted{};
     bool is_positive = false, is_negative = false;
@@ -94,7 +93,6 @@ template <int D>
 [[gnu::always_inline]] inline WeightedDistortion weighted_distortion(const Sampled<D>& s) {
     return {stored(loaded(distortion_rule<D>.weights) * s.distortion), !any(!(s.det > 0)), !any(!(s.det < 0))};
 }
-/// Computes `CurvedQuality::mean` and the mean distortion.
 Mean mean_of(const WeightedDistortion& of) {
     if (!of.is_positive && !of.is_negative) return {};
     const double mean = sum(of.weighted);
@@ -213,7 +211,7 @@ double quality_at(const QuadraticNodes<D>& nodes, const VertexLogMetrics<D>& ver
 
 namespace {
 
-/// Exponential of a matrix by scaling and squaring. All terms are nonnegative, so each entry is accurate.
+/// Scaling and squaring of a matrix with nonnegative entries. All terms are nonnegative, so each entry is accurate.
 template <int D>
 Mat<D> exponential_of_nonnegative(Mat<D> p) {
     double largest = 0;
@@ -232,7 +230,7 @@ Mat<D> exponential_of_nonnegative(Mat<D> p) {
     return sum;
 }
 
-/// Part of an element, in a frame in which the metric at the part's centre is the identity: M_mid = frameᵀ frame.
+/// Part of an element, in a frame in which the metric at its centre is the identity: M_mid = frameᵀ frame.
 template <int D>
 struct FramedPart {
     std::array<Mat<D>, D + 1> jacobians;  ///< frame J W⁻¹ at the corners; linear between the corners
@@ -261,8 +259,7 @@ FramedPart<D> framed_part(const QuadraticNodes<D>& nodes, const VertexLogMetrics
     return part;
 }
 
-/// Returns entrywise bounds of |M| in the part's frame. L = log M is a mean of its corner values, and |e^L| ≤ e^P if
-/// |L_ab| ≤ P_ab for a ≠ b and L_aa ≤ P_aa (proof: shift the diagonals and compare the series).
+/// Bounds |M| entrywise in the part's frame, from corner values of log M (docs/algorithms/distortion.md).
 template <int D>
 Sym<D> largest_metric(const FramedPart<D>& part) {
     Mat<D> p;
@@ -282,8 +279,7 @@ Sym<D> largest_metric(const FramedPart<D>& part) {
     return m;
 }
 
-/// Returns an upper bound of tr(AᵀA) = Σ_ab M_ab S_ab, S = (J W⁻¹)(J W⁻¹)ᵀ: the largest Bézier coefficient with the
-/// bounds `metric` of M.
+/// Upper bound of tr(AᵀA) = Σ_ab M_ab S_ab, S = (J W⁻¹)(J W⁻¹)ᵀ, by its largest Bézier coefficient; `metric` bounds M.
 template <int D>
 double largest_square(const FramedPart<D>& part, const Sym<D>& metric) {
     double largest = 0;
@@ -305,8 +301,8 @@ double largest_square(const FramedPart<D>& part, const Sym<D>& metric) {
     return largest;
 }
 
-/// Returns the smallest Bézier coefficient of the determinant. The coefficient of a multi-index is a mean over all
-/// orders of the corners that it contains.
+/// Smallest Bézier coefficient of the determinant. The coefficient of a multi-index is a mean over all orders of its
+/// corners.
 template <int D>
 double min_determinant(const FramedPart<D>& part) {
     const auto& m = part.jacobians;
@@ -331,7 +327,7 @@ double min_determinant(const FramedPart<D>& part) {
     return least;
 }
 
-/// Returns the change of A and M along an edge of the part, relative to A and M_mid.
+/// Change of A and M along an edge of the part, relative to A and M_mid.
 template <int D>
 double change_along(const FramedPart<D>& part, int i, int j) {
     double of_a = 0, size = 0, of_m = 0;

@@ -9,7 +9,7 @@ import camber.metric;
 
 using namespace camber;
 
-/// Returns a mesh of the unit square: n × n cells of two triangles each.
+/// Returns the unit square: n × n cells of two triangles.
 static LinearMesh<2> square(std::size_t n) {
     Buffer<Vec<2>> points;
     Buffer<SimplexVertices<2>> triangles;

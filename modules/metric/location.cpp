@@ -23,8 +23,8 @@ int lowest(const Barycentrics<D>& xi) {
 constexpr int short_walk = 64;
 constexpr unsigned long_walk = 100000;
 
-/// Walks through the mesh until x is inside an element; each step crosses the face with the smallest ξ. The result is
-/// `lost` if the walk leaves the mesh or takes too many steps.
+/// Walks until x is inside an element; each step crosses the face with the smallest ξ. Returns `lost` outside the mesh
+/// or after too many steps.
 template <int D>
 Location<D> walk(const StraightBack<D>& back, const Vec<D>& x, ElementId start) {
     Location<D> last{
@@ -49,8 +49,8 @@ Location<D> walk(const StraightBack<D>& back, const Vec<D>& x, ElementId start) 
     return last;
 }
 
-/// Walks along the segment from the point `from` in element `start` to x. If the segment is in the mesh, only rounding
-/// can prevent arrival. In that case the element with the largest minimum ξ is returned as `lost`.
+/// Walks along the segment from `from`, in the element `start`, to x. If the segment is in the mesh, only rounding can
+/// prevent arrival. If it does, the element with the largest minimum ξ is returned as `lost`.
 template <int D>
 Location<D> walk_along(const StraightBack<D>& back, const Vec<D>& from, const Vec<D>& x, ElementId start) {
     Location<D> best{.element = start, .xi = {}, .placement = Placement::lost};
@@ -140,9 +140,8 @@ NearestOnBoundary<D> nearest_on_boundary(const StraightBack<D>& back, const Vec<
     return found;
 }
 
-/// Returns an element around the nearest boundary point's face, edge or vertex from which x is visible; no element if x
-/// is outside. One face is not sufficient: several faces share an edge or vertex, and some of them may be oriented away
-/// from x.
+/// Returns an element around the nearest boundary point's face, edge or vertex from which x is visible; none if x is
+/// outside. One face is not sufficient: several share an edge or vertex, and some may be oriented away from x.
 template <int D>
 ElementId element_towards(const StraightBack<D>& back, const NearestOnBoundary<D>& nearest, const Vec<D>& x) {
     const auto& corner = back.mesh.elements.vertices[nearest.face.element];

@@ -33,8 +33,7 @@ double determinant(const Corners<D>& p) {
     return det(sides);
 }
 
-/// Contribution of an element to N means at one of its corners. A negative volume marks elements without a natural
-/// metric (flat ones).
+/// Contribution of an element to N means at a corner; flat elements, without a natural metric, have a negative volume.
 template <int D, int N>
 struct Part {
     std::array<Sym<D>, N> weighted;
@@ -44,7 +43,7 @@ template <int D, int N>
 using Parts = std::array<Part<D, N>, D + 1>;
 constexpr double no_weight = -1;
 
-/// Computes N means at the vertices; `make` computes the parts as in `sum_over_balls`.
+/// Means at the vertices; `make` is that of `sum_over_balls`.
 template <int D, int N>
 Outcome<std::array<Buffer<LogMetric<D>>, N>> means(const LinearMesh<D>& mesh, const Incidence<ElementId>& balls,
                                                    const Execution& execution, const auto& make) {
@@ -104,8 +103,8 @@ template <int D>
     return det(sides);
 }
 
-/// Straight element with the edge tangents of the curved one at corner v; `are_bent` marks lanes with tangents off the
-/// chords.
+/// Corners of the straight element with the curved one's edge tangents at corner v; `are_bent` marks lanes where these
+/// are not the chords.
 template <int D>
 struct Tangents {
     CornerPacks<D> corners;
@@ -124,7 +123,7 @@ template <int D>
     return tangents;
 }
 
-/// Stores a log-metric times the volume as the part of mean `form` at a corner.
+/// Stores a log-metric times the volume for mean `form` at a corner.
 template <int D, int N>
 [[gnu::always_inline]] inline void put(const SymPack<D>& log_metric, Pack volume, std::size_t begin, int corner,
                                        int form, std::span<Parts<D, N>> parts) {
@@ -142,7 +141,7 @@ template <int D, int N>
 
 enum MetricForm : std::uint8_t { straight, curved };
 
-/// Computes the contributions of eight elements to their corners. Iterations start from the straight element's singular
+/// Contributions of eight elements to their corners. Jacobi iterations start from the straight element's singular
 /// vectors.
 template <int D>
 [[gnu::always_inline]] inline void parts_of_pack(std::span<const CurvedElement<D>> elements, std::size_t begin,

@@ -13,7 +13,7 @@ namespace camber {
 
 namespace {
 
-/// ∂ log M/∂ξ_a for a = 1 … D, with ξ_0 = 1 − Σ ξ_a.
+/// ∂ log M/∂ξ_a, with ξ_0 = 1 − Σ ξ_a.
 template <int D>
 std::array<Sym<D>, D> reference_gradient(const NodalBack<D>& back, ElementId e, const Barycentrics<D>& xi) {
     const auto& v = back.places.mesh.linear.elements.vertices[e];
@@ -30,7 +30,7 @@ std::array<Sym<D>, D> reference_gradient(const NodalBack<D>& back, ElementId e, 
     return out;
 }
 
-/// Gradient in physical space, Σ_a ∂_ξa ⊗ ∂ξ_a/∂x; row a is ∂ξ_a/∂x.
+/// Σ_a ∂_ξa ⊗ ∂ξ_a/∂x; row a is ∂ξ_a/∂x.
 template <int D>
 LogGradient<D> in_space(const std::array<Sym<D>, D>& gradient, const std::array<Vec<D>, D>& rows) {
     LogGradient<D> out{};
@@ -219,7 +219,7 @@ namespace {
 
 constexpr int points_per_direction = 5;
 
-/// Gauss rule of the cube, mapped to the simplex by the Duffy transformation.
+/// Gauss rule of the cube, mapped to the simplex (Duffy).
 template <int D>
 struct Weighted {
     Barycentrics<D> xi{};

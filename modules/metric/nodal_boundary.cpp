@@ -29,7 +29,7 @@ inline bool is_definite(const Sym<2>& a) {
     return a(0, 0) > 0 && a(0, 0) * a(1, 1) - a(1, 0) * a(1, 0) > 1e-10 * a(0, 0) * a(1, 1);
 }
 
-/// Hessian of |F − r|²/2, TᵀT + (F − r)·F'' with T the tangents. If it is not positive definite, TᵀT is returned.
+/// Hessian of |F − r|²/2: TᵀT + (F − r)·F'' with the tangents T, or TᵀT if that is not positive definite.
 template <int K, int D>
 Sym<K> curvature_of_distance(const CurvedSimplex<K, D>& s, const std::array<Vec<D>, K>& tangents, const Vec<D>& off) {
     const auto second = s.second();
@@ -42,7 +42,7 @@ Sym<K> curvature_of_distance(const CurvedSimplex<K, D>& s, const std::array<Vec<
     return is_definite(all) ? all : metric;
 }
 
-/// Minimises the distance by Newton's method within the simplex; steps that increase the distance are rejected.
+/// Newton's method within the simplex; steps never increase the distance.
 template <int K, int D>
 void descend(const CurvedSimplex<K, D>& s, const Vec<D>& r, Nearest<K>& nearest) {
     for (int step = 0; step < 30; ++step) {
@@ -61,7 +61,7 @@ void descend(const CurvedSimplex<K, D>& s, const Vec<D>& r, Nearest<K>& nearest)
             if (norm(move) < smallest) return;
             continue;
         }
-        // Shorten the step to stay in the simplex, then until the distance decreases.
+        // The step is shortened to stay in the simplex, then halved until the distance decreases.
         double share = 1;
         for (int i = 0; i <= K; ++i)
             if (whole[i] < 0) share = std::min(share, nearest.xi[i] / (nearest.xi[i] - whole[i]));
@@ -119,7 +119,7 @@ inline Nearest<2> nearest_in(const CurvedSimplex<2, 3>& s, const Vec<3>& r) {
     return within;
 }
 
-/// True if a ball around the corners' centre that contains the simplex is farther from r than the distance.
+/// Sufficient test: true if a ball that contains the simplex is farther from r than the distance.
 template <int K, int D>
 bool is_farther(const CurvedSimplex<K, D>& s, const Vec<D>& r, double distance_squared) {
     Vec<D> centre;
@@ -131,7 +131,7 @@ bool is_farther(const CurvedSimplex<K, D>& s, const Vec<D>& r, double distance_s
     return gap > 0 && gap * gap > distance_squared;
 }
 
-/// True if the nearest point is inside the face and p lies on the outer side (negative ξ_opposite).
+/// True if the nearest point is inside the face and p on its outer side (negative ξ_opposite).
 template <int D>
 bool looks_outward(const CurvedLocator<D>& back, const NearestOnCurved<D>& nearest, const Vec<D>& p) {
     // At an edge or vertex of the mesh the test is ambiguous: some of its faces may be oriented away from p.

@@ -24,9 +24,8 @@ Outcome<Column<LogMetric<D>>> as_column(Outcome<Buffer<LogMetric<D>>> buffer) {
     return Column<LogMetric<D>>(std::move(*buffer));
 }
 
-/// Divided difference exp[x_0, …, x_n]. Multiplied by n!, it is the mean of exp over a simplex on which the exponent is
-/// linear with corner values x_i. If the values spread over more than 1, the recurrence is stable; otherwise the series
-/// e^m Σ_k h_k(x − m)/(k + n)! is used (m: mean, h_k: complete homogeneous symmetric polynomials).
+/// Divided difference exp[x_0, …, x_n]. If the spread of the x_i exceeds 1, the recurrence is stable. Otherwise the
+/// series e^m Σ_k h_k(x − m)/(k + n)! is used (m: mean, h_k: complete homogeneous symmetric polynomials).
 template <std::size_t M>
 double exp_divided(std::array<double, M> x) {
     std::sort(x.begin(), x.end());
@@ -57,7 +56,7 @@ double exp_divided(std::array<double, M> x) {
     return exp(mean) * sum;
 }
 
-/// The same series for packs; requires that the values in each lane are close.
+/// Evaluates the series only, for packs; the values in each lane must be close.
 template <std::size_t M>
 [[nodiscard, gnu::always_inline]] inline Pack exp_divided(const std::array<Pack, M>& x) {
     Pack mean = packed(0);
@@ -77,7 +76,7 @@ template <std::size_t M>
     return exp(mean) * sum;
 }
 
-/// Corner values of ½ tr log M, and |det J|, which is D! times the volume.
+/// ½ tr log M at the corners, and |det J| = D! |K|.
 template <int D>
 struct DensityElement {
     std::array<double, D + 1> f{};
@@ -112,7 +111,7 @@ void add_complexities(std::span<const DensityElement<D>> elements, double& sum) 
     }
 }
 
-/// Returns the log of the largest squared anisotropy of at most eight metrics.
+/// Log of the largest squared anisotropy of at most eight metrics.
 template <int D>
 double largest_spread(std::span<const LogMetric<D>> field) {
     double most = 0;
@@ -310,7 +309,7 @@ Incidence<VertexId> adjacent(const EdgeSet<D>& edges, std::size_t vertices) {
     return {Column<std::uint32_t>(std::move(offsets)), Column<VertexId>(std::move(items))};
 }
 
-/// Sufficient test that `metric` contains `spanned`: its smallest eigenvalue is at least the largest one of `spanned`.
+/// Sufficient test that `metric` contains `spanned`, by the extreme eigenvalues.
 template <int D>
 bool surely_contained(const EigenSystem<D>& metric, const EigenSystem<D>& spanned) {
     return *std::max_element(spanned.values.c.begin(), spanned.values.c.end()) <=

@@ -26,9 +26,9 @@ template <int D>
     return j;
 }
 
-/// Natural metric of a straight simplex: all its edges have length 1 in it. M = B^{-T} B^{-1} with B = J J_ref^{-1},
-/// J_ref being that of the regular simplex. Singular values σ of B give log M = −2 log σ accurately for needles. M does
-/// not depend on orientation and is infinite for flat simplices.
+/// Natural metric of a straight simplex, in which its edges have length 1: M = B^{-T} B^{-1} with B = J J_ref^{-1}
+/// (J_ref: regular simplex). log M = −2 log σ from the singular values σ of B is accurate for needles. Independent of
+/// orientation; infinite for flat simplices.
 template <int D>
 [[nodiscard]] inline LogMetric<D> natural_log_metric(const std::array<Vec<D>, D + 1>& p) {
     Mat<D> j;
@@ -38,9 +38,9 @@ template <int D>
     return {composed(s)};
 }
 
-/// Computes volume-weighted log-Euclidean means of natural metrics over vertex balls. Flat elements are ignored;
-/// vertices without other elements get the identity metric. For standalone surfaces see `natural_surface_log_metrics`.
-/// Errors: memory, stopped.
+/// Volume-weighted log-Euclidean means of natural metrics over vertex balls, without flat elements. Vertices without
+/// other elements get the identity metric. Standalone surfaces: see `natural_surface_log_metrics`. Errors: memory,
+/// stopped.
 template <int D>
 [[nodiscard]] Outcome<Buffer<LogMetric<D>>> natural_log_metrics(const LinearMesh<D>& mesh,
                                                                 const Incidence<ElementId>& balls,
@@ -50,11 +50,10 @@ template <int D>
 struct NaturalLogMetrics {
     Buffer<LogMetric<D>> straight, curved;
 };
-/// Computes natural metrics of a quadratic mesh twice: with straight edges and with its own edges. At vertex v a curved
-/// element counts as the straight element whose edges are its tangents, P_k − P_v + 4 u_vk (u: offset of an edge node
-/// from the chord's middle). Its natural metric is F⁻ᵀ M_K F⁻¹, where F is the Jacobian of the map from the straight to
-/// the curved element. Weights are volumes of straight elements. Elements that are inverted at v, or whose volume falls
-/// there below a twentieth of the straight one, count as straight.
+/// Natural metrics of a quadratic mesh, with straight edges and with its own (docs/algorithms/curved-back-mesh.md). At
+/// vertex v a curved element counts as the straight element whose edges are its tangents at v, with weight of the
+/// straight volume. Elements that are inverted at v, or have less than a twentieth of their volume there, count as
+/// straight.
 template <int D>
 [[nodiscard]] Outcome<NaturalLogMetrics<D>> curved_natural_log_metrics(const QuadraticMesh<D>& mesh,
                                                                        const Incidence<ElementId>& balls,
@@ -65,14 +64,14 @@ enum class TensorPrecision { four_bytes, eight_bytes };
 template <int D>
 struct TensorLogs {
     Buffer<LogMetric<D>> log_metrics;
-    std::size_t floored = 0;  ///< number of tensors with eigenvalues raised because they were within rounding of zero
+    std::size_t floored = 0;  ///< number of tensors with raised eigenvalues, which were within rounding of zero
 };
 
-/// Computes logs of the metrics of a file: each of `rows` holds sym_size<D> numbers, xx xy yy (xz yz zz). Rounding in
-/// the file alone can make strongly anisotropic tensors indefinite. δ bounds the effect of this rounding on an
-/// eigenvalue: at most a few ε λ_max, zero for axes along the coordinates. Eigenvalues from −8 δ to δ are raised to δ,
-/// and their tensors are counted. Errors (entity "metric at vertex N"): numbers that are not finite; eigenvalues below
-/// −8 δ; sizes far out of range (see `check_sizes`); a zero tensor or row, which rounding cannot cause.
+/// Logs of the metrics of a file: each of `rows` holds sym_size<D> numbers, xx xy yy (xz yz zz). Rounding alone can
+/// make strongly anisotropic tensors indefinite. δ bounds its effect on an eigenvalue: at most a few ε λ_max, zero for
+/// axes along the coordinates. Eigenvalues from −8 δ to δ are raised to δ, and their tensors counted. Errors (entity
+/// "metric at vertex N"): numbers that are not finite; eigenvalues below −8 δ; sizes far out of range (see
+/// `check_sizes`); a zero tensor or row, which rounding cannot cause.
 template <int D>
 [[nodiscard]] Outcome<TensorLogs<D>> log_metrics_of_tensors(std::span<const double> rows, TensorPrecision precision,
                                                             const Execution& execution);
@@ -81,8 +80,7 @@ template <int D>
 
 export namespace camber {
 
-/// Bounds of sizes. All except `min_size` only reduce sizes. `max_anisotropy` is applied last and reduces the long
-/// sizes.
+/// All bounds except `min_size` only reduce sizes. `max_anisotropy` acts last and reduces long sizes.
 struct MetricBounds {
     double min_size = 0;                                              ///< model units
     double max_size = std::numeric_limits<double>::infinity();        ///< model units
@@ -96,20 +94,19 @@ template <int D>
 [[nodiscard]] Outcome<Column<LogMetric<D>>> apply_bounds(const Column<LogMetric<D>>& field, const MetricBounds& bounds,
                                                          const Execution& execution);
 
-/// Intersects two metrics at each vertex. Errors (usage): columns of different sizes; stopped.
+/// Intersection at each vertex. Errors (usage): columns of different sizes; stopped.
 template <int D>
 [[nodiscard]] Outcome<Column<LogMetric<D>>> intersection(const Column<LogMetric<D>>& a, const Column<LogMetric<D>>& b,
                                                          const Execution& execution);
 
-/// Checks that sizes are between `min_length` and `max_length`, so that squares of metric entries keep all digits.
-/// Errors (input, entity "metric at vertex N"): a size out of range; stopped.
+/// Checks that sizes are in `min_length` to `max_length`, so that squared metric entries keep all digits. Errors
+/// (input, entity "metric at vertex N"): a size out of range; stopped.
 template <int D>
 [[nodiscard]] Outcome<Done> check_sizes(const Column<LogMetric<D>>& field, const Execution& execution);
 
-/// Computes C = ∫ sqrt(det M) of the log-Euclidean field, which is linear in each element. The integrand is exp(f) with
-/// the linear function f = ½ tr log M. Its integral is exactly D! |K| exp[f_0, …, f_D], a divided difference
-/// (Hermite–Genocchi). A unit mesh has about 6√2 C tetrahedra (4/√3 C triangles). On standalone surfaces M is
-/// restricted to the triangles' planes. Errors (usage): the column belongs to another mesh; stopped.
+/// Computes C = ∫ sqrt(det M) of the log-Euclidean field, linear in each element, exactly
+/// (docs/algorithms/natural-and-made-metrics.md). A mesh of regular unit simplices has 6√2 C tetrahedra (4/√3 C
+/// triangles). Standalone surfaces use M on the triangles' planes. Errors (usage): the column of another mesh; stopped.
 template <int D>
 [[nodiscard]] Outcome<double> complexity(const LinearMesh<D>& mesh, const Column<LogMetric<D>>& field,
                                          const Execution& execution);
@@ -118,8 +115,8 @@ template <int D>
 template <int D>
 [[nodiscard]] Outcome<double> largest_anisotropy(const Column<LogMetric<D>>& field, const Execution& execution);
 
-/// Scales M to the complexity `target`: M ← (target/C)^{2/D} M. Errors (usage): a target that is not positive; a zero
-/// or infinite complexity; those of `complexity`.
+/// M ← (target/C)^{2/D} M. Errors (usage): a target that is not positive; a zero or infinite complexity; those of
+/// `complexity`.
 template <int D>
 [[nodiscard]] Outcome<Column<LogMetric<D>>> scale_to_complexity(const LinearMesh<D>& mesh,
                                                                 const Column<LogMetric<D>>& field, double target,
@@ -128,9 +125,9 @@ template <int D>
 /// Growth of a vertex metric with the distance from the vertex (Alauzet, "Size gradation control of anisotropic
 /// meshes", 2010).
 enum class GradationSpace : std::uint8_t {
-    metric,    ///< all sizes grow with the metric length of the distance, which preserves anisotropy
-    physical,  ///< each size grows with the Euclidean distance, which tends to isotropy
-    mixed,     ///< geometric mean of `metric` and `physical`, weighted by `physical_share`
+    metric,    ///< all sizes grow with the metric distance, which preserves anisotropy
+    physical,  ///< each size grows with the distance, which tends to isotropy
+    mixed,     ///< geometric mean of both, weighted by `physical_share`
 };
 [[nodiscard]] constexpr auto words(GradationSpace) {
     return words_of(Word{GradationSpace::metric, "metric"}, Word{GradationSpace::physical, "physical"},
@@ -139,7 +136,7 @@ enum class GradationSpace : std::uint8_t {
 
 struct GradationOptions {
     GradationSpace space = GradationSpace::mixed;
-    double ratio = 1.5;  ///< β: each unit of length adds log β to a size
+    double ratio = 1.5;  ///< β: sizes grow by log β per unit length
     double physical_share = 0.125;
     int max_sweeps = 1000;
     /// Sweeps end if no size shrinks by more than this fraction.
@@ -162,11 +159,8 @@ struct GradationOptions {
     friend bool operator==(const GradationOptions&, const GradationOptions&) = default;
 };
 
-/// Metric that p spans at q: the axes of M_p turned by `turn`, the turn between M_p and M_q. M is M_p with axes turned
-/// by half of it. The sizes are
-///     metric: h_i (1 + l_p log β), l_p = sqrt(pqᵀ M pq)
-///     physical: h_i + |pq| log β
-///     mixed: h_i (1 + |pq|/h_i log β)^s (1 + l_p log β)^{1−s}.
+/// Metric that p spans at q: the axes of M_p turned by `turn` (from M_p to M_q), with sizes that grow as `options`
+/// require. Formulas: docs/algorithms/natural-and-made-metrics.md.
 template <int D>
 [[nodiscard]] EigenSystem<D> spanned_metric(const EigenSystem<D>& at_p, const AxesTurn<D>& turn, const Vec<D>& pq,
                                             const GradationOptions& options);
@@ -174,28 +168,27 @@ template <int D>
 template <int D>
 struct Graded {
     Column<LogMetric<D>> log_metrics;
-    int sweeps = 0;          ///< number of sweeps that changed the field
+    int sweeps = 0;          ///< number of sweeps with changes
     bool converged = false;  ///< false if `max_sweeps` ended the sweeps
     std::size_t changed = 0;
 };
 
-/// Limits the growth of sizes along edges. Each sweep intersects each vertex metric with the metrics that its
-/// neighbours span at the vertex (`spanned_metric`), until none changes. Sizes never grow. Jacobi sweeps with
-/// neighbours in ascending order make results independent of threads and edge order. Errors (usage): ratio not above 1,
-/// share outside 0 to 1, columns of another mesh; stopped.
+/// Limits the growth of sizes along edges, whose axes may turn. Sweeps intersect each vertex metric with those that its
+/// neighbours span there (`spanned_metric`), until none changes. Sizes never grow. Results do not depend on threads or
+/// edge order. Errors (usage): ratio not above 1, share outside 0 to 1, columns of another mesh; stopped.
 template <int D>
 [[nodiscard]] Outcome<Graded<D>> apply_gradation(const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
                                                  const Column<LogMetric<D>>& field, const GradationOptions& options,
                                                  const Execution& execution);
 
-/// Returns the largest log of the factor by which a size exceeds the size spanned along an edge. It is at most 0 if the
-/// growth limit holds.
+/// Largest log of the factor by which a size exceeds the size spanned along an edge; at most 0 if the growth limit
+/// holds.
 template <int D>
 [[nodiscard]] Outcome<double> gradation_excess(const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
                                                const Column<LogMetric<D>>& field, const GradationOptions& options,
                                                const Execution& execution);
 
-/// Options of the surface metric of paper §4.1: thin along the boundary normal, isotropic in the volume.
+/// Surface metric of paper §4.1: thin along the boundary normal, isotropic in the volume.
 struct SurfaceMetricOptions {
     double tangent_size = 1;            ///< size in the tangent plane: λ_min = tangent_size⁻²
     double normal_size = 0.1;           ///< size along the normal: λ_max = normal_size⁻²; default as in the paper
@@ -214,13 +207,13 @@ struct SurfaceMetricOptions {
     }
 };
 
-/// Unit normals at vertices: none in the volume, one per smooth side of the boundary at the vertex. Zero vectors,
-/// orientation and order are ignored.
+/// Unit normals at vertices: none in the volume, one per smooth side of the boundary. Zero vectors, orientation and
+/// order are ignored.
 template <int D>
 using VertexNormals = Incidence<Vec<D>>;
 
-/// Computes M = R diag(λ_min, λ_min, λ_max) Rᵀ with the last axis along the normal, intersected over the sides at a
-/// vertex. Errors (usage): a size that is not positive; stopped.
+/// Computes M = R diag(λ_min, λ_min, λ_max) Rᵀ, last axis along the normal, intersected over the sides at a vertex.
+/// Errors (usage): a non-positive size; stopped.
 template <int D>
 [[nodiscard]] Outcome<Column<LogMetric<D>>> surface_log_metrics(const VertexNormals<D>& normals,
                                                                 const SurfaceMetricOptions& options,

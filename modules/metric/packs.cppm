@@ -16,7 +16,7 @@ struct VecPack {
     [[nodiscard, gnu::always_inline]] inline Pack& operator[](int i) { return c[i]; }
 };
 
-/// Eight symmetric matrices, with entries in the order of Sym.
+/// Entries are ordered as in Sym.
 export template <int D>
 struct SymPack {
     std::array<Pack, sym_size<D>> c{};
@@ -24,7 +24,7 @@ struct SymPack {
     [[nodiscard, gnu::always_inline]] inline Pack& operator()(int i, int j) { return c[Sym<D>::index(i, j)]; }
 };
 
-/// Eight matrices, stored by columns as in Mat.
+/// Columns are ordered as in Mat.
 export template <int D>
 struct MatPack {
     std::array<VecPack<D>, D> column{};
@@ -32,7 +32,7 @@ struct MatPack {
     [[nodiscard, gnu::always_inline]] inline Pack& operator()(int i, int j) { return column[j][i]; }
 };
 
-/// Gathers get(item)[k] of the items from `begin`, one per lane. The last item fills further lanes.
+/// Gathers get(item)[k], one item per lane from `begin`; the last item fills the remaining lanes.
 export template <class T, class Get>
 [[nodiscard, gnu::always_inline]] inline Pack gathered(std::span<const T> items, std::size_t begin, const Get& get) {
     Pack p{};
@@ -65,7 +65,7 @@ export template <int D, class T, class Get>
     return m;
 }
 
-/// Stores the vector of each lane as out[begin + lane]; lanes beyond the end of `out` are ignored.
+/// Stores each lane as out[begin + lane]; lanes beyond the end of `out` are ignored.
 export template <int D>
 [[gnu::always_inline]] inline void scatter(const VecPack<D>& v, std::size_t begin, std::span<Vec<D>> out) {
     const std::size_t n = std::min<std::size_t>(pack_size, out.size() - begin);
@@ -137,8 +137,8 @@ export template <int D>
     return s;
 }
 
-/// Tangent of the rotation that makes two columns orthogonal: the smaller root of t² + (difference/product) t = 1.
-/// Lanes outside `lanes` get 0.
+/// Tangent of the rotation that makes two columns orthogonal: smaller root of t² + (difference/product) t = 1; 0
+/// outside `lanes`.
 [[nodiscard, gnu::always_inline]] inline Pack rotation_tangent(Pack difference, Pack product, Mask lanes) {
     const Pack twice = 2 * product;
     const Pack denominator = difference + copysign(sqrt(difference * difference + twice * twice), difference);
@@ -168,7 +168,7 @@ export template <int D>
     return m;
 }
 
-/// Eight eigensystems by cyclic Jacobi rotations; each lane stops when it has converged.
+/// Eight eigensystems by cyclic Jacobi rotations, each lane until it converges.
 export template <int D>
 [[nodiscard, gnu::always_inline]] inline EigenPack<D> eigen_system(SymPack<D> a) {
     MatPack<D> r = identity_pack<D>();
@@ -208,14 +208,13 @@ export template <int D>
 }
 
 /// Right singular vectors V of A in `vectors`, and A V in `columns`, whose lengths are the singular values. One-sided
-/// Jacobi rotations (Hestenes) compute small singular values accurately.
+/// Jacobi rotations (Hestenes) keep small ones accurate.
 template <int D>
 struct RightSingularPack {
     MatPack<D> columns;
     MatPack<D> vectors;
 };
-/// Starts from `columns` A V₀ and `vectors` V₀, any orthogonal matrix. The closer V₀ is to V, the fewer sweeps are
-/// needed.
+/// Starts from A V₀ and any orthogonal V₀; the closer V₀ is to V, the fewer sweeps are needed.
 template <int D>
 [[nodiscard, gnu::always_inline]] inline RightSingularPack<D> right_singular_from(RightSingularPack<D> out) {
     MatPack<D>& w = out.columns;
@@ -272,8 +271,7 @@ struct PulledBackPack {
     SymPack<D> log_metric;
     MatPack<D> axes;
 };
-/// Uses Λ^{1/2} Rᵀ F = V Σ Uᵀ, which is accurate for needles: M̂ = U Σ² Uᵀ, O = R V Uᵀ. If F is singular, M is returned
-/// unchanged.
+/// Uses Λ^{1/2} Rᵀ F = V Σ Uᵀ (accurate for needles): M̂ = U Σ² Uᵀ, O = R V Uᵀ. Returns M unchanged if F is singular.
 export template <int D>
 [[nodiscard, gnu::always_inline]] inline PulledBackPack<D> pull_back_pack(const SymPack<D>& log_metric,
                                                                           const EigenPack<D>& metric,

@@ -96,8 +96,7 @@ namespace {
 
 enum class TensorState : std::uint8_t { sound, floored, indefinite, singular, zero, out_of_range, not_finite };
 
-/// True if a row is zero, which makes an eigenvalue exactly zero. Rounding can make other singular matrices regular,
-/// and the reverse.
+/// A zero row makes an eigenvalue exactly zero. Other singular matrices cannot be distinguished from rounding.
 template <int D>
 bool has_zero_row(const Sym<D>& m) {
     for (int i = 0; i < D; ++i) {
@@ -117,8 +116,8 @@ bool is_out_of_range(const Sym<D>& m) {
     return largest * (min_length * min_length) > beyond || largest * (max_length * max_length) * beyond < 1;
 }
 
-/// Bounds the effect on each eigenvalue if the entries of M are rounded by ε: ε Σ |r_j| |m_jk| |r_k| ≤ ε λ_max D, far
-/// less for axes along the coordinates. The bound is never below the error of the decomposition.
+/// Bounds the effect on each eigenvalue of rounding M's entries by ε: ε Σ |r_j| |m_jk| |r_k| ≤ ε λ_max D, far less for
+/// axes along the coordinates. The bound is at least the decomposition's error.
 template <int D>
 Vec<D> eigenvalue_rounding(const Sym<D>& m, const EigenSystem<D>& e, double epsilon) {
     Vec<D> rounding;

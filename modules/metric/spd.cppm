@@ -11,14 +11,14 @@ import camber.bezier;
 
 export namespace camber {
 
-/// A = R diag(values) Rᵀ; the columns of R, `vectors`, are orthonormal. The values are unordered.
+/// A = R diag(values) Rᵀ with orthonormal columns R, `vectors`; values are unordered.
 template <int D>
 struct EigenSystem {
     Vec<D> values;
     Mat<D> vectors;
 };
 
-/// Applies the Jacobi rotation that makes a(p, q) zero to A and to the columns of R.
+/// Applies the Jacobi rotation that zeroes a(p, q) to A and to R's columns.
 template <int D>
 inline void jacobi_rotate(Sym<D>& a, Mat<D>& r, int p, int q) {
     const double apq = a(p, q);
@@ -44,8 +44,8 @@ inline void jacobi_rotate(Sym<D>& a, Mat<D>& r, int p, int q) {
     }
 }
 
-/// Decomposes A by cyclic Jacobi rotations, which unlike closed forms are accurate at nearly equal eigenvalues. The
-/// backward error is a few ulps of |A|.
+/// Cyclic Jacobi rotations: accurate at nearly equal eigenvalues, unlike closed forms. The backward error is a few ulps
+/// of |A|.
 template <int D>
 [[nodiscard]] inline EigenSystem<D> eigen_system(Sym<D> a) {
     Mat<D> r = Mat<D>::identity();
@@ -79,8 +79,8 @@ template <int D>
     return s;
 }
 
-/// Left singular vectors U and singular values of A = U Σ Vᵀ by one-sided Jacobi rotations (Hestenes). Small singular
-/// values are accurate, unlike roots of the eigenvalues of A Aᵀ.
+/// Left singular vectors U and singular values of A = U Σ Vᵀ by one-sided Jacobi rotations (Hestenes). Small values are
+/// accurate, unlike eigenvalues of A Aᵀ.
 template <int D>
 [[nodiscard]] inline EigenSystem<D> left_singular(const Mat<D>& a) {
     // Rotations make the rows of A orthogonal: Aᵀ U = V Σ.
@@ -117,8 +117,7 @@ template <int D>
     return out;
 }
 
-/// Riemannian metric: symmetric positive definite matrix M, in 1/length². The size along an eigenvector is h_i =
-/// λ_i^{-1/2}.
+/// Riemannian metric: symmetric positive definite, in 1/length². Its sizes are h_i = λ_i^{-1/2}.
 template <int D>
 struct Metric {
     Sym<D> m;
@@ -132,8 +131,8 @@ struct LogMetric {
     friend bool operator==(const LogMetric&, const LogMetric&) = default;
 };
 
-/// Decomposed metric M = R diag(e^{λ_i}) Rᵀ. Squared lengths are Σ e^{λ_i} (r_i·v)². At anisotropy 10^8 the entries of
-/// M have no correct digits along the long axis.
+/// Decomposed metric M = R diag(e^{λ_i}) Rᵀ, for squared lengths Σ e^{λ_i} (r_i·v)². At anisotropy 10^8 the entries of
+/// M lose all digits along the long axis.
 template <int D>
 struct SpectralMetric {
     Vec<D> log_values;
@@ -174,12 +173,12 @@ struct SpectralMetric {
     return exp((a + b) / 2) * ratio;
 }
 
-/// Φ(a, b) if e^a and e^b are known; exponentials are computed only if a and b are close.
+/// The same Φ(a, b) for known e^a and e^b; exponentials are computed only if a and b are close.
 [[nodiscard]] inline double exp_divided_difference(double a, double b, double exp_a, double exp_b) {
     return std::abs(a - b) > 0.1 ? (exp_a - exp_b) / (a - b) : exp_divided_difference(a, b);
 }
 
-/// Derivative of exp at L in the direction E (Daletskii–Krein): D exp(L)[E] = R (Φ ∘ (Rᵀ E R)) Rᵀ.
+/// Derivative of exp in the direction E (Daletskii–Krein): D exp(L)[E] = R (Φ ∘ (Rᵀ E R)) Rᵀ.
 template <int D>
 [[nodiscard]] inline Sym<D> exp_derivative(const SpectralMetric<D>& s, const Sym<D>& direction) {
     Sym<D> inner_part = congruence(transposed(s.vectors), direction);
@@ -189,7 +188,7 @@ template <int D>
     return congruence(s.vectors, inner_part);
 }
 
-/// Adjoint G of L ↦ vᵀ exp(L) v: a change ∂L changes this value by ⟨G, ∂L⟩. G = R (Φ ∘ (w wᵀ)) Rᵀ with w = Rᵀ v.
+/// Adjoint G of L ↦ vᵀ exp(L) v, whose change is ⟨G, ∂L⟩: G = R (Φ ∘ (w wᵀ)) Rᵀ, w = Rᵀ v.
 template <int D>
 [[nodiscard]] inline Sym<D> length_squared_adjoint(const SpectralMetric<D>& s, const Vec<D>& v) {
     const Vec<D> w = transposed_times(s.vectors, v);
@@ -201,7 +200,7 @@ template <int D>
     return congruence(s.vectors, inner_part);
 }
 
-/// Computes M. Its entries have fewer correct digits than log M, so lengths are measured with `SpectralMetric`.
+/// M has fewer correct digits than log M, so lengths are measured with `SpectralMetric`.
 template <int D>
 [[nodiscard]] inline Metric<D> exp(const LogMetric<D>& log_metric) {
     EigenSystem<D> e = eigen_system(log_metric.l);
@@ -235,8 +234,8 @@ template <int D>
 
 }  // namespace camber
 
-/// Functions of many metrics, computed in packs (core:tensors); the spans have equal sizes. Results of an item are
-/// bitwise independent of other items and of the instruction set.
+/// Functions of many metrics in packs (core:tensors), for spans of equal sizes. Results are bitwise independent of
+/// other items and of the instruction set.
 export namespace camber {
 
 /// Computes sqrt(vᵀ M v) for each vector v and its metric M.
@@ -252,18 +251,18 @@ void natural_log_metrics(std::span<const std::array<Vec<D>, D + 1>> simplices, s
 template <int D>
 struct PulledBackMetric {
     LogMetric<D> log_metric;           ///< log M̂, M̂ = Fᵀ M F
-    Mat<D> axes = Mat<D>::identity();  ///< O = M^{1/2} F M̂^{-1/2}, orthogonal; maps the frame of M̂ to the frame of M
+    Mat<D> axes = Mat<D>::identity();  ///< O = M^{1/2} F M̂^{-1/2}, orthogonal; maps the frame of M̂ to that of M
     friend bool operator==(const PulledBackMetric&, const PulledBackMetric&) = default;
 };
-/// Pulls each metric M back by its Jacobian F, using singular values (accurate for needles). If F is singular, M is
-/// returned unchanged.
+/// Pulls each metric back by its Jacobian F, from singular values (accurate for needles). If F is singular, the metric
+/// is unchanged.
 template <int D>
 void pull_back_metrics(std::span<const LogMetric<D>> metrics, std::span<const Mat<D>> jacobians,
                        std::span<PulledBackMetric<D>> pulled_back, Instructions set = widest_instructions());
 
-/// Derivative of exp at L = log M in the eigenvector frame R of M, where it acts on each entry: (Rᵀ D exp(L)[E] R)_ij =
-/// Φ_ij (Rᵀ E R)_ij with Φ_ij = (e^{λ_i} − e^{λ_j})/(λ_i − λ_j). `direction` is Rᵀ E R. In other frames
-/// (`exp_derivative`, `log_derivative`) small entries of ∂M are lost in rounding errors of λ_max at high anisotropy.
+/// Derivative of exp in the eigenvector frame of M, where it multiplies each entry of Rᵀ E R (`direction`) by Φ_ij =
+/// (e^{λ_i} − e^{λ_j})/(λ_i − λ_j). At high anisotropy other frames (`exp_derivative`, `log_derivative`) lose small
+/// entries of ∂M in rounding errors of λ_max.
 template <int D>
 [[nodiscard]] inline Sym<D> exp_derivative_in_frame(const SpectralMetric<D>& s, Sym<D> direction) {
     for (int i = 0; i < D; ++i)
@@ -272,7 +271,7 @@ template <int D>
     return direction;
 }
 
-/// Derivative of log in the same frame: divides each entry by Φ_ij, and is accurate at equal eigenvalues too.
+/// Derivative of log in the eigenvector frame: divides by Φ_ij, also accurate at equal eigenvalues.
 template <int D>
 [[nodiscard]] inline Sym<D> log_derivative_in_frame(const SpectralMetric<D>& s, Sym<D> direction) {
     for (int i = 0; i < D; ++i)
@@ -281,8 +280,8 @@ template <int D>
     return direction;
 }
 
-/// Inverse of `exp_derivative`: D log(M)[E] = R ((Rᵀ E R) / Φ) Rᵀ; `s` is M decomposed. Rounding of E causes errors of
-/// ε |E|/λ_min in the block of small eigenvalues.
+/// Inverse of `exp_derivative`: D log(M)[E] = R ((Rᵀ E R) / Φ) Rᵀ; `s` is M decomposed. Rounding of E causes errors ε
+/// |E|/λ_min in the block of small eigenvalues.
 template <int D>
 [[nodiscard]] inline Sym<D> log_derivative(const SpectralMetric<D>& s, const Sym<D>& direction) {
     return congruence(s.vectors, log_derivative_in_frame(s, congruence(transposed(s.vectors), direction)));
@@ -296,17 +295,15 @@ template <int D>
 
 }  // namespace camber
 
-/// High-order log-Euclidean interpolation on a K-simplex of degree N, in three forms (paper §2.1, with its numbers):
-///     (2) pure Bézier: exp Σ B_α(ξ) log M(P_α), BezierLogs of the metrics at the control points
-///     (3) pure Lagrange: exp Σ φ_α(ξ) log M(P_α^l), LagrangeLogs
-///     (4) (3) written with Bézier functions: exp Σ B_α(ξ) log M_α, virtual_logs(LagrangeLogs), the default
-/// (3) and (4) are equal. (2) differs, since its control points lie off the element. Lagrange functions can be
-/// negative, so (3) and (4) are affine but not convex means. det M is bounded by the *virtual* metrics and may exceed
-/// its values at the nodes (log-dets 0, 1, 1 along a P2 edge reach 1.125).
+/// High-order log-Euclidean interpolation on a K-simplex of degree N (paper §2.1,
+/// docs/algorithms/metric-interpolation.md), in three forms:
+///     (2) Bernstein polynomials B_α, log-metrics at the control points: BezierLogs
+///     (3) Lagrange functions, log-metrics at the nodes: LagrangeLogs
+///     (4) B_α with virtual log-metrics, virtual_logs(LagrangeLogs), the default
+/// (3) and (4) are equal; (2) differs, since its control points lie off the element.
 export namespace camber {
 
-/// Coefficients of Bernstein polynomials, in the order of multi_indices<N, K>: log-metrics at control points for (2),
-/// virtual log-metrics for (4).
+/// Coefficients in the order of multi_indices<N, K>: log-metrics at control points for (2), virtual ones for (4).
 template <int N, int K, int D>
 struct BezierLogs {
     std::array<LogMetric<D>, node_count<N, K>> logs{};
@@ -331,7 +328,7 @@ template <int N, int K, int D>
     return out;
 }
 
-/// log M(ξ) of (2) or (4).
+/// log M(ξ) of form (2) or (4) above.
 template <int N, int K, int D>
 [[nodiscard]] inline LogMetric<D> interpolated(const BezierLogs<N, K, D>& field, const Barycentric<K>& xi) {
     LogMetric<D> out;
@@ -348,7 +345,7 @@ template <int N, int K, int D>
     return out;
 }
 
-/// ∂ log M/∂ξ_i for i = 1 … K, with ξ_0 = 1 − Σ ξ_i: N Σ_{β ∈ I_{N−1}} B_β (log M_{β+e_i} − log M_{β+e_0}).
+/// ∂ log M/∂ξ_i for i = 1 … K, with ξ_0 = 1 − Σ ξ_i.
 template <int N, int K, int D>
 [[nodiscard]] inline std::array<Sym<D>, K> log_gradient(const BezierLogs<N, K, D>& field, const Barycentric<K>& xi) {
     std::array<Sym<D>, K> out{};
@@ -378,15 +375,12 @@ template <class Field>
 }
 
 /// Intersection by simultaneous reduction: the metric of the largest sizes with vᵀMv ≥ vᵀM_i v for every v, exact along
-/// shared axes. With M_i = R_i Λ_i R_iᵀ,
-///     C = Λ_2^{1/2} R_2ᵀ R_1 Λ_1^{-1/2} = U Σ Vᵀ, M = FᵀF, F = max(1, Σ) Vᵀ Λ_1^{1/2} R_1ᵀ,
-/// and log M is twice the log of F's singular values. Factors are used because entries of M_1⁻¹ M_2 cancel at high
-/// anisotropy. If one metric satisfies the condition for both, it is returned bitwise. If axes of metrics of anisotropy
-/// a turn by δ, sizes of the intersection shrink by a fraction a δ. So the result is accurate to a few a ε (1e-9 at
-/// anisotropy 1e6).
+/// shared axes. If one metric satisfies this for both, it is returned bitwise. At anisotropy a the result is accurate
+/// to a few a ε (1e-9 at a = 1e6).
 template <int D>
 [[nodiscard]] inline EigenSystem<D> intersection(const EigenSystem<D>& a, const EigenSystem<D>& b) {
-    // Cᵀ = Λ_1^{-1/2} R_1ᵀ R_2 Λ_2^{1/2}, whose left singular vectors are V.
+    // With M_i = R_i Λ_i R_iᵀ and C = Λ_2^{1/2} R_2ᵀ R_1 Λ_1^{-1/2} = U Σ Vᵀ. Cᵀ has the left singular vectors V.
+    // Entries of M_1⁻¹ M_2 would cancel at high anisotropy.
     Mat<D> c;
     for (int j = 0; j < D; ++j)
         for (int i = 0; i < D; ++i)
@@ -395,7 +389,7 @@ template <int D>
     const auto [low, high] = std::minmax_element(s.values.c.begin(), s.values.c.end());
     if (*high <= 1) return a;
     if (*low >= 1) return b;
-    // Fᵀ = R_1 Λ_1^{1/2} V max(1, Σ).
+    // M = FᵀF with Fᵀ = R_1 Λ_1^{1/2} V max(1, Σ); log M is twice the log of F's singular values.
     Mat<D> f;
     for (int j = 0; j < D; ++j)
         for (int i = 0; i < D; ++i)
@@ -411,8 +405,8 @@ template <int D>
     return {composed(intersection(eigen_system(a.l), eigen_system(b.l)))};
 }
 
-/// Largest ½ log of vᵀM_outer v/vᵀM_inner v over all v: at most 0 if the unit ball of `outer` contains that of `inner`,
-/// log 2 if an edge of unit length in `inner` must be halved for `outer`.
+/// Largest ½ log of vᵀM_outer v/vᵀM_inner v: at most 0 if `inner` requests the smaller sizes in all directions, log 2
+/// for an edge to be halved.
 template <int D>
 [[nodiscard]] inline double size_excess(const EigenSystem<D>& inner, const EigenSystem<D>& outer) {
     Mat<D> c;
@@ -428,7 +422,7 @@ template <int D>
     return size_excess(eigen_system(inner.l), eigen_system(outer.l));
 }
 
-/// Rotation in radians: `about` is the rotation vector in 3D; in 2D its first entry is the angle.
+/// Rotation in radians: `about` is the rotation vector in 3D; its first entry is the angle in 2D.
 template <int D>
 struct AxesTurn {
     Vec<3> about;
@@ -448,10 +442,8 @@ struct AxesTurn {
     [[nodiscard]] bool is_none() const { return about == Vec<3>{}; }
 };
 
-/// Rotation of a metric's axes from one place to another, in the frame of the mean log-metric. With the change ΔL of
-/// the log-metric, λ_i of the mean and x_ij = λ_i − λ_j, the angle in the plane of axes i and j is
-///     θ_ij = θ (1 − e^{−|x_ij|})² / (1 + (θ/0.9)^8), θ = atan(ΔL_ij / x_ij),
-/// exact for rotations in one plane. The angle vanishes for equal sizes, which have no axes, and beyond about 0.8
+/// Rotation of a metric's axes between two places, exact for rotations in one plane
+/// (docs/algorithms/metric-interpolation.md). It is zero for equal sizes, which have no axes, and beyond about 0.8
 /// radians, where axes cannot be matched.
 template <int D>
 [[nodiscard]] AxesTurn<D> turn_between(const Sym<D>& from, const Sym<D>& to) {

@@ -10,20 +10,19 @@ import camber.core;
 import camber.bezier;
 import :spd;
 
-/// Edge lengths and qualities of straight meshes in a metric given at the vertices.
+/// Edge lengths and qualities of straight meshes with metrics at the vertices.
 export namespace camber {
 
-/// Edges of a unit mesh have lengths from 1/√2 to √2.
+/// Lengths of edges of a unit mesh: 1/√2 to √2.
 inline constexpr double shortest_unit_edge = 0.70710678118654752;
 inline constexpr double longest_unit_edge = 1.4142135623730951;
 
-/// Metric stored for measuring lengths: M = rowsᵀ rows with rows sqrt(λ_i) r_iᵀ; accurate at any anisotropy (see
-/// SpectralMetric).
+/// Metric for measuring lengths: M = rowsᵀ rows, rows sqrt(λ_i) r_iᵀ; accurate at any anisotropy (see SpectralMetric).
 template <int D>
 struct MeasuringMetric {
     std::array<Vec<D>, D> rows{};
     Vec<D> log_sizes;         ///< eigenvalues of log M, ascending
-    double density_root = 0;  ///< (sqrt(det M))^(1/(D + 1)); its product over the vertices is the density of an element
+    double density_root = 0;  ///< (sqrt(det M))^(1/(D + 1)); its product over an element's vertices is its mean density
 
     MeasuringMetric() = default;
     explicit MeasuringMetric(const LogMetric<D>& log_metric) {
@@ -48,8 +47,8 @@ struct MeasuringMetric {
     friend bool operator==(const MeasuringMetric&, const MeasuringMetric&) = default;
 };
 
-/// Length of a straight edge that has lengths a and b in the metrics at its ends, if sizes vary geometrically
-/// (Alauzet): ∫ a^(1−t) b^t dt = (a − b)/ln(a/b).
+/// Length of a straight edge with lengths a and b in the metrics at its ends: ∫ a^(1−t) b^t dt = (a − b)/ln(a/b)
+/// (geometric sizes, Alauzet).
 [[nodiscard]] inline double logarithmic_mean(double a, double b) {
     const double sum = a + b;
     if (!(sum > 0)) return 0;
@@ -63,9 +62,9 @@ template <int D>
     return logarithmic_mean(std::sqrt(from.length_squared(edge)), std::sqrt(to.length_squared(edge)));
 }
 
-/// Shape of a simplex: its mean ratio (`quality_of_shape`) to the power D/2, with the sign of the volume: 36 √12 V/(Σ
-/// l²)^(3/2), in 2D 4 √3 A / Σ l². V is the volume times the geometric mean of the vertex densities. l² is the mean of
-/// an edge's squared lengths in its two end metrics. Exact in a constant metric.
+/// Shape of a simplex: mean ratio to the power D/2 with the volume's sign, 36 √12 V/(Σ l²)^(3/2), in 2D 4 √3 A / Σ l².
+/// V includes the geometric mean of the vertex densities; l² is the mean over an edge's two end metrics. Exact in a
+/// constant metric.
 template <int D>
 [[nodiscard]] double metric_shape(const std::array<Vec<D>, D + 1>& corners,
                                   const std::array<const MeasuringMetric<D>*, D + 1>& metrics) {
@@ -86,15 +85,15 @@ template <int D>
     return 6 * std::sqrt(12.0) * measure / (squares * std::sqrt(squares));
 }
 
-/// Mean ratio of a shape, with the volume's sign: 12 (3V)^(2/3) / Σ l², in 2D 4 √3 A / Σ l²; 1 for the regular simplex.
+/// Mean ratio of a shape, with the volume's sign; 1 for the regular simplex.
 [[nodiscard]] inline double quality_of_shape(double shape, int dimension) {
     return dimension == 2 ? shape : std::copysign(cbrt(shape * shape), shape);
 }
 [[nodiscard]] inline double shape_of_quality(double quality, int dimension) {
     return dimension == 2 ? quality : std::copysign(std::abs(quality) * std::sqrt(std::abs(quality)), quality);
 }
-/// Shape of a triangle in space, to be used with dimension 3: (4 √3 A / Σ l²)^(3/2). A is the geometric mean of its
-/// areas in the vertex metrics.
+/// Shape (of dimension 3) of a triangle in space: (4 √3 A / Σ l²)^(3/2). A is the geometric mean of its areas in the
+/// vertex metrics.
 [[nodiscard]] inline double triangle_shape(const std::array<Vec<3>, 3>& corners,
                                            const std::array<const MeasuringMetric<3>*, 3>& metrics) {
     double areas = 1, squares = 0;
@@ -123,9 +122,9 @@ struct EdgeEndMetric {
     const MeasuringMetric<D>& measure;
 };
 
-/// Mean of two metrics whose axes differ by an angle α: the axes of the mean log, with means of the sorted log sizes.
-/// The mean log alone reduces anisotropy by cos α. Its own sizes are used, gradually, for α above 0.6, and for nearly
-/// equal sizes, which have no order.
+/// Mean of two metrics whose axes differ by an angle α (docs/algorithms/metric-interpolation.md): axes of the mean log,
+/// means of the sorted log sizes. For α above 0.6, and nearly equal sizes, which have no order, it becomes the mean
+/// log.
 template <int D>
 [[nodiscard]] EigenSystem<D> frame_mean(const LogMetric<D>& a, const Vec<D>& log_sizes_a, const LogMetric<D>& b,
                                         const Vec<D>& log_sizes_b) {
@@ -146,11 +145,9 @@ template <int D>
     return e;
 }
 
-/// Length of a quadratic edge whose node is d = `offset` from the middle of its chord e, for metrics at its ends. With
-/// the speeds l_a = |e + 4d|_a, l_b = |e − 4d|_b at the ends and l_m = |e|_m in the middle, it is
-///     (l_a − l_b)/ln(l_a/l_b) + ⅔ (l_m − sqrt(l_a l_b)).
-/// The first term is exact for straight edges with common axes, where l_m = sqrt(l_a l_b). The second is Simpson's
-/// correction.
+/// Length of a quadratic edge from the metrics at its ends, in closed form (docs/algorithms/cavity-operator.md).
+/// `offset` is the vector from the chord's middle to the node. For straight edges with common axes it is the
+/// logarithmic mean; otherwise Simpson's correction for the middle is added.
 template <int D>
 [[nodiscard]] double quadratic_edge_length(const EdgeEndMetric<D>& a, const EdgeEndMetric<D>& b, const Vec<D>& chord,
                                            const Vec<D>& offset) {
@@ -168,11 +165,10 @@ template <int D>
 
 }  // namespace camber
 
-/// Distortion of a P2 element in a metric, at a point and as a mean, with the mean's gradient. A = M^{1/2} J W⁻¹, with
-/// the Jacobian J of the element and W of the regular simplex;
-///     distortion η = tr(AᵀA) / (D det(A)^{2/D}) ≥ 1, quality 1/η, with the sign of det J,
-/// as in the paper and MFEM. log M is linear in ξ; only its traceless part matters, since η is scale-invariant. On
-/// straight elements in a constant metric 1/η is metric_quality.
+/// Distortion of a P2 element in a metric, at a point and as a mean with its gradient (docs/algorithms/distortion.md).
+/// With A = M^{1/2} J W⁻¹, J the Jacobian and W that of the regular simplex,
+///     distortion η = tr(AᵀA) / (D det(A)^{2/D}) ≥ 1, quality 1/η, with the sign of det J.
+/// On straight elements in a constant metric 1/η is metric_quality.
 export namespace camber {
 
 /// Lagrange nodes of a P2 simplex: the vertices, then the edge nodes in the order of `local_edges`.
@@ -181,8 +177,8 @@ using QuadraticNodes = std::array<Vec<D>, quadratic_nodes<D>>;
 template <int D>
 using VertexLogMetrics = std::array<LogMetric<D>, D + 1>;
 
-/// Scaled metric M/det(M)^{1/D} = rootᵀ root at the rule's points, with rows sqrt(λ_i) r_iᵀ. It does not depend on the
-/// element's nodes.
+/// Scaled metric M/det(M)^{1/D} = rootᵀ root at the rule's points, rows sqrt(λ_i) r_iᵀ. Independent of the element's
+/// nodes.
 template <int D>
 struct ElementMetric {
     std::array<std::array<Pack, D>, D> root{};  ///< root[i][c] is coordinate c of row i, one point per lane
@@ -191,8 +187,8 @@ template <int D>
 [[nodiscard]] ElementMetric<D> element_metric(const VertexLogMetrics<D>& vertices,
                                               Instructions set = widest_instructions());
 
-/// `mean` is 1 over the mean of η by the quadrature rule, `least` the minimum of 1/η at its points. The mean is 0
-/// unless det J has the same sign at all points. It is negative if that sign is negative. Neither is ever NaN.
+/// `mean`: 1 over the mean of η by the rule; `least`: minimum of 1/η at its points. The mean is 0 unless det J has one
+/// sign at all points, and negative if that sign is. Never NaN.
 struct CurvedQuality {
     double mean = 0, least = 0;
     friend bool operator==(const CurvedQuality&, const CurvedQuality&) = default;
@@ -201,7 +197,7 @@ template <int D>
 [[nodiscard]] CurvedQuality curved_quality(const QuadraticNodes<D>& nodes, const ElementMetric<D>& metric,
                                            Instructions set = widest_instructions());
 
-/// Mean quality, and its derivatives by each node with the metrics and the other nodes fixed; zero if the mean is 0.
+/// Mean, and its derivatives by the nodes with metrics and other nodes fixed; zero if the mean is 0.
 template <int D>
 struct CurvedQualityGradient {
     double mean = 0;
@@ -212,14 +208,13 @@ template <int D>
                                                                const ElementMetric<D>& metric,
                                                                Instructions set = widest_instructions());
 
-/// 1/η at a point, with the sign of det J; 0 if not finite. Computed without packs.
+/// 1/η at a point, with the sign of det J, without packs; 0 if not finite.
 template <int D>
 [[nodiscard]] double quality_at(const QuadraticNodes<D>& nodes, const VertexLogMetrics<D>& vertices,
                                 const Barycentric<D>& xi);
 
-/// Quadrature rules exact to degree 3 with positive weights, one point per lane. Tetrahedra: vertices (1/40) and face
-/// centroids (9/40). Triangles: vertices (1/20), edge midpoints (2/15) and centroid (9/20); the eighth lane has weight
-/// 0.
+/// Quadrature rule exact to degree 3 with positive weights, one point per lane (docs/algorithms/distortion.md). The
+/// eighth lane of triangles has weight 0.
 template <int D>
 struct DistortionRule {
     std::array<std::array<double, pack_size>, D + 1> xi{};  ///< xi[i][point]: coordinate i
@@ -255,7 +250,7 @@ inline constexpr DistortionRule<D> distortion_rule = [] {
 
 namespace camber {
 
-/// ∇ξ_i in the regular simplex for i = 0 … D. From i = 1 they are the rows of W⁻¹; ∇ξ_0 is minus their sum.
+/// ∇ξ_i in the regular simplex: minus the sum of the rows of W⁻¹, then these rows.
 template <int D>
 inline constexpr std::array<Vec<D>, D + 1> regular_gradients = [] {
     constexpr double a = std::numbers::inv_sqrt3;
@@ -311,15 +306,15 @@ template <int D>
 
 export namespace camber {
 
-/// Bounds of the minimum of 1/η: it is at least `bound` (up to rounding), and at a sampled point it is `attained`. If
-/// det J is not proven positive, `bound` is −1, which is below any quality.
+/// Bounds of the minimum of 1/η: at least `bound` (up to rounding); a sampled point has `attained`. If det J is not
+/// proven positive, `bound` is −1, below any quality.
 struct QualityBound {
     double bound = -1, attained = 1;
     friend bool operator==(const QualityBound&, const QualityBound&) = default;
 };
 
-/// Limits of the refinement: it stops if the bound reaches `enough` or the fraction `share` of the attained quality, or
-/// after `bisections`.
+/// Refinement stops if the bound reaches `enough` or the fraction `share` of the attained quality, or after
+/// `bisections`.
 struct BoundEffort {
     double enough = 1;
     double share = 0.95;
@@ -327,9 +322,8 @@ struct BoundEffort {
 };
 inline constexpr int max_bisections = 128;
 
-/// Bounds the minimum of 1/η from bounds of det A and tr(AᵀA) by Bézier coefficients and the range of the metric.
-/// Bisects the part with the lowest bound, along the edge on which A and M change most, at most `max_bisections` times.
-/// The bound converges to the minimum; without bisection it is exact on straight elements in a constant metric.
+/// Bounds the minimum of 1/η by Bézier coefficients (docs/algorithms/distortion.md). Bisects where the bound is lowest,
+/// at most `max_bisections` times. Converges to the minimum; exact at once on straight elements in a constant metric.
 template <int D>
 [[nodiscard]] QualityBound bound_quality(const QuadraticNodes<D>& nodes, const VertexLogMetrics<D>& vertices,
                                          const BoundEffort& effort = {});
@@ -357,20 +351,20 @@ template <int D>
     return element;
 }
 
-/// Computes `quadratic_edge_length` of each edge. Errors: stopped, memory.
+/// Errors: stopped, memory.
 template <int D>
 [[nodiscard]] Outcome<Buffer<double>> quadratic_edge_lengths(const QuadraticMesh<D>& mesh,
                                                              std::span<const LogMetric<D>> log_metrics,
                                                              const Execution& execution);
 
-/// Edge lengths, mean qualities of the elements, and bounds of their minimum qualities.
+/// Edge lengths; mean qualities of the elements, and bounds of their minimum qualities.
 struct CurvedMeasures {
     Buffer<double> lengths, qualities;
     Buffer<QualityBound> least;
 };
 
-/// Measures edges and elements. A bound below the mesh's lowest attained quality is refined, by at most `bisections`,
-/// until it exceeds that quality or nearly reaches the element's own attained one. Errors: stopped, memory.
+/// A bound below the mesh's lowest attained quality is refined, by at most `bisections`, until it exceeds that quality
+/// or nearly reaches the element's attained one. Errors: stopped, memory.
 template <int D>
 [[nodiscard]] Outcome<CurvedMeasures> measure_curved(const QuadraticMesh<D>& mesh,
                                                      std::span<const LogMetric<D>> log_metrics, int bisections,

@@ -1,5 +1,5 @@
-// Corrections of quadratic stars with invalid elements: the edge nodes are relaxed, raised by linear programs, or moved
-// together.
+// Corrections of quadratic stars with invalid elements: the edge nodes are relaxed, moved singly by linear programs, or
+// moved together.
 module;
 #include <algorithm>
 #include <array>
@@ -23,7 +23,7 @@ namespace camber {
 
 namespace {
 
-/// True if no coefficient of det J exceeds its rounding error. Such elements count as invalid, because a decision in
+/// True if no coefficient of det J exceeds its rounding error. Such elements count as invalid, since a decision in
 /// extended precision is expensive.
 template <int D>
 bool is_flat_to_rounding(const NodalSimplex<D>& element, const JacobianSummary& jacobian) {
@@ -307,7 +307,6 @@ void CurvedNodes<D>::approach() {
     refresh_stale();
 }
 
-/// Returns the sum of the metrics at both ends, so the order of the ends does not matter.
 template <int D>
 Sym<D> CurvedNodes<D>::sum_of_end_metrics(const EndMetrics& ends) {
     Sym<D> sum;
@@ -338,7 +337,7 @@ JointProblem<D> CurvedNodes<D>::approach_problem() const {
                 is_moved |= unknown != JointProblem<D>::fixed;
             }
         if (!is_moved) continue;
-        constexpr double margin = 1e-3;  // certificates include the rounding of coefficients
+        constexpr double margin = 1e-3;  // certificates need this margin for rounding of the coefficients
         element.bezier = bezier_form(NodalSimplex<D>{cone.nodes});
         element.floor = bound_ * (1 + margin);
         problem.elements.push_back(element);
@@ -441,8 +440,8 @@ bool CurvedNodes<D>::gather_outside(ElementId e) {
     return true;
 }
 
-/// Target of the edge's node by `goal_.target_nodes` or in closed form. If the goal searches for nodes, the current
-/// node.
+/// Target of the edge's node: by `goal_.target_nodes`, or in closed form; the current node if the goal searches for
+/// nodes.
 template <int D>
 Vec<D> CurvedNodes<D>::target_node_of(EdgeId edge) const {
     if (!goal_.target_nodes.empty()) return goal_.target_nodes[edge].point;
@@ -456,13 +455,13 @@ Vec<D> CurvedNodes<D>::target_node_of(EdgeId edge) const {
     return midpoint(r_.mesh.points[a], r_.mesh.points[b]) + offset[0];
 }
 
-/// Returns the problem that minimises the distances of nodes from their targets while the elements meet their bounds.
+/// Minimises the distances of nodes from their targets while the elements meet their bounds.
 template <int D>
 JointProblem<D> CurvedNodes<D>::bending_problem() {
     using Problem = JointProblem<D>;
     Problem problem;
     problem.first_penalty = Problem::strong;
-    constexpr double margin = 1e-3;  // certificates include the rounding of coefficients
+    constexpr double margin = 1e-3;  // certificates need this margin for rounding of the coefficients
     std::vector<int> unknown_of(w_.spokes.size(), Problem::fixed);
     w_.short_of_place.clear();
     for (std::uint32_t s = 0; s < w_.spokes.size() && w_.short_of_place.size() < max_together; ++s) {
@@ -531,7 +530,7 @@ void CurvedNodes<D>::bend(const std::vector<Vec<D>>& before, const std::vector<V
     refresh_stale();
 }
 
-/// True if all elements have fair quality. An element outside the star may also be no worse than before. Strongly bent
+/// True if all elements have fair quality; elements outside the star may instead be no worse than before. Strongly bent
 /// elements seldom improve later.
 template <int D>
 bool CurvedNodes<D>::is_bent_well() {

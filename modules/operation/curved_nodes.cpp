@@ -81,7 +81,7 @@ std::array<double, D + 1> place_in(const OldElement<D>& piece, const Vec<D>& p) 
     return xi;
 }
 
-/// Returns x(p). Negative barycentric coordinates are set to 0 before.
+/// Maps `p` from the straight to the curved shape. Negative barycentric coordinates count as 0.
 template <int D>
 Vec<D> old_map(const OldElement<D>& piece, const Vec<D>& p) {
     std::array<double, D + 1> xi = place_in(piece, p);
@@ -95,7 +95,7 @@ Vec<D> old_map(const OldElement<D>& piece, const Vec<D>& p) {
     return out;
 }
 
-/// Returns x(p) by the piece that contains `p` or is nearest to it.
+/// Maps `p` by the piece that contains `p` or is nearest to it.
 template <int D>
 Vec<D> old_map(const std::vector<OldElement<D>>& pieces, const Vec<D>& p) {
     const OldElement<D>* best = nullptr;

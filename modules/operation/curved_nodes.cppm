@@ -33,11 +33,11 @@ struct StarDefect {
 struct ElementState {
     bool is_valid = false, is_flat = false;
     double shape = 0;           ///< quality of a valid element
-    bool is_tolerated = false;  ///< the element may be invalid, as the one that it replaces
+    bool is_tolerated = false;  ///< the element may be invalid, like the removed one
 };
 
-/// True if the edges that the request creates or moves have lengths within the limits. Edges whose nodes are not placed
-/// yet are not checked.
+/// True if the lengths of edges that the request creates or moves are within the limits, as far as their nodes are
+/// placed.
 template <class ToPoint, class Nodes>
 [[nodiscard]] bool lengths_fit(std::span<const ToPoint> to_point, bool point_moves, const PatchLimits& limits,
                                const Nodes& nodes) {
@@ -59,8 +59,8 @@ template <int D>
     return bar.is_met(e.shape) ? RejectionReason::none : RejectionReason::quality;
 }
 
-/// Returns the most serious fault, or the first fault if `is_judged_by_element`. `defective`: indices of the checked
-/// elements with this fault. `shapes`: qualities of the elements, complete only without a fault.
+/// Returns the most serious defect, or the first if `is_judged_by_element`. `defective`: indices of checked elements
+/// with this defect. `shapes`: qualities of the elements, complete only without a defect.
 template <int D, class Nodes>
 [[nodiscard]] StarDefect find_defects(std::size_t elements, const Nodes& nodes, QualityCriterion<D>& bar,
                                       std::vector<std::size_t>& defective, std::vector<double>& shapes) {
@@ -109,13 +109,12 @@ struct JudgedRequest {
 /// 1. Edges shared with elements or facets outside of the cavity keep their nodes. Boundary nodes lie on the geometry.
 ///    The metric determines the other nodes (`accurate_offsets`).
 /// 2. Elements below `limits.min_jacobian` or of too low quality have their inner nodes relaxed to the old curves, half
-///    of the way, then fully. The removed elements map the middle of the new chord, from their straight to their curved
-///    shapes, to its place on the old curves. If nothing else bends or moves, the halves of a split edge reproduce it.
+///    of the way, then fully. The removed elements map the middle of the new chord to the old curves, from straight to
+///    curved shapes. If nothing else bends or moves, the halves of a split edge reproduce it.
 /// 3. If elements are still invalid, their inner nodes move one by one to maximise the smallest Jacobian around the
 ///    edge, by at most `limits.optimisation_problems` linear programs (`max_min_node`).
-/// 4. If that fails, one problem moves all inner nodes together. A second problem also moves at most
-///    `limits.bend_around` nodes on the invalid elements' outer faces, and checks the elements outside with these
-///    edges.
+/// 4. If that fails, one problem moves all inner nodes. A second one also moves at most `limits.bend_around` nodes on
+///    the invalid elements' outer faces, and checks the elements outside with these edges.
 /// 5. Lengths along the curves must be within the limits.
 template <int D>
 class CurvedNodes {
@@ -132,7 +131,7 @@ class CurvedNodes {
           bar_(bar) {}
 
     static constexpr int degree = 2;
-    /// False: all elements are checked, first for validity, then for height and quality.
+    /// False: all elements are checked, for validity first.
     static constexpr bool is_judged_by_element = false;
 
     /// Computes the nodes of inner edges, which is cheap.
@@ -140,15 +139,14 @@ class CurvedNodes {
     /// Computes the nodes of all other edges. Returns true if there are any.
     bool place_others();
     [[nodiscard]] bool is_placed(std::size_t spoke) const { return are_all_placed_ || is_free(spoke); }
-    /// Metric length of the edge from the point to the spoke's boundary vertex.
     [[nodiscard]] double length_to(std::size_t spoke) const;
     void begin_elements();
     void judge_elements();
     [[nodiscard]] bool is_broken(std::size_t joined) const;
     [[nodiscard]] ElementState element(std::size_t joined) const;
-    /// Moves nodes to correct a fault. Returns false if no node moved.
+    /// Moves nodes to correct a fault; false if no node moved.
     [[nodiscard]] bool correct(RejectionReason reason);
-    /// Moves relaxed nodes together towards their targets while the elements stay valid and of sufficient quality.
+    /// Moves relaxed nodes together towards their targets if the elements stay valid and good enough.
     void approach();
     void set_edges(Patch<D>& patch) const;
     [[nodiscard]] int optimisation_problems() const { return w_.optimisation_problems; }
@@ -162,25 +160,25 @@ class CurvedNodes {
     [[nodiscard]] Vec<D> middle(std::size_t spoke) const { return midpoint(request_.place, end(spoke)); }
 
     void begin_spokes();
-    /// Returns x(p), where `p` is the origin or lies between the origin and `v`. Uses the map of the largest removed
-    /// element that contains the point and, if `v` is valid, `v`. Smaller elements may be almost flat. If there is no
-    /// such element, `p` may be anywhere and the nearest element is used.
+    /// Maps `p`, the origin or a point between the origin and `v`, to the old curves. Uses the largest removed element
+    /// at the point with vertex `v` (if valid), since smaller elements may be almost flat. If there is none, uses the
+    /// nearest element.
     [[nodiscard]] Vec<D> old_place_of(const Vec<D>& p, VertexId v) const;
-    /// Returns the cavity's edge from the point to `v`; invalid if there is none.
+    /// The cavity's edge to `v`; invalid if there is none.
     [[nodiscard]] EdgeId target_edge(VertexId v) const;
-    /// Returns the node of the cavity's edge from the point to `v`, if the point does not move.
+    /// The node of the cavity's edge to `v`, if the point does not move.
     [[nodiscard]] std::optional<Vec<D>> old_edge_node(const Vec<D>& origin, VertexId v) const;
     /// Computes the spoke's `extended`: a position on the old curves plus half of the point's offset from them.
     void extend(std::size_t spoke);
-    /// Returns x(p) by the maps of removed facets of the spoke's surfaces, or of removed edges of its line. The maps of
-    /// elements would leave the surface where straight elements are inverted.
+    /// Maps `p` by removed facets (on a line: edges). Maps of elements would leave the surface where straight elements
+    /// are inverted.
     [[nodiscard]] Vec<D> old_place_on_sides(std::size_t s, const Vec<D>& p) const;
     void put_on_geometry();
-    /// Target of a boundary node. Empty without a surface at the spoke, except on embedded lines.
+    /// Empty if the spoke has no surface and is not on an embedded line.
     [[nodiscard]] std::optional<Vec<D>> target_on_geometry(std::size_t s) const;
     void place_targets();
     void take_targets();
-    /// Reuses nodes and lengths of edges that are bent already: they do not depend on the cavity.
+    /// Reuses edges that are bent already: their nodes do not depend on the cavity.
     void take_bent(const std::vector<BentSpoke<D>>& bent);
     void put_bent(std::size_t spoke, const Vec<D>& offset, double length);
     void bend_free();
@@ -194,12 +192,11 @@ class CurvedNodes {
     [[nodiscard]] bool replaces_worse_where_invalid() const;
     /// True if det J may fall below `rounding_floor`, the limit for linear elements.
     [[nodiscard]] bool is_flat(const NodalSimplex<D>& element, const JacobianSummary& jacobian) const;
-    /// True if the limits allow invalid elements to stay and the removed element at the joined face is invalid. The new
-    /// element has the same vertices.
+    /// True if the limits allow invalid elements to stay, and the removed element with the same vertices is invalid.
     [[nodiscard]] bool may_stay_invalid(std::size_t joined) const;
     [[nodiscard]] bool is_good(Cone<D>& cone);
     [[nodiscard]] bool replaces_worse() const;
-    /// Relaxes the inner nodes of faulty elements by one step. Returns false if none can relax further.
+    /// Relaxes the nodes of faulty elements by one step; false if none can relax further.
     [[nodiscard]] bool draw_back(RejectionReason reason);
     void mark_stale();
     /// True for inner edges, except the halves of a split edge: they preserve the curve.
@@ -207,15 +204,15 @@ class CurvedNodes {
         return w_.spokes[s].kind == EdgeKind::volume && vertex(s) != request_.halves[0] &&
                vertex(s) != request_.halves[1];
     }
-    /// True if the removed element at the joined face may leave the cavity, which is cheaper than a linear program.
+    /// True if the removed element may leave the cavity, which is cheaper than a linear program.
     [[nodiscard]] bool may_leave(std::ptrdiff_t joined) const;
-    /// Solves linear programs until all elements are valid. Returns false if that fails.
+    /// Solves linear programs; true if all elements become valid.
     [[nodiscard]] bool raise();
-    /// Moves all inner nodes together, and at most `rim` nodes of outer faces. Returns false if that fails.
+    /// Moves all inner nodes together, and at most `rim` nodes of outer faces; false if that fails.
     [[nodiscard]] bool bend_together();
     [[nodiscard]] bool bend_together(int rim);
     void gather_rim(int rim);
-    /// Adds an element to `w_.outside` unless the cavity removes it. Returns false if it violates `lowest_jacobian`.
+    /// Adds an element outside; false if it violates `lowest_jacobian`.
     [[nodiscard]] bool gather_outside(ElementId e);
     [[nodiscard]] Vec<D> target_node_of(EdgeId edge) const;
     [[nodiscard]] JointProblem<D> bending_problem();

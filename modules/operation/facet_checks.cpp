@@ -60,7 +60,6 @@ std::vector<NodalFacet<D>> new_facets(const DynamicMesh<D>& mesh, const Patch<D>
 
 namespace {
 
-/// Number of coordinates that all points share with `place`.
 template <int D>
 int shared_coordinates(const Vec<D>& place, std::span<const Vec<D>> points) {
     int count = 0;
@@ -71,7 +70,7 @@ int shared_coordinates(const Vec<D>& place, std::span<const Vec<D>> points) {
     return count;
 }
 
-/// True if removed and new lines lie on parallels to the axes through the point.
+/// True if removed and new lines are parallel to the axes.
 template <int D>
 bool preserves_axes(const DynamicMesh<D>& mesh, const Patch<D>& patch, const Vec<D>& place) {
     const auto lies_on_axis = [&](std::span<const Vec<D>> points) {
@@ -107,7 +106,7 @@ bool preserves_planes(const DynamicMesh<D>& mesh, const Patch<D>& patch, std::sp
 
 namespace {
 
-/// Facets near these boxes that the patch does not remove, found in one query.
+/// Facets near these boxes that the patch does not remove.
 template <int D>
 std::vector<FacetId> facets_beside(const FacetGrid<D>& walls, const Patch<D>& patch, std::span<const Box<D>> boxes) {
     Box<D> all = boxes.front();
@@ -190,7 +189,7 @@ bool breaks_between(const DynamicMesh<D>& mesh, ElementId e, int i, int j) {
 /// A facet at the point after the operation: its reference, and its vertices except the point.
 template <int D>
 struct FacetAtPoint {
-    FacetId like;  ///< a facet of the same surface
+    FacetId like;
     Reference reference = 0;
     std::array<VertexId, D - 1> others{};
 };
@@ -214,7 +213,7 @@ std::vector<FacetAtPoint<D>> facets_at_point(const DynamicMesh<D>& mesh, const P
     return found;
 }
 
-/// True if the surface breaks at the edge from the point to `v` (2D: at the point).
+/// True if the surface breaks at the edge from the point to `v`; in 2D, at the point.
 template <int D>
 bool breaks_at(const DynamicMesh<D>& mesh, const Patch<D>& patch, VertexId v) {
     if constexpr (D == 2)
@@ -230,7 +229,7 @@ bool breaks_at(const DynamicMesh<D>& mesh, const Patch<D>& patch, VertexId v) {
     return false;
 }
 
-/// True if the new element at the face `open` has two facets on one smooth surface.
+/// True if the new element has two facets on one smooth surface.
 template <int D>
 bool becomes_two_facet_element(const DynamicMesh<D>& mesh, const Patch<D>& patch, const ElementFace& open,
                                std::span<const FacetAtPoint<D>> at_point) {

@@ -46,8 +46,8 @@ template <int D>
     return (*goal.geometry)->on_edge(site, near);
 }
 
-/// Projects `p`, which is near an edge, to the geometry or to the curve of an embedded line. Returns `p` for inner
-/// edges and without a geometry.
+/// Projects `p` near an edge to the geometry, or to the curve of an embedded line. Returns `p` for inner edges and
+/// without a geometry.
 template <int D>
 [[nodiscard]] SurfacePoint<D> on_geometry_at_edge(const AdaptationGoal<D>& goal, const DynamicMesh<D>& mesh,
                                                   EdgeId edge, const std::vector<FacetId>& facets, const Vec<D>& p) {
@@ -63,7 +63,7 @@ template <int D>
     return (*goal.geometry)->on_edge(site, p);
 }
 
-/// Projects `p`, which is near a facet. `known`: the geometric entity of a vertex of the facet, if known.
+/// Projects `p` near a facet. `known`: the geometric entity of a vertex of the facet, if known.
 template <int D>
 [[nodiscard]] SurfacePoint<D> on_geometry_at_facet(const AdaptationGoal<D>& goal, const DynamicMesh<D>& mesh, FacetId f,
                                                    const GeometryEntity& known, const Vec<D>& p) {
@@ -74,8 +74,8 @@ template <int D>
     return (*goal.geometry)->project(hint, p);
 }
 
-/// Projects a boundary vertex to the geometry. `around`: all elements, facets and lines at the vertex. `known`: its
-/// geometric entity, if known. Empty if the geometry has no surface or curve there.
+/// Projects a boundary vertex to the geometry. `around`: its whole ball. `known`: its geometric entity, if known. Empty
+/// if the geometry has nothing there.
 template <int D>
 [[nodiscard]] std::optional<SurfacePoint<D>> foot_of(const AdaptationGoal<D>& goal, const DynamicMesh<D>& mesh,
                                                      const Cavity<D>& around, VertexId v, const GeometryEntity& known) {
@@ -96,13 +96,13 @@ template <int D>
     return on_geometry_at_facet(goal, mesh, f, known, here);
 }
 
-/// Geometric entity of a point after `share` of the way to its projection `foot`. Only the full way gives parameters.
+/// Geometric entity after `share` of the way to the projection `foot`; with parameters only if `share` is 1.
 template <int D>
 [[nodiscard]] GeometryPosition place_after(double share, const SurfacePoint<D>& foot) {
     return share == 1 ? place_of(foot) : GeometryPosition{foot.entity};
 }
 
-/// True if `here` is its projection `foot`, up to rounding and the accuracy of projections.
+/// True if `here` equals `foot` up to rounding and the accuracy of projections.
 template <int D>
 [[nodiscard]] bool is_at_foot(const DynamicMesh<D>& mesh, const Cavity<D>& around, const Vec<D>& here,
                               const Vec<D>& foot) {
@@ -116,24 +116,24 @@ template <int D>
     return norm(foot - here) <= tolerance * norm(mesh.points[b] - mesh.points[a]) + rounding * largest;
 }
 
-/// Largest distance of a facet from the geometry relative to its longest edge, sampled at the middles of facet and
-/// edges. `is_near`: the distance is within the limit.
+/// Largest distance of facets from the geometry relative to their longest edges, sampled at the middles of facet and
+/// edges. `is_near`: within the limit.
 struct FacetDistance {
     double largest = 0;
     bool is_near = true;
 };
 
-/// Distance of the patch's new facets; 0 without a geometry. They are near if it is at most `share` or that of the
-/// farthest removed facet. The same holds for edges on embedded lines.
+/// Distance of the patch's new facets. They are near if it is at most `share` or that of the farthest removed facet,
+/// likewise for edges on embedded lines. 0 without a geometry.
 template <int D>
 [[nodiscard]] FacetDistance distance_from_geometry(const Adaptation<D>& r, const AdaptationGoal<D>& goal,
                                                    const Patch<D>& patch, double share);
 
-/// Distances of a facet from its surface, divided by the bound (`distance_bounds`): above 1, the facet is too far.
-/// Curved edges have two samples each, where a parabola's error is largest. 0 without a surface or bound.
+/// Distances of a facet from its surface, divided by their bound (`distance_bounds`). Curved edges have two samples,
+/// where a parabola's error is largest. 0 without a surface or bound.
 template <int D>
 struct BoundShares {
-    std::array<double, edges_per_simplex<D - 1>> edges{};  ///< in the order of `local_edges`
+    std::array<double, edges_per_simplex<D - 1>> edges{};
     double middle = 0;
 
     [[nodiscard]] double largest() const { return std::max(middle, *std::ranges::max_element(edges)); }
@@ -178,15 +178,15 @@ template <int D, std::size_t N>
     return rounding * largest;
 }
 
-/// Returns the smallest reliable determinant: `rounding_of` times `largest_face`. At or below it, rounded coordinates
-/// do not determine on which side of a face a vertex lies.
+/// Rounding bound of a determinant: at or below it, rounded coordinates do not determine on which side of a face a
+/// vertex lies.
 template <int D>
 [[nodiscard]] double rounding_floor(const std::array<Vec<D>, D + 1>& corners) {
     return rounding_of(corners) * largest_face<D>(corners);
 }
 
-/// True if the determinant exceeds `rounding_floor`. A cheaper upper bound is compared first, with the squared diagonal
-/// of the bounding box (2D: the diagonal) as the largest face.
+/// True if the determinant exceeds `rounding_floor`. Compares a cheaper upper bound first, with the squared diagonal of
+/// the box (2D: the diagonal) as the largest face.
 template <int D>
 [[nodiscard]] bool is_above_rounding(double determinant, const std::array<Vec<D>, D + 1>& corners) {
     Vec<D> low = corners[0], high = corners[0];
@@ -265,25 +265,24 @@ template <int D>
 template <int D>
 void update_facet_grid(FacetGrid<D>& walls, const DynamicMesh<D>& mesh, const IdChanges<FacetId>& facets);
 
-/// Facets that a patch creates; in a standalone surface mesh, its triangles.
 template <int D>
 [[nodiscard]] std::vector<NodalFacet<D>> new_facets(const DynamicMesh<D>& mesh, const Patch<D>& patch);
 
 /// True if removed and new facets lie in axis-aligned planes through the patch's point, and removed and new lines on
-/// parallels to the axes. If the elements are valid, facets then do not cross: they have positive area in their plane,
-/// so they cover each point as often as their common border winds around it. The border does not change, so no facet
-/// covers a new area or another facet.
+/// axes through it. Facets of valid elements then do not cross: they have positive area in the plane, so they cover
+/// each point as often as their border winds around it. The border does not change, so no facet covers a new area or
+/// another facet.
 template <int D>
 [[nodiscard]] bool preserves_planes(const DynamicMesh<D>& mesh, const Patch<D>& patch,
                                     std::span<const NodalFacet<D>> added_facets);
 
-/// True if the new facets cross neither each other nor facets of the mesh. Curved facets must be proved disjoint and
-/// free of self-crossings; straight facets may touch.
+/// True if the new facets cross neither each other nor the mesh. Curved facets must be proved disjoint and free of
+/// self-crossings; straight ones may touch.
 template <int D>
 [[nodiscard]] bool are_facets_clear(const Adaptation<D>& r, const Patch<D>& patch,
                                     std::span<const NodalFacet<D>> added_facets);
 
-/// New facets of patches that were planned independently and are committed together, to find crossings between patches.
+/// New facets of patches that were planned independently, to find crossings between the patches.
 template <int D>
 class NewFacets {
   public:

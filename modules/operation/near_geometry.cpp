@@ -145,7 +145,7 @@ class BoundedPoints {
   public:
     explicit BoundedPoints(const AdaptationGoal<D>& goal) : goal_(goal) {}
 
-    /// Adds the samples of a facet. `corner`: the edge opposite it is omitted.
+    /// Adds the samples of a facet, except on the edge opposite `corner`.
     void add(Reference reference, bool is_curved, const NodalFacet<D>& facet,
              std::optional<std::uint32_t> corner = {}) {
         const DistanceLimit& limit = goal_.distance_bounds.of(reference);
@@ -161,7 +161,7 @@ class BoundedPoints {
 
   private:
     struct Surface {
-        FacetSite<D> facet;  ///< the first facet on the surface
+        FacetSite<D> facet;
         std::vector<Vec<D>> points = {};
         std::vector<double> bounds = {};
     };
@@ -179,7 +179,6 @@ class BoundedPoints {
         }
         add(surface, point_of<D>(facet, at.back()), limit.at(longest));
     }
-    /// Adds a point that facets share only once.
     static void add(Surface& surface, const Vec<D>& p, double bound) {
         if (std::ranges::find(surface.points, p) != surface.points.end()) return;
         surface.points.push_back(p);

@@ -34,7 +34,7 @@ RejectionReason reason_of(StarFailure failure) {
     return RejectionReason::empty;
 }
 
-/// True if the node's move exceeds 0.001 in the metric of an end and 5 % of its metric distance from the target.
+/// True if the node's move exceeds 0.001 and 5 % of its distance from the target, in the metric of an end.
 template <int D>
 bool is_noticeable(const Adaptation<D>& r, const AdaptationGoal<D>& goal, EdgeId edge, const Vec<D>& to) {
     constexpr double length = 1e-3, share = 0.05;
@@ -94,8 +94,8 @@ class StraightNodes {
     }
     void begin_elements() {}
     void judge_elements() {}
-    /// Checks a new element with the exact sign of its volume. In standalone surface meshes,
-    /// `OperationRunner::judge_facets` checks the orientation.
+    /// The sign of the volume is exact. In standalone surface meshes, `OperationRunner::judge_facets` checks the
+    /// orientation.
     [[nodiscard]] ElementState element(std::size_t joined) const {
         const ElementFace& open = star_.joined[joined];
         if constexpr (D == 3)
@@ -268,13 +268,13 @@ class OperationRunner {
     [[nodiscard]] bool moves() const {
         return request_.point.valid() && request_.place != r_.mesh.points[request_.point];
     }
-    /// True if the point stays or may move: only with all of its elements, and neither a required vertex nor a corner.
+    /// True unless the point moves without all of its elements, or is required or a corner.
     [[nodiscard]] bool may_move() const {
         if (!moves()) return true;
         const VertexState& state = r_.mesh.states[request_.point];
         return out_.star.preserved.empty() && state.place != VertexPlace::corner && !state.marks.has(Mark::required);
     }
-    /// Precondition in degree 2: the elements were checked.
+    /// Precondition in degree 2: the elements were checked before.
     [[nodiscard]] bool is_straight_positive() const {
         for (std::size_t j = 0; j < out_.star.joined.size(); ++j)
             if (!w_.curved.cones[j].is_surely_straight_positive &&
@@ -283,7 +283,6 @@ class OperationRunner {
         return true;
     }
 
-    /// True if the facets have a common side at which the surface is smooth.
     [[nodiscard]] bool is_smooth_across(FacetId f, FacetId g) const {
         const auto& of_f = r_.mesh.facets.vertices[f];
         const auto& of_g = r_.mesh.facets.vertices[g];
@@ -314,7 +313,7 @@ class OperationRunner {
         }
     }
 
-    /// Rejects new facets that turn too far from removed facets of the same smooth piece.
+    /// Rejects facets that turn too far from removed facets of the same smooth piece.
     [[nodiscard]] RejectionReason judge_facets() const {
         if (!out_.star.facets.empty()) find_pieces();
         const auto& removed = out_.removed.facets;
@@ -336,8 +335,7 @@ class OperationRunner {
         }
         return RejectionReason::none;
     }
-    /// Removes half of the elements that may leave the cavity: the last ones, which are farther. Returns false if none
-    /// may.
+    /// Removes the farther half of the elements that may leave the cavity; false if none may.
     [[nodiscard]] bool shrink() {
         auto& elements = out_.removed.elements;
         if (request_.fixed_element_count == 0 || elements.size() <= request_.fixed_element_count) return false;
@@ -346,7 +344,7 @@ class OperationRunner {
         while (elements.size() > preserved) leave(elements.size() - 1);
         return true;
     }
-    /// Changes the cavity. Returns false if that cannot correct the fault.
+    /// Changes the cavity to correct the defect; false if that is impossible.
     [[nodiscard]] bool correct(const StarDefect& defect) {
         if (defect.joined == no_face) return false;
         if (remove_defective()) return true;
@@ -356,7 +354,7 @@ class OperationRunner {
         join(r_.mesh, out_.removed, across.element());
         return true;
     }
-    /// Removes faulty elements from the cavity. Returns false if none of them may leave.
+    /// Removes defective elements from the cavity; false if none may leave.
     [[nodiscard]] bool remove_defective() {
         auto& elements = out_.removed.elements;
         if (request_.fixed_element_count == 0) return false;
@@ -397,7 +395,7 @@ namespace {
 /// Values of all patches, in the order of the patches.
 struct Known {
     std::vector<double> shapes;   ///< qualities of created elements
-    std::vector<double> lengths;  ///< of edges at the points
+    std::vector<double> lengths;
     std::vector<EdgeId> bent;     ///< other edges whose nodes changed
 };
 

@@ -28,11 +28,10 @@ template <int D>
 class JudgedPatch {
   public:
     [[nodiscard]] const Patch<D>& patch() const { return patch_; }
-    /// Data of the patch's point.
     [[nodiscard]] const VertexRow<D>& vertex() const { return vertex_; }
     /// True if the point moved only a part of the way to the geometry.
     [[nodiscard]] bool is_short_of_geometry() const { return is_short_; }
-    /// `shape_of` the reshaped elements, then of the new ones in the order of `Star::joined`; negative if unknown.
+    /// `shape_of` reshaped elements, then of new ones in the order of `Star::joined`; negative if unknown.
     [[nodiscard]] std::span<const double> shapes() const { return shapes_; }
     /// Degree 2: `length_of` the edges from the point to the vertices of `Star::boundary`.
     [[nodiscard]] std::span<const double> lengths() const { return lengths_; }
@@ -68,24 +67,24 @@ class JudgedNode {
 /// An edge from the point to a boundary vertex.
 template <int D>
 struct Spoke {
-    EdgeKind kind = EdgeKind::volume;  ///< `fixed`: elements or facets outside have the edge, too
+    EdgeKind kind = EdgeKind::volume;  ///< `fixed`: elements or facets outside also have the edge
     /// `target`: node required by metric or geometry. `extended`: node on the old curves.
     Vec<D> target, extended;
     Vec<D> node;
     bool is_extended = false;
     double share = 1;  ///< position from `extended` (0) to `target` (1)
     LineId line;       ///< for a ridge: the removed line that the edge continues
-    /// The last computed length, and the node for which it was computed.
+    /// Last computed length, and the node for which it was computed.
     double length = -1;
     Vec<D> measured;
 };
 
-/// A new element. It joins an outer face of the cavity to the point by spokes.
+/// A new element, which joins an outer face to the point by spokes.
 template <int D>
 struct Cone {
     QuadraticNodes<D> nodes{};
     std::array<const LogMetric<D>*, D + 1> metrics{};  ///< at each local vertex
-    std::array<std::uint32_t, D + 1> spokes{};         ///< index of the edge from each other local vertex to `point`
+    std::array<std::uint32_t, D + 1> spokes{};         ///< index of the edge from each vertex to `point`
     int point = 0;                                     ///< local index of the star's point
     bool is_stale = true, is_flat = false;
     bool is_surely_straight_positive = false;  ///< the straight element is positive beyond rounding
@@ -147,23 +146,23 @@ template <int D>
 struct DistortedElement {
     QuadraticNodes<D> nodes{};
     ElementMetric<D> metric;
-    int node = 0;      ///< local index of the edge's node
+    int node = 0;
     double bound = 0;  ///< minimum scaled Jacobian
 };
 
-/// Objective at a position of the node: the sum of η̄² over the elements, where η̄ is an element's mean distortion.
-/// Squares emphasise the worst element; the gradient does not depend on the metric's scale.
+/// Objective at a position of the node (in the coordinates of `NodeShell`): the sum of η̄², where η̄ is an element's
+/// mean distortion. Squares emphasise the worst element; the gradient does not depend on the metric's scale.
 template <int D>
 struct NodePlace {
-    Vec<D> y;  ///< in the coordinates of `NodeShell`
+    Vec<D> y;
     Vec<D> point;
     double sum = 0;  ///< infinite if an element folds
     double worst = 0;
-    Vec<D> gradient;  ///< of the sum, in the coordinates of `NodeShell`
+    Vec<D> gradient;
 };
 
-/// Optimises a node by BFGS. In its coordinates the metric at the edge's middle is the identity, so elements have size
-/// about 1 for any anisotropy.
+/// Optimises a node by BFGS, in coordinates in which the metric at the edge's middle is the identity: elements have
+/// size about 1 for any anisotropy.
 template <int D>
 class NodeShell {
   public:
@@ -209,8 +208,8 @@ class NodeShell {
         }
         return now;
     }
-    /// Accepts `node` if certificates prove the bounds of all elements there. The bounds then hold on the whole way to
-    /// `node`, because they hold at both ends and det J is affine in the node.
+    /// Accepts `node` if certificates prove all bounds there. They hold at both ends of the move and det J is affine in
+    /// the node, so they hold on the whole way.
     [[nodiscard]] std::optional<JudgedNode<D>> judged(EdgeId edge, const Vec<D>& node) const {
         const bool is_valid = std::ranges::all_of(elements, [&](const DistortedElement<D>& e) {
             return decide(NodalSimplex<D>{with_node(e, node)}, e.bound) == Verdict::valid;
@@ -239,7 +238,7 @@ class NodeShell {
         }
         return from;
     }
-    /// BFGS update of the inverse Hessian `h`, skipped if the curvature is not positive.
+    /// BFGS update; skipped if the curvature is not positive.
     static void update(Sym<D>& h, const Vec<D>& s, const Vec<D>& d) {
         const double sd = dot(s, d);
         if (!(sd > 1e-10 * norm(s) * norm(d))) return;
@@ -272,10 +271,9 @@ struct OperationResult {
     bool is_planned = true;  ///< false: rejected before planning
     double worst_shape = 0;  ///< lowest quality of new elements, if accepted
     int corrections = 0;
-    /// For degree 2. `straight_inverted`: a straight element has no positive volume. `straight_positive`: rejected as
-    /// `volume`, although all straight elements are positive. `relaxed`: nodes were relaxed from their targets.
+    /// For degree 2, see `PassStatistics`.
     int optimisation_problems = 0;  ///< number of problems solved
-    double farthest_facet = 0;      ///< `FacetDistance` of the new facets
+    double farthest_facet = 0;
     bool straight_inverted = false, straight_positive = false, relaxed = false;
     bool bends_around = false;  ///< nodes on outer faces of the cavity move
 };
@@ -283,9 +281,9 @@ struct OperationResult {
 /// Joins a cavity to its point, computes nodes, checks and corrects the new elements. `out` is valid only without a
 /// rejection. Volume signs are exact. In degree 2 straight elements may be inverted (see `CurvedNodes`).
 ///
-/// The cavity changes at most `corrections` times. The removed element at a faulty face leaves the cavity if it may
-/// (see `fixed_element_count`). In degree 2, which checks all elements, the other faulty elements leave too, since no
-/// other change would correct them. If none may leave, the element across the outer face is added.
+/// The cavity changes at most `corrections` times: the removed element at a faulty face leaves if it may (see
+/// `fixed_element_count`). In degree 2, which checks all elements, the other faulty elements leave too, since no other
+/// change corrects them. If none may leave, the element across the outer face joins the cavity.
 template <int D>
 [[nodiscard]] OperationResult operate(const Adaptation<D>& r, const AdaptationGoal<D>& goal,
                                       const CavityRequest<D>& request, const PatchLimits& limits,
@@ -297,8 +295,8 @@ struct CommittedState {
     TopologyChanges changes;
 };
 
-/// Applies patches (`replace_cavities`) and updates all other data. Only this function changes the topology of a state.
-/// Pass the state by `std::move` to avoid a copy; an error then destroys it. Errors: those of `replace_cavities`.
+/// Applies patches (`replace_cavities`) and updates all other data. Only this function changes the topology. Pass the
+/// state by `std::move` to avoid a copy; an error then destroys it. Errors: those of `replace_cavities`.
 template <int D>
 [[nodiscard]] Outcome<CommittedState<D>> commit(Adaptation<D> state, std::vector<JudgedPatch<D>> patches);
 
@@ -314,7 +312,7 @@ struct FinishedMesh {
 };
 
 /// Returns the mesh without free slots. It lists all corners and, in 3D, all lines at which surfaces break, including
-/// those that the input did not list: angles between facets need not show them. Errors: stopped, memory.
+/// implied lines, which angles between facets need not show. Errors: stopped, memory.
 template <int D>
 [[nodiscard]] Outcome<FinishedMesh<D>> finished(const Adaptation<D>& r, const Execution& execution);
 
@@ -323,9 +321,9 @@ struct PassStatistics {
     std::size_t proposals = 0;  ///< requests; a deferred request counts again
     std::size_t planned = 0;    ///< requests not rejected before planning
     std::size_t accepted = 0;
-    std::size_t corrections = 0;  ///< cavity changes of accepted operations
-    std::size_t shortened = 0;    ///< accepted points that moved only a part of the way to the geometry
-    /// For degree 2. `straight_inverted`: accepted, although a straight element is not positive. `straight_positive`:
+    std::size_t corrections = 0;
+    std::size_t shortened = 0;    ///< accepted points that did not reach the geometry
+    /// For degree 2. `straight_inverted`: accepted with a straight element that is not positive. `straight_positive`:
     /// rejected as `volume`, although all straight elements are positive. `relaxed`: accepted with relaxed nodes.
     std::size_t straight_inverted = 0, straight_positive = 0, relaxed = 0;
     std::size_t bent_around = 0;            ///< accepted operations that moved nodes around the cavity
@@ -356,8 +354,8 @@ struct PassStatistics {
     friend bool operator==(const PassStatistics&, const PassStatistics&) = default;
 };
 
-/// A task at a mesh entity; the task with the smallest `order` is first. Entity numbers are reused, so
-/// `Pass::candidate` must check again whether the task is still necessary.
+/// A task at a mesh entity; the smallest `order` is first. Entity numbers are reused, so `Pass::candidate` must check
+/// again whether the task is necessary.
 struct Task {
     double order = 0;
     std::uint64_t rank = 0;  ///< decides between equal orders
@@ -378,8 +376,7 @@ class Pass {
     virtual ~Pass() = default;
     /// Returns the task's request; empty if the task is unnecessary. Called by several threads.
     [[nodiscard]] virtual std::optional<Candidate<D>> candidate(const Adaptation<D>& r, const Task& task) const = 0;
-    /// Returns the same request for a point that moves only this share of the way to the geometry; empty if the point
-    /// does not move to the geometry.
+    /// The same request for a point that moves this share of the way to the geometry; empty if the point cannot.
     [[nodiscard]] virtual std::optional<Candidate<D>> shortened(const Adaptation<D>&, const Task&, double) const {
         return {};
     }
@@ -395,10 +392,9 @@ class Pass {
     Pass& operator=(Pass&&) = default;
 };
 
-/// Executes tasks and the tasks that they create, in rounds. A round plans the first tasks against one mesh and commits
-/// their patches in order. Patches that conflict with an earlier one wait for the next round (common elements, the same
-/// new edges, crossing facets). The result does not depend on the number of threads. Errors: those of `commit`;
-/// stopped, memory.
+/// Executes tasks, and tasks that they create, in rounds. A round plans the first tasks against one mesh and commits
+/// their patches in order. Patches that conflict with earlier ones (common elements, same new edges, crossing facets)
+/// wait for the next round. The number of threads does not matter. Errors: those of `commit`; stopped, memory.
 template <int D>
 [[nodiscard]] Outcome<PassStatistics> run_pass(Adaptation<D>& r, const AdaptationGoal<D>& goal, Pass<D>& pass,
                                                std::vector<Task> tasks, const Execution& execution);

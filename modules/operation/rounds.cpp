@@ -19,7 +19,7 @@ namespace camber {
 
 namespace {
 
-/// Queue of tasks. Initial tasks are sorted once, which is cheaper than a heap; later tasks are in a heap.
+/// Initial tasks are sorted once, which is cheaper than a heap; later tasks are in a heap.
 class TaskQueue {
   public:
     explicit TaskQueue(std::vector<Task> tasks) : sorted_(std::move(tasks)) { std::ranges::sort(sorted_, later); }
@@ -42,12 +42,12 @@ class TaskQueue {
   private:
     static bool later(const Task& a, const Task& b) { return b < a; }
 
-    std::vector<Task> sorted_;  ///< the first task is last
+    std::vector<Task> sorted_;  ///< the first task is at the end
     std::vector<Task> heap_;
 };
 
-/// Number of tasks that are planned against one mesh: small relative to the mesh, to avoid conflicts, and large enough
-/// for the threads.
+/// Number of tasks planned against one mesh: small relative to the mesh, to avoid conflicts, and large enough for the
+/// threads.
 std::size_t window_of(std::size_t elements) { return std::clamp<std::size_t>(elements / 256, 32, 8192); }
 
 /// Elements that a round's patches remove or reshape, and edges that they create.

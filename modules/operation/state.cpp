@@ -67,7 +67,7 @@ Outcome<Done> sample_at_vertices(Adaptation<D>& r, const AdaptationGoal<D>& goal
     const std::size_t n = r.mesh.points.size();
     Buffer<VertexMetric<D>> metrics(n);
     Buffer<LogGradient<D>> gradients(r.mesh.is_curved() ? n : 0);
-    // If the field is given on this mesh, the search starts at the vertex; otherwise at the result for the last vertex.
+    // If the field's mesh is this mesh, the search starts at the vertex; otherwise at the last result.
     auto sampled = each_chunk(execution, n, [&](std::size_t begin, std::size_t end) {
         ElementId hint;
         bool is_on_mesh = true;

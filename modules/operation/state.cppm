@@ -23,8 +23,8 @@ import camber.surface;
 
 export namespace camber {
 
-/// The metric at a vertex, as a logarithm and prepared for measuring. `back`: the element of the back mesh that
-/// contains the vertex.
+/// The metric at a vertex, as a logarithm and prepared for measuring, and the element of the back mesh that contains
+/// it.
 template <int D>
 struct VertexMetric {
     LogMetric<D> log_metric;
@@ -36,7 +36,6 @@ struct VertexMetric {
     friend bool operator==(const VertexMetric&, const VertexMetric&) = default;
 };
 
-/// Data of one vertex, except position and topology.
 template <int D>
 struct VertexRow {
     VertexMetric<D> metric;
@@ -48,8 +47,7 @@ struct VertexRow {
 template <int D>
 struct VertexData {
     Column<VertexMetric<D>> metrics;
-    /// Geometric entity of each vertex, with parameters if the vertex lies on it; none for inner vertices. Empty
-    /// without a geometry.
+    /// Geometric entity of each vertex, with parameters if the vertex lies on it; none for inner vertices.
     Column<GeometryPosition> places = {};
     Column<LogGradient<D>> gradients = {};  ///< degree 2: recovered gradients of the field
 
@@ -77,12 +75,10 @@ struct VertexData {
 enum class CachedPass : std::uint8_t { collapse, swap, smooth, remove };
 inline constexpr std::size_t cached_passes = 4;
 
-/// Cache of rejected requests for each pass and entity. A request depends only on the elements at the entity's vertices
-/// (except for crossings with other facets). It stays rejected until one of these elements changes. Time is counted in
-/// commits.
+/// Cache of rejected requests. A request depends only on the elements at the entity's vertices (except for crossings
+/// with other facets), so it stays rejected until one of them changes. Time is counted in commits.
 class RejectionCache {
   public:
-    /// Discards the pass's rejections if they were made under other limits.
     void begin(CachedPass pass, std::vector<double> limits) {
         OfPass& of = of_[static_cast<std::size_t>(pass)];
         if (of.limits != limits) of = {std::move(limits), {}};
@@ -97,7 +93,6 @@ class RejectionCache {
         for (const Id<Tag> id : ids) requested[id.index()] = now_ + 1;
         of.requested = std::move(requested);
     }
-    /// True if the request was rejected and no element at these vertices has changed since.
     template <class Tag>
     [[nodiscard]] bool is_rejected(CachedPass pass, Id<Tag> id, std::span<const VertexId> vertices) const {
         const auto& requested = of_[static_cast<std::size_t>(pass)].requested;
@@ -136,8 +131,8 @@ struct Adaptation {
     DynamicMesh<D> mesh;
     VertexData<D> vertices;
     FacetGrid<D> walls = {};  ///< boxes of all facets
-    /// Boundary vertices off the geometry, including new ones that could move only a part of the way to it. Ids may
-    /// have been reused.
+    /// Boundary vertices off the geometry, including new ones that moved only a part of the way. Ids may have been
+    /// reused.
     Column<VertexId> off_geometry = {};
     RejectionCache rejection_cache = {};
     Column<double> shapes = {};  ///< `shape_of` each element; negative: unknown
@@ -196,8 +191,8 @@ class DistanceBounds {
     std::unordered_map<Reference, DistanceLimit> by_reference_;
 };
 
-/// Goal of an adaptation: the field, sampled at new vertices, and the geometry of the boundary. Without a geometry, new
-/// boundary points stay on the facets.
+/// Goal of an adaptation: the field, sampled at new vertices, and the geometry of the boundary. Without a geometry,
+/// facets are the boundary.
 template <int D>
 struct AdaptationGoal {
     BackMesh<D> field;
@@ -205,13 +200,12 @@ struct AdaptationGoal {
     // Degree 2: `search` determines the targets of inner nodes. Without it, a closed form for maximum accuracy does.
     EdgeAccuracyOptions accuracy = {};
     std::optional<NodeSearch> search = {};
-    /// Degree 2 with fixed topology: target of each edge's node, also on the boundary. Field and geometry do not
-    /// determine targets then.
+    /// Degree 2 with fixed topology: target of each edge's node, including the boundary. Replaces field and geometry.
     Column<LagrangeNode<D>> target_nodes = {};
     /// Patches meet these bounds, or exceed them no more than removed facets do.
     DistanceBounds distance_bounds = {};
     EmbeddedCurves<D> curves = {};  ///< curves of embedded lines
-    /// A pass ends with an error (memory) beyond this number: a too fine field must not exhaust the machine.
+    /// More elements are an error (memory): a too fine field must not exhaust the machine.
     std::size_t max_elements = max_entities;
 };
 
@@ -235,7 +229,7 @@ template <int D>
 template <int D>
 [[nodiscard]] Outcome<Done> measure_lengths(Adaptation<D>& r, const Execution& execution);
 
-/// An edge bent by `bent_edges`: the offset of its node from the chord middle, and its length.
+/// An edge bent by `bent_edges`: offset of the node from the chord middle, and length.
 template <int D>
 struct BentSpoke {
     VertexId vertex;
@@ -243,7 +237,6 @@ struct BentSpoke {
     double length = 0;
 };
 
-/// A requested operation: the cavity, its point, and the metric there.
 template <int D>
 struct CavityRequest {
     Cavity<D> cavity;
@@ -257,8 +250,9 @@ struct CavityRequest {
 
     // For degree 2:
     LogGradient<D> gradient{};            ///< of the field at `place`
-    std::optional<Vec<D>> origin = {};    ///< straight position that the cavity maps to `place`; empty: `place` itself
-    double share = 1;                     ///< share of the way that boundary points move to the geometry
+    std::optional<Vec<D>> origin = {};    ///< position in the straight cavity with the image `place`; empty: `place`
+                                          ///< itself
+    double share = 1;                     ///< share of the way to the geometry that boundary points move
     std::array<VertexId, 2> halves = {};  ///< ends of a split edge, whose curve is preserved
     std::vector<BentSpoke<D>> bent = {};  ///< inner edges whose nodes are known
 
@@ -272,7 +266,6 @@ struct CavityRequest {
     }
 };
 
-/// Policy for new elements below `min_shape`.
 enum class BelowMinimum : std::uint8_t { refused, accepted_if_no_worse };
 
 /// Policy for new invalid elements that replace an invalid element with the same vertices.
@@ -288,9 +281,9 @@ enum class NodeGain : std::uint8_t { not_requested, requested };
 inline constexpr double min_facet_cosine = 0.8;
 
 struct PatchLimits {
-    double min_shape = 0;                                ///< lower limit of `shape_of`, exclusive
+    double min_shape = 0;
     BelowMinimum below_minimum = BelowMinimum::refused;  ///< see `QualityCriterion`
-    double bad_quality = 0.05;                           ///< no element may be below this and the worst removed one
+    double bad_quality = 0.05;  ///< no element may be below both this and the worst removed one
     double shortest = 0, longest = std::numeric_limits<double>::infinity();  ///< metric lengths of edges at the point
     /// Degree 2: minimum scaled Jacobian, unless a removed element violates it.
     double min_jacobian = default_bound;
@@ -298,11 +291,10 @@ struct PatchLimits {
     double lowest_jacobian = 0;
     /// Applies if each new element has the vertices of a removed element.
     InvalidReplacement invalid_replacement = InvalidReplacement::refused;
-    /// Maximum number of linear programs, each for the node of one inner edge, after relaxation to the old curves
-    /// failed.
+    /// Maximum number of linear programs, each for one inner edge, if relaxation to the old curves does not suffice.
     int optimisation_problems = 8;
-    /// If the linear programs fail, a joint problem moves all inner nodes and at most this number of nodes on outer
-    /// faces. 0: no joint problem.
+    /// If these fail, a joint problem moves all inner nodes and at most this number of nodes on outer faces. 0: no
+    /// joint problem.
     int bend_around = 0;
     /// Maximum number of relaxed inner nodes that move together towards their targets.
     int approaching = 0;
@@ -351,7 +343,7 @@ struct Candidate {
     RejectionReason rejected = RejectionReason::none;  ///< reason known before planning
 };
 
-/// Stores the field at `place` in the request. `hint`: element of the back mesh where the search starts.
+/// Samples the field at `place` for the request. `hint`: element of the back mesh to start from.
 template <int D>
 void sample_field(const Adaptation<D>& r, const AdaptationGoal<D>& goal, ElementId hint, CavityRequest<D>& request) {
     const FieldSample<D> sample = r.mesh.is_curved() ? sample_with_recovered_gradient(goal.field, request.place, hint)
@@ -373,7 +365,6 @@ template <int D>
     return shape_of_quality(curved_quality<D>(nodes, element_metric<D>(metrics)).mean, D);
 }
 
-/// Offset of an edge's node from the chord middle.
 template <int D>
 [[nodiscard]] inline Vec<D> offset_of(const DynamicMesh<D>& mesh, EdgeId edge) {
     const auto& [a, b] = mesh.edges[edge];
@@ -390,10 +381,9 @@ template <int D>
     return {&metric.log_metric, &gradient, &metric.measure};
 }
 
-/// Length of edges to infinity in standalone surface meshes: it makes no operation change them.
+/// Length of edges to infinity in standalone surface meshes: no operation changes edges of length 1.
 inline constexpr double length_to_infinity = 1;
 
-/// Metric length of the edge along its curve.
 template <int D>
 [[nodiscard]] inline double measured_length(const Adaptation<D>& r, EdgeId edge) {
     if (r.mesh.is_at_infinity(edge)) return length_to_infinity;
@@ -442,7 +432,6 @@ template <int D>
     const double known = e.index() < r.shapes.size() ? r.shapes[e.index()] : -1.0;
     return known >= 0 ? known : shape_of(r, e);
 }
-/// Quality of a straight element with one local vertex replaced.
 template <int D>
 [[nodiscard]] inline double shape_with(const Adaptation<D>& r, ElementId e, int local, const Vec<D>& place,
                                        const MeasuringMetric<D>& metric) {
@@ -470,8 +459,8 @@ template <int D>
     return worst;
 }
 
-/// Minimum quality of new elements for all passes. They must exceed `min_shape` or, if allowed, not be worse than the
-/// worst removed element. None may be below both `bad_quality` and the worst removed element.
+/// Minimum quality of new elements. They must exceed `min_shape` or, if allowed, not be worse than the worst removed
+/// element. None may be below both `bad_quality` and the worst removed element.
 template <int D>
 class QualityCriterion {
   public:

@@ -6,7 +6,8 @@ module;
 #include <limits>
 #include <optional>
 #include <utility>
-/// Memory order of vertices and elements: a measure of its quality, a better order, and renumbering in both directions.
+/// Memory order of vertices and elements: quality, improvement, renumbering in both directions. All functions that
+/// return an Outcome may fail with memory or stopped.
 export module camber.ordering;
 import camber.core;
 
@@ -18,7 +19,6 @@ struct PointBox {
     Vec<D> low, high;
 };
 
-/// Errors: memory, stopped.
 template <int D>
 [[nodiscard]] Outcome<PointBox<D>> box_of_points(const Column<Vec<D>>& points, const Execution& execution) {
     constexpr double infinity = std::numeric_limits<double>::infinity();
@@ -61,7 +61,7 @@ struct Permutation {
     Column<EntityId> after;   ///< new id of each old id
 };
 
-/// `before`: old id of each new id. Errors: memory, stopped.
+/// `before`: old id of each new id.
 template <class EntityId>
 [[nodiscard]] Outcome<Permutation<EntityId>> permutation(Column<EntityId> before, const Execution& execution) {
     Buffer<EntityId> after;
@@ -82,7 +82,7 @@ struct Renumbering {
     return {{r.vertices.after, r.vertices.before}, {r.elements.after, r.elements.before}};
 }
 
-/// Reorders rows of `width` values each; an empty column stays empty. Errors: memory, stopped.
+/// Reorders rows of `width` values; an empty column stays empty.
 template <class T, class EntityId>
 [[nodiscard]] Outcome<Column<T>> renumbered_rows(const Column<T>& rows, const Column<EntityId>& before,
                                                  const Execution& execution, std::size_t width = 1) {
@@ -92,13 +92,12 @@ template <class T, class EntityId>
         .map([](Buffer<T> result) { return Column<T>(std::move(result)); });
 }
 
-/// Renumbers a mesh. The order of a simplex's vertices and of facets, edges and lists is preserved, so that the inverse
-/// restores the mesh. Errors: memory, stopped.
+/// The order of a simplex's vertices and of lists is preserved, so that the inverse restores the mesh.
 template <int D>
 [[nodiscard]] Outcome<LinearMesh<D>> renumbered(LinearMesh<D> mesh, const Renumbering& renumbering,
                                                 const Execution& execution);
 
-/// A renumbered quadratic mesh. Its unique edges have new ids too.
+/// The unique edges have new ids too.
 template <int D>
 struct RenumberedQuadratic {
     QuadraticMesh<D> mesh;
@@ -118,14 +117,14 @@ struct OrderingOptions {
     double max_scatter = 0.02;
 };
 
-/// Mean difference of the lowest vertex numbers of consecutive elements, divided by the number of vertices. It is near
-/// 0 in a good order. In a random order it is 2k/((k + 1)(2k + 1)) for elements with k vertices (0.178 for tetrahedra,
-/// 0.214 for triangles). 0 for fewer than two elements. Errors: memory, stopped.
+/// Mean difference of the lowest vertices of consecutive elements, divided by the number of vertices. It is near 0 in a
+/// good order, 2k/((k + 1)(2k + 1)) in a random order for k vertices per element (0.178 for tetrahedra, 0.214 for
+/// triangles), 0 for fewer than two elements.
 template <int D>
 [[nodiscard]] Outcome<double> scatter(const LinearMesh<D>& mesh, const Execution& execution);
 
 /// Sorts vertices along the Morton curve in their bounding box (G. M. Morton, 1966), and elements by lowest vertex;
-/// ties keep their order. Errors: memory, stopped.
+/// ties keep their order.
 template <int D>
 [[nodiscard]] Outcome<Renumbering> space_filling_order(const LinearMesh<D>& mesh, const Execution& execution);
 
@@ -134,7 +133,7 @@ struct BetterOrder {
     Renumbering renumbering;
     double scatter = 0;
 };
-/// Returns the space-filling order; none if the mesh is small or its present order is good. Errors: memory, stopped.
+/// Returns the space-filling order; none if the mesh is small or its present order is good.
 template <int D>
 [[nodiscard]] Outcome<std::optional<BetterOrder>> better_order(const LinearMesh<D>& mesh,
                                                                const OrderingOptions& options,

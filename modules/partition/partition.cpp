@@ -14,7 +14,7 @@ namespace camber {
 
 namespace {
 
-/// Triangles are neighbours if they share an edge, which may have any number of triangles.
+/// Neighbours share an edge, which may have any number of triangles.
 Outcome<DualGraph> graph_of_surface(const LinearMesh<3>& mesh, const Execution& execution) {
     const auto edges = unique_edges(mesh, execution);
     if (!edges) return fail(edges.error());
@@ -77,7 +77,7 @@ template Outcome<DualGraph> dual_graph<3>(const LinearMesh<3>&, const Execution&
 
 namespace {
 
-/// For each simplex, the part of the lowest cell that contains all its vertices; 0 without such a cell.
+/// Part of the lowest cell that contains all vertices of a simplex; 0 without such a cell.
 template <int C, int K, class Id>
 Outcome<Column<std::int32_t>> parts_of(const Simplices<C>& cells, const Incidence<Id>& balls,
                                        const Simplices<K>& simplices, const Column<std::int32_t>& parts,
@@ -217,7 +217,7 @@ MeshPiece<LinearMesh<D>> linear_piece(const LinearMesh<D>& mesh, const CellParts
     return {std::move(result), vertices, elements, facets, edges};
 }
 
-/// Rows in `whole` of the edges in `own`. The edges in `whole` must be sorted by vertices.
+/// Rows in `whole` of the edges in `own`. Edges in `whole` must be sorted by vertices.
 template <int D>
 Outcome<Rows> edges_in(const EdgeSet<D>& whole, const EdgeSet<D>& own, const Column<std::uint32_t>& vertices,
                        const Execution& execution) {

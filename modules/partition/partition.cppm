@@ -1,15 +1,13 @@
 module;
 #include <cstddef>
 #include <cstdint>
-/// Divides a mesh into parts of about equal size with few common faces. Each part is a mesh with the numbers of its
-/// entities in the whole mesh.
+/// Divides a mesh into parts of about equal size with few common faces.
 export module camber.partition;
 import camber.core;
 
 export namespace camber {
 
-/// Element e has the neighbours neighbours[starts[e], starts[e + 1]), ascending: elements that share a face with e. In
-/// a surface mesh these are triangles that share an edge.
+/// Neighbours across faces (in surface meshes: edges): element e has neighbours[starts[e], starts[e + 1]), ascending.
 struct DualGraph {
     Buffer<std::uint32_t> starts;
     Buffer<std::uint32_t> neighbours;
@@ -38,8 +36,8 @@ struct CellParts {
 };
 
 /// Divides a mesh with Scotch; the result does not depend on the number of threads. Facets and feature edges get the
-/// part of the lowest element that contains them (0 if there is none). In a surface mesh facets have the role of
-/// elements. Errors: usage (no parts, or more than elements), unsupported (built without Scotch), memory, stopped.
+/// part of their lowest element (0 without elements). Elements of a surface mesh are its facets. Errors: usage (no
+/// parts, or more than elements), unsupported (built without Scotch), memory, stopped.
 template <int D>
 [[nodiscard]] Outcome<CellParts> partition(const LinearMesh<D>& mesh, std::size_t parts, const Execution& execution);
 
@@ -48,7 +46,7 @@ template <int D>
 [[nodiscard]] Outcome<CellParts> parts_of_cells(const LinearMesh<D>& mesh, Column<std::int32_t> elements,
                                                 const Execution& execution);
 
-/// A part as a mesh. The columns give the ascending numbers of its entities in the whole mesh.
+/// A part as a mesh, with ascending numbers of its entities in the whole mesh.
 template <class Mesh>
 struct MeshPiece {
     Mesh mesh;

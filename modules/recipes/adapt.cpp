@@ -54,7 +54,7 @@ class Loop {
     }
 
   private:
-    /// Makes the mesh of a cycle, the solution on it, and its row. No cycle follows one whose mesh is not valid.
+    /// Makes the mesh, the solution and the table row of a cycle. A mesh that is not valid ends the loop.
     Outcome<Done> make(int cycle) {
         const auto into = store_.begin(cycle);
         if (!into) return fail(into.error());
@@ -107,7 +107,6 @@ Outcome<EndedCycles> adapt(const config::Pipeline& pipeline, CycleStore& store, 
 
 namespace {
 
-/// A store in memory.
 class CyclesInMemory final : public CycleStore {
   public:
     CyclesInMemory(const config::Pipeline& pipeline, const RunOnValues& run) : pipeline_(pipeline), run_(run) {}
@@ -119,7 +118,7 @@ class CyclesInMemory final : public CycleStore {
     Outcome<CycleFiles> begin(int cycle) override { return files(cycle); }
     Outcome<Run> run(const config::Pipeline& pipeline, const Fit& fit) override { return run_(pipeline, fit, values_); }
     Outcome<Done> add(FinishedCycle finished, std::span<const CycleRow> /*rows*/) override {
-        // Cycles continue from the one before, and from the first mesh as the geometry.
+        // Later cycles start from the previous mesh; the first mesh is their geometry.
         if (finished.cycle > 1) {
             const CycleFiles before = files(finished.cycle - 1);
             values_.meshes.erase(before.mesh);
@@ -156,13 +155,13 @@ Outcome<AdaptedValues> adapt_values(const config::Pipeline& pipeline, const RunO
 
 namespace {
 
-/// The mesh and the geometry that adapt_mesh begins with.
+/// Input mesh and geometry of `adapt_mesh`.
 struct AdaptedInput {
     AnyMesh mesh;
     const GeometrySource& geometry;
 };
 
-/// Inputs of a cycle's run. Errors: those of expressions.
+/// Makes the inputs of a cycle's run. Errors: those of expressions.
 Outcome<Inputs> inputs_of(const config::Pipeline& pipeline, const NamedValues& values, const AdaptedInput& specified,
                           const Execution& execution) {
     const auto stored = values.meshes.find(std::get<config::FilePath>(pipeline.input.source).path);
@@ -224,7 +223,7 @@ CycleSolver solver_on(const MeshSolver<D>& solver, const StepWrapper& around) {
     };
 }
 
-/// The pipeline of adapt_mesh; its mesh is `memory:mesh`.
+/// Pipeline of `adapt_mesh`; its input mesh has the name `memory:mesh`.
 config::Pipeline pipeline_of(const AdaptMeshOptions& options, const std::string* expression) {
     config::SolutionMetric metric = options.metric;
     if (expression != nullptr && options.degree == 1 && metric.degree == 0) metric.degree = 1;

@@ -10,17 +10,16 @@ import camber.curving;
 import :fields;
 import :measurements;
 
-/// The boundary of a mesh and its geometry, as reports have them.
+/// Reports on the boundary of a mesh and its geometry.
 export namespace camber::run {
 
-/// A position on the boundary; an invalid one has no coordinates.
+/// Position on the boundary; empty: none.
 using ReportedPlace = std::vector<double>;
 
-/// Number of boundary nodes that `curve` moved back towards their chords until no walls crossed (repair:method).
 struct RelaxedWallsReport {
     std::size_t nodes = 0;
-    double largest = 0;             ///< distance of a node from its target (model units)
-    ReportedPlace largest_at = {};  ///< position of that node
+    double largest = 0;
+    ReportedPlace largest_at = {};
 
     static void fields(auto& s, auto& f) {
         f("nodes", s.nodes,
@@ -30,7 +29,6 @@ struct RelaxedWallsReport {
     }
 };
 
-/// The first pair of facets that crosses.
 struct FirstCrossing {
     std::array<std::size_t, 2> facets{};
     ReportedPlace near;
@@ -41,13 +39,13 @@ struct FirstCrossing {
     }
 };
 
-/// Pairs of facets that cross, curved as they are in the end (crossing:crossings).
+/// Pairs of facets that cross in the result (crossing:crossings).
 struct WallsReport {
     std::size_t crossing = 0, touching = 0, undecided = 0;
-    std::size_t first = 0, other = 0;                ///< the first pair that crosses, from 1; 0: none
-    ReportedPlace first_at = {};                     ///< centre of the overlap of their boxes
-    std::size_t crossing_before = 0;                 ///< pairs that crossed in the input already
-    std::optional<RelaxedWallsReport> relaxed = {};  ///< where nodes were moved back
+    std::size_t first = 0, other = 0;                ///< facets of the first crossing pair, from 1; 0: none
+    ReportedPlace first_at = {};
+    std::size_t crossing_before = 0;
+    std::optional<RelaxedWallsReport> relaxed = {};
 
     static void fields(auto& s, auto& f) {
         f("crossing_pairs", s.crossing,
@@ -61,10 +59,9 @@ struct WallsReport {
     }
 };
 
-/// Elements that overlap in the end (crossing:crossings).
 struct OverlappingReport {
-    std::size_t overlapping = 0;  ///< places where they do; 0: none
-    std::vector<double> point;    ///< one of them (model units)
+    std::size_t overlapping = 0;
+    std::vector<double> point;
 
     static void fields(auto& s, auto& f) {
         f("overlapping", s.overlapping,
@@ -74,10 +71,9 @@ struct OverlappingReport {
     }
 };
 
-/// Vertices that were moved onto a CAD model before all stages.
 struct CadMovesReport {
     std::size_t moved = 0, constrained = 0;
-    double largest = 0;  ///< (model units)
+    double largest = 0;
 
     static void fields(auto& s, auto& f) {
         f("moved_vertices", s.moved,
@@ -88,7 +84,6 @@ struct CadMovesReport {
     }
 };
 
-/// Faces of a CAD model (in 2D edges) that meet smoothly and that a mesh treats as one, by their numbers from 1.
 struct JoinedFacesReport {
     bool are_edges = false;
     std::vector<std::vector<std::size_t>> lists = {};
@@ -101,11 +96,10 @@ struct JoinedFacesReport {
     }
 };
 
-/// Facets of a mesh that span ridges of a CAD model.
 struct AcrossRidgesReport {
     std::size_t count = 0;
-    std::size_t first = 0;           ///< from 1; 0: none
-    std::vector<double> place = {};  ///< of the ridge that this one spans
+    std::size_t first = 0;
+    std::vector<double> place = {};
 
     static void fields(auto& s, auto& f) {
         f("facets_across_ridges", s.count, "number of facets that span a ridge of the model", unless_empty);
@@ -114,7 +108,6 @@ struct AcrossRidgesReport {
     }
 };
 
-/// Relation of a mesh's boundary to a CAD model.
 struct CadReport {
     std::string mesh_unit, file_unit;
     bool is_in_file_unit = true;
@@ -174,10 +167,9 @@ struct CadReport {
     }
 };
 
-/// Vertices that are not on the analytic surface of their facets' reference, and stay where they are.
 struct OffSurfacesReport {
     std::size_t vertices = 0;
-    double largest = 0;  ///< distance (model units)
+    double largest = 0;
 
     static void fields(auto& s, auto& f) {
         f("vertices_off_surfaces", s.vertices,
@@ -187,13 +179,13 @@ struct OffSurfacesReport {
     }
 };
 
-/// Deviation of the boundary's nodes, or of its vertices, from the geometry (surface:boundary_deviation).
+/// Distances of boundary nodes, or of boundary vertices, from the geometry (surface:boundary_deviation).
 struct DeviationReport {
-    std::size_t measured = 0, off = 0;  ///< off: farther than the tolerance
-    double largest = 0;                 ///< largest distance (model units)
-    double share = 0;                   ///< largest distance as a share of the local edge length
-    double tolerance = 0;               ///< limit of that share
-    /// Place of the largest share: the vertex or the ends of the edge, from 1 (0: none), and its coordinates.
+    std::size_t measured = 0, off = 0;
+    double largest = 0;
+    double share = 0;
+    double tolerance = 0;
+    /// Vertex, or ends of the edge, with the largest share, from 1 (0: none), and its coordinates.
     std::array<std::size_t, 2> vertices{};
     ReportedPlace at = {};
 
@@ -218,7 +210,6 @@ struct DeviationReport {
     }
 };
 
-/// Nodes of boundary edges with a target other than the projected middle.
 struct BoundaryNodesReport : PlacementStatistics {
     std::string by = {};
 
@@ -244,7 +235,6 @@ struct BoundaryNodesReport : PlacementStatistics {
     }
 };
 
-/// Patches of a curved input that have curves of their own.
 struct CurvedPatchesReport {
     std::size_t smooth = 0, as_read = 0;
     double mean_angle = 0, largest_angle = 0;
@@ -259,14 +249,13 @@ struct CurvedPatchesReport {
     }
 };
 
-/// Largest distance between the boundary in the end and its geometry, by the bound that the run requires
-/// (recipes:remesh_mesh).
+/// Distance between the result's boundary and its geometry, compared with the bound of the run.
 struct GeometryErrorReport {
-    double required = 0, reached = 0;  ///< of the facet that is farthest by its bound (model units)
-    std::size_t far_facets = 0;        ///< number of facets that exceed their bounds
-    std::size_t facet = 0;             ///< that facet, from 1; 0: no facet has a bound
-    std::vector<double> at;            ///< where it is
-    bool is_required = true;           ///< by the config; else the bound is that of the expected error
+    double required = 0, reached = 0;
+    std::size_t far_facets = 0;
+    std::size_t facet = 0;
+    std::vector<double> at;
+    bool is_required = true;           ///< true: the config sets the bound; false: the expected error does
 
     [[nodiscard]] bool is_met() const { return !(reached > required); }
     static void fields(auto& s, auto& f) {

@@ -1,4 +1,4 @@
-// Runs a pipeline over the blocks of a mesh, and reports results that miss a request
+// Runs of a pipeline over the blocks of a mesh
 module;
 #include <algorithm>
 #include <cstddef>
@@ -34,7 +34,7 @@ auto not_by_blocks(const std::string& what, const std::string& where) {
                 "leave it out, or curve the mesh as a whole, on one rank and without blocks");
 }
 
-/// Metrics that are known at a vertex by itself.
+/// Checks that a metric can be computed at each vertex separately.
 Outcome<Done> check_metric(const config::Metric& metric, const std::string& where) {
     const bool is_local = std::visit(
         []<class M>(const M&) {
@@ -63,7 +63,7 @@ Outcome<Done> check_metrics(const config::Pipeline& pipeline) {
     return Done{};
 }
 
-/// The rows of a file at a block's vertices.
+/// Rows of a metric file at the vertices of a block.
 MetricFile rows_of(const MetricFile& file, std::span<const GlobalNumber> vertices) {
     MetricFile out{file.name, file.solution, {}, file.metric_config};
     const std::size_t width = file.solution.rows == 0 ? 0 : file.solution.values.size() / file.solution.rows;
@@ -101,7 +101,7 @@ Outcome<Done> check_sources(const config::Pipeline& pipeline) {
     return Done{};
 }
 
-/// Functions of geometry and metric for the blocks. They add notices of this rank to `report`. The arguments must
+/// Functions that make geometry and metric of the blocks. They add notices of this rank to `report`. The arguments must
 /// outlive the result.
 template <int D>
 BlocksGoal<D> goal_of(const config::Pipeline& pipeline, const BlockSources& sources, Report& report) {
@@ -144,7 +144,7 @@ ValidityReport validity_report(const BlocksValidation& v, const JacobianBound& b
             .worst = elements > 0 ? v.worst + 1 : 0};
 }
 
-/// The run of a pipeline on blocks: one overload of `apply` for each step that blocks support.
+/// Runs a pipeline on blocks; `apply` is overloaded for each step that blocks support.
 template <int D>
 class BlockRunner {
   public:
@@ -201,7 +201,7 @@ class BlockRunner {
                              "/stages/" + std::to_string(at_));
     }
 
-    /// Options of the next stage `relax`, so that one pass computes the verdicts and lists the elements to repair.
+    /// Options of the next stage `relax`. One pass then computes the verdicts and lists the elements to repair.
     [[nodiscard]] RepairOptions following_repair() const {
         for (std::size_t i = at_; i < pipeline_.stages.size(); ++i)
             if (const auto* relax = std::get_if<config::Relax>(&pipeline_.stages[i])) return *relax;
@@ -233,7 +233,7 @@ class BlockRunner {
     Report report_;
     BlocksGoal<D> goal_;
     BlockSteps<D> steps_;
-    std::size_t at_ = 0;  ///< the stage that runs
+    std::size_t at_ = 0;  ///< index of the current stage
     JacobianBound bound_ = {};
     RepairMethod method_ = {};
 };

@@ -18,7 +18,7 @@ namespace camber::run {
 
 namespace {
 
-/// From 1.
+/// Returns the lists with numbers from 1.
 std::vector<std::vector<std::size_t>> numbers_of(const std::vector<std::vector<std::size_t>>& lists) {
     auto numbers = lists;
     for (auto& list : numbers)
@@ -85,7 +85,7 @@ bool is_analytic(const config::Cad& cad, Reference reference) {
     });
 }
 
-/// The references of a mesh's facets, rising.
+/// References of the mesh's facets, ascending.
 template <int D>
 std::vector<Reference> references_of(const LinearMesh<D>& mesh) {
     std::vector<Reference> all(mesh.facets.references.begin(), mesh.facets.references.end());
@@ -121,20 +121,19 @@ Outcome<Done> check_references(const config::Cad& cad, const std::vector<Referen
     return Done{};
 }
 
-/// Which references lie on what, each rising.
+/// References by the geometry of their facets; each list is ascending.
 struct Shares {
     std::vector<Reference> on_model, on_analytic, on_rest;
-    std::vector<Reference> within_materials = {};  ///< of on_rest: they would be the model's, and are not on it
+    std::vector<Reference> within_materials = {};  ///< part of `on_rest`: within one material and not on the model
 
-    /// All that are not on the model.
+    /// References that are not on the model.
     [[nodiscard]] std::vector<Reference> excluded() const {
         std::vector<Reference> all;
         std::ranges::merge(on_analytic, on_rest, std::back_inserter(all));
         return all;
     }
 };
-/// References whose facets lie within one material and not on the model, which has all that is not analytic, go to the
-/// rest.
+/// Moves references to `on_rest` whose facets lie within one material and not on the model.
 template <int D>
 Outcome<Shares> with_sheets_on_rest(Shares shares, const CadModel& model, const LinearMesh<D>& mesh,
                                     const Execution& execution) {
@@ -184,7 +183,7 @@ Outcome<GeometrySource> in_unit_of_mesh(const config::Geometry& geometry, Geomet
     const auto* const cad = std::get_if<config::Cad>(&geometry);
     if (!cad || !source.cad || cad->unit != CadUnit::automatic) return source;
     const auto shares = shares_of(*cad, *source.cad, mesh, execution);
-    if (!shares) return source;  // make_cad_mixture has the error
+    if (!shares) return source;  // `make_cad_mixture` reports the error
     auto model = in_unit_of(mesh, *source.cad, shares->excluded(), execution);
     if (!model) return fail(model.error());
     source.cad = std::move(*model);

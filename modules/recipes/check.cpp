@@ -61,7 +61,7 @@ double quality_of(const LinearMesh<D>& mesh, std::size_t e) {
 
 namespace {
 
-/// Volume or area, with sign but for a surface.
+/// Signed volume (2D: area) of an element, or area of a triangle of a standalone surface mesh.
 template <int D>
 double measure_of(const LinearMesh<D>& mesh, std::size_t e) {
     if constexpr (D == 3)
@@ -72,7 +72,7 @@ double measure_of(const LinearMesh<D>& mesh, std::size_t e) {
     return signed_measure<D>(corners_of(mesh, mesh.elements.vertices[e]));
 }
 
-/// Numbers, from 1, of the elements that are chosen.
+/// Numbers, from 1, of the elements that satisfy `chosen`.
 std::vector<std::size_t> numbers_where(std::size_t elements, auto&& chosen) {
     std::vector<std::size_t> numbers;
     for (std::size_t e = 0; e < elements; ++e)
@@ -80,24 +80,24 @@ std::vector<std::size_t> numbers_where(std::size_t elements, auto&& chosen) {
     return numbers;
 }
 
-/// As `check_element` has it.
+/// True if the straight element is inverted or flat, as in `check_element`.
 bool straight_inverted(const auto& element) {
     const auto plain = bounded_jacobian(element);
     const auto jacobian = blurred(plain) ? double_double_jacobian(element) : plain;
     return !(jacobian.straight > jacobian.error);
 }
 
-// ---------------------------------------------------------------- parts of the report, as the file numbers entities
+// ---------------------------------------------------------------- parts of the report, with the numbers of the file
 
 constexpr std::string_view conformity = "conformity", orientation = "orientation", nodes = "nodes",
                            boundary = "boundary", closure = "closure", walls = "walls";
-/// In the order of Defect.
+/// Category of each defect, in the order of `Defect`.
 constexpr std::array<std::string_view, defect_count> concerns{
     conformity, conformity, conformity, boundary,    boundary,    boundary,    nodes,    nodes,    orientation,
     boundary,   conformity, nodes,      orientation, orientation, orientation, boundary, boundary, boundary,
     nodes,      nodes,      nodes,      boundary,    closure,     closure,     closure,  boundary, walls};
 
-/// Numbers of vertices or nodes among `first` and `other` of a defect, which the file may number in another way.
+/// True for those of `first` and `other` of a defect that are vertices or nodes. The file may number these differently.
 struct Vertices {
     bool first = false, other = false;
 };
@@ -145,7 +145,7 @@ NodalFacet<D> straightened(const NodalFacet<D>& facet) {
     return straight_facet<D>(vertices);
 }
 
-/// `original`: the mesh whose facets have numbers, if it lists any.
+/// `original`: the mesh as read; it may list no facets, and crossing facets then have the number 0.
 template <int D>
 CrossingsReport crossings_report(const LinearMesh<D>& original, CheckedWalls<D> checked, const FileNumbers& numbers) {
     const bool listed = original.facets.size() > 0 || original.elements.size() == 0;
@@ -186,7 +186,6 @@ OverlapsReport overlaps_report(const LinearMesh<D>& original, const Overlaps<D>&
 
 // ---------------------------------------------------------------- the check, step by step
 
-/// One check in D dimensions.
 template <int D>
 class Checker {
   public:
@@ -260,13 +259,13 @@ class Checker {
         report_.undecided_elements = listed(Verdict::undecided);
     }
 
-    /// Judges the mesh with its reversed elements turned, where these are all that is invalid when straight.
+    /// Validates the mesh with its reversed elements turned, if no other element is inverted when straight.
     Outcome<Done> judge_turned() {
         const std::size_t reversed = soundness_[Defect::reversed_element].count;
         if (reversed == 0 || reversed != validation_.straight_inverted) return Done{};
         return step("validate", [&](const Execution& e) -> Outcome<Done> {
             const auto turned = prepare(as_mesh(mesh_), part_of(e, 0, 0.5));
-            if (!turned) return Done{};  // a mesh with other defects
+            if (!turned) return Done{};  // the mesh has other defects
             const auto quadratic = as_quadratic(turned->mesh);
             if (!quadratic) return fail(quadratic.error());
             const auto validation = validate(*quadratic, options_.min_scaled_jacobian, part_of(e, 0.5, 1));
@@ -276,7 +275,7 @@ class Checker {
         });
     }
 
-    /// Sets a column of the report to a value for each element.
+    /// Computes a column of the report with one value per element.
     template <class T>
     Outcome<Done> fill(Column<T>& column, const Execution& execution, auto&& value) {
         return map_each(execution, judged_count(linear_), [&](std::size_t e) { return static_cast<T>(value(e)); })
@@ -359,7 +358,7 @@ class Checker {
 
     Mesh<D> input_;
     LinearMesh<D> linear_;
-    QuadraticMesh<D> mesh_;  ///< of degree 1 elevated
+    QuadraticMesh<D> mesh_;  ///< a straight mesh is elevated
     const std::optional<MetricFile>& metric_;
     const CheckOptions& options_;
     const StepWrapper& around_;

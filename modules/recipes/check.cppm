@@ -22,12 +22,12 @@ import :measurements;
 import :report;
 import :state;
 
-/// Errors of the interpolants of a function on a mesh: `camber check --field`.
+/// Checks of a mesh, and errors of interpolants on it (`camber check`).
 export namespace camber::run {
 
-/// Elements of one kind, with their shares of the squared L2 error over the mesh.
+/// Elements of one bin, and their shares of the squared L2 error over the mesh.
 struct ErrorBin {
-    std::string range;  ///< "0.01 to 0.1"
+    std::string range;
     std::size_t elements = 0;
     double straight = 0, same_boundary = 0, curved = 0;
 
@@ -40,7 +40,7 @@ struct ErrorBin {
     }
 };
 
-/// Errors of the interpolants of one field, and where they are. Bins without elements are included.
+/// Interpolation errors of one field, in total and by bins. Empty bins are included.
 struct FieldErrors {
     std::string expression;
     InterpolationError errors;
@@ -57,12 +57,12 @@ struct FieldErrors {
 
 // ---------------------------------------------------------------- checks: `camber check`
 
-/// Options of a check. The bound is 0, not that of the meshes which a run makes.
+/// Options of a check. The default bound is 0, not the recommended bound of runs.
 struct CheckOptions {
     double min_scaled_jacobian = 0;
     double ridge_angle = ExamineOptions{}.ridge_angle_degrees;
     std::size_t worst = 10;
-    std::vector<std::string> fields = {};  ///< expressions whose interpolants' errors are computed
+    std::vector<std::string> fields = {};  ///< expressions for which interpolation errors are computed
 
     [[nodiscard]] static constexpr auto options() {
         using S = CheckOptions;
@@ -79,7 +79,6 @@ struct CheckOptions {
     }
 };
 
-/// "valid", "invalid", "undecided".
 [[nodiscard]] constexpr std::string_view word(Verdict verdict) {
     return verdict == Verdict::valid ? "valid" : verdict == Verdict::invalid ? "invalid" : "undecided";
 }
@@ -98,7 +97,6 @@ struct Witness {
     }
 };
 
-/// One of the worst elements.
 struct ElementReport {
     std::size_t number = 0;
     std::uint64_t tag = 0;  ///< 0: none
@@ -106,10 +104,10 @@ struct ElementReport {
     std::string name = {};
     Verdict verdict = Verdict::undecided;
     std::vector<std::size_t> vertices = {};
-    std::optional<double> min_scaled_jacobian = {};   ///< see ElementValidity; of degree 2
-    std::optional<bool> straight_inverted = {};       ///< of degree 2
-    std::optional<Witness> witness = {};              ///< of degree 2
-    std::optional<double> quality = {}, volume = {};  ///< see ElementColumns; of degree 1
+    std::optional<double> min_scaled_jacobian = {};   ///< degree 2, see `ElementValidity`
+    std::optional<bool> straight_inverted = {};       ///< degree 2 only
+    std::optional<Witness> witness = {};              ///< degree 2 only
+    std::optional<double> quality = {}, volume = {};  ///< degree 1, see `ElementColumns`
     std::string reason = {};
 
     static void fields(auto& s, auto& f) {
@@ -128,9 +126,9 @@ struct ElementReport {
     }
 };
 
-/// One entry an element; of a standalone surface mesh one a triangle.
+/// Columns with one entry per element (standalone surface mesh: per triangle).
 struct ElementColumns {
-    int degree = 1;  ///< of the mesh
+    int degree = 1;
     Column<Reference> references;
     Column<Verdict> verdicts;
     Column<float> min_scaled_jacobian;
@@ -154,10 +152,9 @@ struct ElementColumns {
     }
 };
 
-/// A kind of defect that was found.
 struct FindingReport {
     std::size_t count = 0;
-    std::vector<std::size_t> first;  ///< one or two numbers, from 1, as in the file
+    std::vector<std::size_t> first;  ///< numbers of one or two entities, from 1, as in the file
     std::string_view concern;
     bool is_harmful = false;
     std::string sentence;
@@ -190,11 +187,11 @@ struct SoundnessReport {
     }
 };
 
-/// Two facets that are not disjoint; the same one twice: it crosses itself.
+/// Two facets that are not certified disjoint. A facet that is listed twice crosses itself.
 struct CrossingReport {
     Crossing verdict = Crossing::undecided;
     std::array<std::size_t, 2> facets{};
-    std::array<std::uint64_t, 2> tags{};  ///< the file's own numbers, where those are others; 0: none
+    std::array<std::uint64_t, 2> tags{};  ///< numbers in the file, if they differ; 0: none
     std::array<Reference, 2> references{};
     std::array<std::vector<std::size_t>, 2> vertices{};
     bool straight_too = false;
@@ -209,7 +206,6 @@ struct CrossingReport {
     }
 };
 
-/// Facets that cross.
 struct CrossingsReport {
     bool looked_at = true;
     std::size_t facets = 0;
@@ -224,7 +220,6 @@ struct CrossingsReport {
     }
 };
 
-/// Two elements that overlap.
 struct OverlapReport {
     std::array<std::size_t, 2> elements{};
     std::array<std::uint64_t, 2> tags{};  ///< 0: none
@@ -239,7 +234,6 @@ struct OverlapReport {
     }
 };
 
-/// Elements that overlap.
 struct OverlapsReport {
     bool looked_at = false;
     std::size_t walls = 0, overlapping = 0, undecided = 0;
@@ -266,7 +260,7 @@ struct CheckReport {
     Groups groups;
     double bound = 0;
     std::size_t invalid = 0, undecided = 0, straight_inverted = 0;
-    double smallest = 1;  ///< scaled Jacobian; 1 without elements
+    double smallest = 1;  ///< minimum scaled Jacobian; 1: no elements
     std::size_t worst_element = 0;
     std::vector<ElementReport> worst;
     std::vector<Histogram> histograms;
@@ -280,7 +274,7 @@ struct CheckReport {
     std::vector<std::string> notices;
     ElementColumns elements;
     FileNumbers numbers;
-    bool is_only_reversed = false;  ///< all invalid elements are valid once they are numbered the other way round
+    bool is_only_reversed = false;  ///< true: every invalid element is valid with reversed orientation
 
     [[nodiscard]] bool all_good() const {
         return soundness.sound && invalid == 0 && undecided == 0 && crossings.counts.crossing == 0 &&
@@ -292,11 +286,11 @@ struct CheckReport {
         return has_one ? std::optional(smallest) : std::nullopt;
     }
     [[nodiscard]] std::string answer() const;
-    /// The file's own number of an element, by its number from 1; 0: none.
+    /// Number of an element in the file, if it differs from its position (from 1); 0: none.
     [[nodiscard]] std::uint64_t tag_of(std::size_t element) const {
         return numbers.tag(mesh.judged_dimension(), element);
     }
-    /// Numbers of a list of elements in the file, if they have others.
+    /// Numbers of the listed elements in the file, if they differ from their positions.
     [[nodiscard]] std::vector<std::uint64_t> tags(const std::vector<std::size_t>& list) const {
         std::vector<std::uint64_t> all;
         for (const std::size_t e : list)
@@ -346,13 +340,13 @@ struct CheckReport {
     }
 };
 
-/// Checks a mesh as it is: soundness, verdicts of the elements, crossings and overlaps; with a metric file also how
-/// near to unit it is. Errors: expressions that cannot be parsed (usage); those of camber::check_mesh and of the file.
+/// Checks soundness, verdicts of elements, crossings and overlaps, and with a metric file closeness to a unit mesh.
+/// Errors: expressions that cannot be parsed (usage); those of camber::check_mesh and of the file.
 [[nodiscard]] Outcome<CheckReport> check_mesh(DecodedMesh mesh, const std::optional<MetricFile>& metric,
                                               const CheckOptions& options, const StepWrapper& around);
 
-/// Fields for viewers, on elements (of a standalone surface mesh on facets), on other cells NaN and −1: `verdict`, 0
-/// valid, 1 invalid, 2 undecided; `quality`; of degree 2 `scaled_jacobian`. Errors: stopped.
+/// Fields on elements (standalone surface mesh: on facets) for viewers: `verdict` (0 valid, 1 invalid, 2 undecided),
+/// `quality`, and for degree 2 `scaled_jacobian`. Other cells have −1 and NaN. Errors: stopped.
 [[nodiscard]] Outcome<MeshFields> check_fields(const AnyMesh& mesh, const CheckReport& report,
                                                const Execution& execution);
 
@@ -367,8 +361,8 @@ template <int D>
 
 namespace camber::run {
 
-/// The errors of expressions, and where they are. Steps: classify, and interpolate for each. Errors: those of the
-/// expressions and of `interpolation_error`.
+/// Interpolation errors of expressions, in total and by bins. Steps: classify, then interpolate for each expression.
+/// Errors: those of the expressions and of `interpolation_error`.
 template <int D>
 [[nodiscard]] Outcome<std::vector<FieldErrors>> field_errors(const QuadraticMesh<D>& mesh,
                                                              const Column<float>& min_scaled_jacobian,
@@ -377,7 +371,7 @@ template <int D>
 
 [[nodiscard]] ReferenceCounts counted_by_reference(const Column<Reference>& references);
 
-/// A mesh with what is known of its elements.
+/// A mesh and the check results of its elements.
 template <int D>
 struct Judged {
     const QuadraticMesh<D>& mesh;
@@ -386,7 +380,8 @@ struct Judged {
     const CheckReport& report;
 };
 
-/// The n worst elements: those not valid first, then by their smallest scaled Jacobian (degree 2) or their quality.
+/// Returns the n worst elements: first those that are not valid, then by ascending scaled Jacobian (degree 2) or
+/// quality.
 template <int D>
 [[nodiscard]] Outcome<std::vector<ElementReport>> find_worst_elements(const Judged<D>& judged, std::size_t n,
                                                                       const Execution& execution);

@@ -82,7 +82,7 @@ CurvingTarget<D> store_field(Runner<D>& run, Boundary<D> boundary, ProposedCurve
 
 namespace {
 
-/// The solution on the mesh that is curved; empty where no stage requires it.
+/// Solution on the mesh to curve; empty if no stage needs it.
 template <int D>
 Outcome<SolutionInput<D>> solution_for(Runner<D>& run, const QuadraticMesh<D>& mesh) {
     if (run.sources.goal != nullptr) return run.sources.goal->solution;
@@ -130,7 +130,7 @@ Column<T> with(const Column<T>& rows, const More& more) {
     return all;
 }
 
-/// The features with those that the model has: its edges may be smooth, and its vertices lie on smooth curves.
+/// Adds the features of the CAD model: its edges may be smooth, and its vertices may lie on smooth curves.
 template <int D>
 Outcome<Features<D>> with_model_features(Features<D> features, LinearMesh<D> mesh, EdgeSet<D> edges,
                                          const BuiltGeometry<D>& result, const FeatureOptions<D>& options,
@@ -164,7 +164,7 @@ BoundaryReport features_report(const Features<D>& features) {
             .patches = features.patch_count};
 }
 
-/// The boundary by a goal.
+/// Describes the boundary with the geometry of a goal.
 template <int D>
 Outcome<DescribedBoundary<D>> described(const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
                                         std::span<const LagrangeNode<D>> curves, const MeshGoal<D>& goal,
@@ -178,13 +178,13 @@ Outcome<DescribedBoundary<D>> described(const LinearMesh<D>& mesh, const EdgeSet
     return DescribedBoundary<D>{std::move(*boundary), report};
 }
 
-/// The geometry of a config, and the models that it names.
+/// Geometry of a config, and the model files that it names.
 struct ConfigGeometry {
     const config::Pipeline& pipeline;
     const GeometrySource& source;
 };
 
-/// Features and geometry of the boundary, by these breaks; of a mesh that was remeshed with the geometry that it has.
+/// Features and geometry of the boundary by the config. A remeshed mesh has its inherited geometry.
 template <int D>
 Outcome<DescribedBoundary<D>> described(const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
                                         std::span<const LagrangeNode<D>> curves, const ConfigGeometry& by,
@@ -233,7 +233,8 @@ Outcome<Boundary<D>> describe_boundary(Runner<D>& run, const LinearMesh<D>& mesh
 
 namespace {
 
-/// The nodes of edges, each moved by half of what its ends are, so that edges keep their shapes; of a chord its middle.
+/// Moves the node of each edge by the mean displacement of its ends, so that the edge keeps its shape. The node of a
+/// straight edge is at the chord's middle.
 template <int D>
 Outcome<Column<LagrangeNode<D>>> nodes_along(const QuadraticMesh<D>& mesh, const Column<Vec<D>>& points,
                                              const Execution& execution) {
@@ -293,7 +294,7 @@ Outcome<Done> move_vertices(Runner<D>& run) {
 
 namespace {
 
-/// Options of `relax` that a cavity has no use for are refused where they are not the defaults.
+/// Rejects options of `relax` that cavities do not use, unless they have default values.
 Outcome<Done> check_options(const config::Reinsert& options) {
     const config::Relax defaults;
     std::string foreign;
@@ -310,7 +311,7 @@ Outcome<Done> check_options(const config::Reinsert& options) {
                 {}, {}, "leave it out, or take the stages curve, validate and relax");
 }
 
-/// Verdicts of the nodes as they were wanted, and in the end.
+/// Verdicts of the target nodes and of the resulting nodes.
 template <int D>
 struct Verdicts {
     JudgedProposal<D> target, result;

@@ -24,7 +24,7 @@ namespace {
 
 bool uses_solver(const config::Pipeline& pipeline) { return !pipeline.adapt.solve.empty(); }
 
-/// The same name with the ending of another file; empty where that is.
+/// Path of the file `name` in the folder, with the extension of `output`; empty if `output` is empty.
 std::string like(const std::string& folder, const char* name, const std::string& output) {
     return output.empty() ? output : folder + "/" + name + std::filesystem::path(output).extension().string();
 }
@@ -44,7 +44,7 @@ config::Output output_of_cycle(const config::Pipeline& pipeline, const CycleFile
 
 bool is_elevate(const config::Stage& stage) { return std::holds_alternative<config::Elevate>(stage); }
 
-/// Pipeline of a mesh without a field to adapt it to.
+/// Pipeline without solution, metric, operations and cycles.
 config::Pipeline without_field(config::Pipeline pipeline) {
     pipeline.adapt = {};
     pipeline.solution = {};
@@ -63,7 +63,7 @@ void set_complexity(config::Pipeline& pipeline, double complexity_target) {
     }
 }
 
-/// A complexity between that of a mesh and that of the one before it, which has another number of elements.
+/// Complexity halfway (in the logarithm) to that of the mesh with `elements_before`, or 10 % less if the two are close.
 double smaller_step(double complexity, std::size_t elements_before, std::size_t elements) {
     constexpr double least_change = 0.9;
     const double ratio =
@@ -84,27 +84,27 @@ double target_complexity(const config::Adaptation& adapt, int cycle) {
     return all[std::min(static_cast<std::size_t>(cycle), all.size()) - 1];
 }
 
-/// The solver and the exact solution, which a cycle's errors depend on.
+/// Exact solution and solver command; errors are comparable only if both are the same.
 std::string problem_of(const config::Adaptation& adapt) {
     std::string text = adapt.exact;
     for (const std::string& word : adapt.solve) text += '\n' + word;
     return text;
 }
 
-/// True if the errors of two meshes can be compared: of one complexity, for the same problem.
+/// True if the errors of two meshes are comparable: the same requested complexity and the same problem.
 bool is_like(const CycleRow& a, const CycleRow& b) {
     return a.cycle > 0 && b.cycle > 0 && a.complexity_target == b.complexity_target && a.problem == b.problem &&
            a.error_of == b.error_of;
 }
 
-/// True if a mesh misses less than another, or has a smaller error.
+/// True if `a` satisfies all requirements and `b` does not; otherwise, if the error of `a` is smaller.
 bool is_better(const CycleRow& a, const CycleRow& b, const config::Adaptation& adapt) {
     const auto of_a = error_of_mesh(a, adapt), of_b = error_of_mesh(b, adapt);
     if (!of_a || !of_b) return false;
     return a.misses.empty() != b.misses.empty() ? a.misses.empty() : *of_a < *of_b;
 }
 
-/// The error that a mesh is expected to have, known or not, for the bounds of the next one's boundary.
+/// Expected error of a mesh, else its interpolation error. It bounds the boundary distance of the next mesh.
 ExpectedError expected_of(const CycleRow& row, const std::vector<double>& weights) {
     if (row.expected) return {*row.expected, weights};
     return {row.interpolated ? row.interpolated->l2 : 0, {}};
@@ -122,7 +122,7 @@ bool returns_last(const config::Adaptation& adapt) {
     return adapt.result == last || (adapt.result == automatic && std::ranges::any_of(adapt.solve, has_cycle));
 }
 
-/// The least errors up to a cycle and up to the one two before it are compared, all of the last complexity.
+/// Compares the minimum error up to this cycle with that up to two cycles before, at the last complexity.
 std::string settled_by_error(std::span<const CycleRow> rows, const config::Adaptation& adapt) {
     constexpr std::size_t cycles = 2;
     const std::size_t last = rows.size() - 1;
@@ -137,8 +137,7 @@ std::string settled_by_error(std::span<const CycleRow> rows, const config::Adapt
 }
 
 std::string settled_by_edges(std::span<const CycleRow> rows, const config::Adaptation& adapt) {
-    // A mesh that is less so in its own solution's metric has not settled, but is far from it, or runs after what
-    // moves.
+    // Fewer unit edges in the metric of the mesh's own solution mean that the cycles have not converged.
     constexpr double near_to_unit = 0.5, share = 0.2;
     const CycleRow &last = rows.back(), &before = rows[rows.size() - 2];
     // The input of a cycle has the complexity of the cycle before.
@@ -237,7 +236,7 @@ config::Pipeline cycle_pipeline(const config::Pipeline& pipeline, int cycle, con
             if (const auto* file = std::get_if<config::FilePath>(&pipeline.input.source)) next.metric_mesh = file->path;
         next.input = {config::FilePath{before.mesh}, pipeline.input.flat};
         if (std::holds_alternative<config::Surrogate>(pipeline.geometry)) next.geometry = config::FilePath{first.mesh};
-        // The mesh is that of a cycle before, which was made for this geometry.
+        // An earlier cycle made this mesh for the same geometry.
         if (auto* const of_mesh = std::get_if<config::FilePath>(&next.geometry)) of_mesh->is_of_cycle = true;
         std::erase_if(next.stages, is_elevate);
     }

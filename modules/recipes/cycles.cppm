@@ -19,50 +19,49 @@ import :run;
 import :state;
 import :values;
 
-/// A pipeline in cycles (config "adapt"): the runs of each cycle, and the table of cycles.
+/// Cycles of a pipeline (config "adapt"): the runs of each cycle, and the table of cycles.
 export namespace camber::run {
 
-/// Files of a cycle, within its folder.
+/// Names of a cycle's files in its folder.
 struct CycleFiles {
     std::string folder;
-    std::string mesh, solution, guess;  ///< the mesh, the solver's solution on it, what that may begin with
-    std::string said;                   ///< what the solver said
-    std::string report, view;           ///< view: the mesh with fields, for ParaView
+    std::string mesh, solution, guess;  ///< the mesh, the solver's solution on it, and its initial guess
+    std::string said;                   ///< output of the solver
+    std::string report, view;           ///< `view`: mesh with fields, for ParaView
     std::string vtu, metric, carried, plots, page;
 };
-/// Returns the files of a cycle below the folder of all cycles.
+/// `folder`: contains the folders of all cycles.
 [[nodiscard]] CycleFiles files_of_cycle(const config::Pipeline& pipeline, const std::string& folder);
 /// "cycle-007".
 [[nodiscard]] std::string name_of_cycle(int cycle);
 
-/// Returns the steps of a cycle: remeshing of straight meshes (degree 1); of quadratic ones also curving, for the
-/// solution if the metric is made for it.
+/// Stages of a cycle: remeshing, and for quadratic meshes also curving (for the solution if the metric is made for it).
 [[nodiscard]] config::Pipeline steps_of_cycles(int degree, const config::Metric& metric);
-/// Pipeline of the first mesh, on which the solver is called: the stages that keep the topology; without a solver none.
+/// Pipeline of the first mesh, on which the solver runs: the stages that preserve the topology; without a solver, none.
 [[nodiscard]] config::Pipeline first_pipeline(const config::Pipeline& pipeline, const CycleFiles& into);
-/// Pipeline of a cycle's mesh, from 1, out of the one before.
+/// Pipeline that makes the mesh of a cycle (from 1) from the previous mesh.
 [[nodiscard]] config::Pipeline cycle_pipeline(const config::Pipeline& pipeline, int cycle, const CycleFiles& first,
                                               const CycleFiles& before, const CycleFiles& into);
-/// The command of a cycle, its braces replaced.
+/// Solver command of a cycle, with placeholders replaced.
 [[nodiscard]] std::vector<std::string> solver_command(const config::Adaptation& adapt, int cycle,
                                                       const CycleFiles& files);
 
-/// Changes a pipeline for the mesh that it begins with.
+/// Adjusts a pipeline to its input mesh.
 using Fit = std::function<Outcome<config::Pipeline>(config::Pipeline, const AnyMesh&)>;
 
 /// Required degree of the input mesh.
 struct InputDegree {
     int degree = 0;                          ///< 0: any
-    std::string_view option = "the degree";  ///< that requires it, in errors
+    std::string_view option = "the degree";  ///< option that requires the degree, for errors
 };
-/// Fits the pipeline of a cycle: a mesh of degree 2 with curves is not elevated, and as the first mesh it is judged as
-/// it is. Errors of the result (input): another degree than the required one.
+/// Adjusts the pipeline of a cycle: a curved mesh is not elevated, and a curved first mesh is validated without
+/// changes. Errors of the result (input): not the required degree.
 [[nodiscard]] Fit fit_of_cycle(int cycle, const InputDegree& required = {});
 
 /// Errors (usage): stages and options that cannot be repeated in cycles.
 [[nodiscard]] Outcome<Done> check_cycles(const config::Pipeline& pipeline);
 
-/// An error of a solution, or of the exact one's interpolant, in the mesh's degree.
+/// Error of a solution, or of the exact solution's interpolant, in the degree of the mesh.
 struct CycleError {
     double l2 = 0, h1 = 0;
 
@@ -72,13 +71,12 @@ struct CycleError {
     }
 };
 
-/// Origin of the bound on the distance between the boundary and its geometry.
 enum class DistanceBoundBy : std::uint8_t { expected_error, config };
 [[nodiscard]] constexpr auto words(DistanceBoundBy) {
     return words_of(Word{DistanceBoundBy::expected_error, "expected_error"}, Word{DistanceBoundBy::config, "config"});
 }
 
-/// The distance of the boundary from its geometry, that of the facet which is farthest by its bound.
+/// Distance of the boundary from its geometry, at the facet with the largest ratio of distance to bound.
 struct BoundaryDistance {
     double bound = 0, reached = 0;
     DistanceBoundBy by = DistanceBoundBy::expected_error;
@@ -90,18 +88,19 @@ struct BoundaryDistance {
     }
 };
 
-/// A row of the table. Shares and qualities are those of the mesh in the metric that it was made by.
+/// A row of the table. Shares and qualities are measured in the metric that made the mesh.
 struct CycleRow {
     int cycle = 0;
     std::size_t unknowns = 0, elements = 0;
     std::string problem = {};
-    double complexity_target = 0, complexity = 0;  ///< 0: not asked for; no metric
+    double complexity_target = 0, complexity = 0;  ///< 0: not requested; no metric
     double unit_before = 0, unit_edges = 0;
     double worst_quality = 0, mean_quality = 0;
     double smallest_jacobian = 1;
-    std::optional<double> expected = {};  ///< of `curve` (objective solution), or of the solution on a straight mesh
-    std::optional<CycleError> interpolated = {}, solved = {};  ///< where the exact solution is known
-    std::optional<BoundaryDistance> boundary = {};             ///< where it is bounded
+    std::optional<double> expected = {};  ///< by `curve` (objective `solution`), or for a straight mesh from the
+                                          ///< solution
+    std::optional<CycleError> interpolated = {}, solved = {};  ///< if the exact solution is known
+    std::optional<BoundaryDistance> boundary = {};             ///< if it is bounded
     double seconds = 0, solve_seconds = 0;
     ErrorQuantity error_of = ErrorQuantity::values;
     bool is_valid = true;
@@ -130,46 +129,45 @@ struct CycleRow {
         f("misses", s.misses, "causes for which the mesh is not the requested one", unless_empty);
     }
 };
-/// The mesh of a cycle.
 struct CycleRun {
     Run run;
-    std::string miss;  ///< says that its complexity is not the one that was wanted; empty: it is
+    std::string miss;  ///< reports that the complexity is not the requested one; empty: it is
 };
-/// The row of a cycle's mesh, without what `add_errors` adds.
+/// Row of a cycle's mesh, without the values of `add_errors`.
 [[nodiscard]] CycleRow row_of(int cycle, const config::Pipeline& pipeline, const CycleRun& outcome);
 
 /// Adds to the row of a mesh:
-/// - the unknowns, if its interpolants are of degree 2: the largest degree of the mesh, of the metric of the solution,
-///   and of the solver's fields counts (a straight mesh may be for elements of degree 2);
-/// - the L2 error that the solver's fields (none: {}) let expect on a straight mesh. On others `curve` has it;
-/// - the errors of the exact solution's interpolant and of the first scalar field, if the solution is known.
-/// Errors: an expression that is not one, or not finite somewhere, other numbers of weights than of fields (usage); no
-/// scalar field (input); those of `known_solution`.
+/// - the number of unknowns in degree 2, if the mesh, the solution metric or the solver's fields have degree 2;
+/// - the L2 error expected from the solver's fields (empty: none) on a straight mesh; otherwise `curve` computes it;
+/// - errors of the exact solution's interpolant and of the first scalar field, if the exact solution is known.
+///
+/// Errors: an expression that cannot be parsed or is not finite somewhere, a wrong number of weights (usage); no scalar
+/// field (input); those of `known_solution`.
 [[nodiscard]] Outcome<Done> add_errors(CycleRow& row, const AnyMesh& mesh, std::span<const NamedField> solved,
                                        const config::Pipeline& pipeline, const Execution& execution);
 
-/// Runs the pipeline of a cycle by \p execute. While its mesh has elements that are not certified valid, runs it again,
-/// at most three times, with a smaller step: the complexity halfway (in the logarithm) back to that of the mesh before,
-/// or 10 % less where the two are as near as that. Each step adds a notice. \p rows are those of the cycles before.
-/// Errors: those of \p execute.
+/// Runs the pipeline of a cycle with \p execute. While elements are not certified valid, repeats the run with a smaller
+/// complexity, at most three times. Each repetition goes halfway (in the logarithm) back to the previous complexity, or
+/// 10 % down if the two are close, and adds a notice. \p rows: earlier cycles. Errors: those of \p execute.
 [[nodiscard]] Outcome<CycleRun> run_cycle(config::Pipeline pipeline, std::span<const CycleRow> rows,
                                           const std::function<Outcome<Run>(const config::Pipeline&)>& execute);
 
-/// The error of a cycle's mesh: that of the interpolant if the solution is known, in L2, or in H1 if the metric is for
-/// gradients; otherwise the expected L2 error. None if there is neither.
+/// Error of a cycle's mesh. If the solution is known, that of its interpolant in L2, or in H1 if the metric is for
+/// gradients; otherwise the expected L2 error, if any.
 [[nodiscard]] std::optional<double> error_of_mesh(const CycleRow& row, const config::Adaptation& adapt);
-/// The row whose mesh is the result. Among the valid meshes of the last complexity, for the same problem, it is the one
-/// with the least error, where meshes that miss something come last; with `result` "last" it is the last valid mesh.
+/// Index of the row whose mesh is the result: the last valid mesh (`result` "last"), or the valid mesh with the
+/// smallest error. That one has the last complexity and the same problem; meshes that miss a requirement come last.
 [[nodiscard]] std::size_t row_of_result(std::span<const CycleRow> rows, const config::Adaptation& adapt);
-/// Why no more cycles are needed (`convergence_tolerance` of the config): the least error has not fallen, or without an
-/// error meshes become no nearer to unit in their own solution's metric. Empty: they are needed.
+/// Reason to stop (`convergence_tolerance`): the minimum error has not fallen, or, without errors, meshes come no
+/// closer to unit meshes in the metric of their own solution. Empty: more cycles are needed.
 [[nodiscard]] std::string reason_to_end(std::span<const CycleRow> rows, const config::Adaptation& adapt);
-/// Notes: the result is not the last mesh; unit edges or a quality fell.
+/// Notes: the result is not the last mesh; its boundary is too far from the geometry; unit edges or the minimum quality
+/// fell.
 [[nodiscard]] std::vector<std::string> notes_on_result(std::span<const CycleRow> rows, const config::Adaptation& adapt);
 
 // ---------------------------------------------------------------- the loop of cycles over a store and a solver
 
-/// A finished cycle: its mesh with the fields on it, those of the solver if it was called.
+/// A finished cycle. The fields are those of the solver, if it was called.
 struct FinishedCycle {
     int cycle = 0;
     CycleFiles files = {};
@@ -184,28 +182,25 @@ class CycleStore {
     CycleStore& operator=(const CycleStore&) = delete;
     virtual ~CycleStore() = default;
 
-    /// Returns the rows of earlier cycles, which the loop continues.
     [[nodiscard]] virtual std::vector<CycleRow> rows() const = 0;
-    /// Returns the files of a finished cycle.
     [[nodiscard]] virtual CycleFiles files(int cycle) const = 0;
     /// Begins a cycle and returns the files to write.
     [[nodiscard]] virtual Outcome<CycleFiles> begin(int cycle) = 0;
-    /// Runs a pipeline from stored meshes to the files of the cycle. `fit`: applied if the input is not a stored mesh.
+    /// Runs a pipeline on stored meshes and writes the files of the cycle. `fit`: applied if the input is not a stored
+    /// mesh.
     [[nodiscard]] virtual Outcome<Run> run(const config::Pipeline& pipeline, const Fit& fit) = 0;
-    /// Stores a finished cycle. `rows`: the table with its row as the last one.
+    /// Stores a finished cycle, whose row is the last of `rows`.
     [[nodiscard]] virtual Outcome<Done> add(FinishedCycle finished, std::span<const CycleRow> rows) = 0;
-    /// Makes the mesh of a stored cycle the result. The loop calls it when the result changes.
+    /// Makes the mesh of a stored cycle the result. Called when the result changes.
     [[nodiscard]] virtual Outcome<Done> deliver(int cycle) = 0;
 };
 
-/// Input of a solver.
 struct SolverCall {
     const AnyMesh& mesh;
-    const std::vector<NamedField>& guess;  ///< solution of the cycle before on the mesh; empty in cycle 0
+    const std::vector<NamedField>& guess;  ///< solution of the previous cycle, on this mesh; empty in cycle 0
     int cycle;
     const CycleFiles& files;
 };
-/// Solution of a solver, on its mesh.
 struct SolverResult {
     AnyMesh mesh;
     std::vector<NamedField> fields;
@@ -220,24 +215,22 @@ struct CycleListener {
     std::function<Outcome<Done>(const CycleRow&)> row_added = {};
 };
 
-/// Table of cycles, and their end.
 struct EndedCycles {
     std::vector<CycleRow> rows;
-    std::size_t result = 0;          ///< row of the result
-    std::string reason;              ///< to end before the requested number of cycles; empty: all were run
-    std::vector<std::string> notes;  ///< on the result
+    std::size_t result = 0;          ///< index of the result's row
+    std::string reason;              ///< reason to stop early; empty: all cycles were run
+    std::vector<std::string> notes;
 
-    /// False: elements of the last mesh are not certified valid, and the result is the mesh before, if there is one.
+    /// False: the last mesh has elements that are not certified valid, and the result is the previous mesh, if any.
     [[nodiscard]] bool is_valid() const { return rows.back().is_valid; }
 };
 
-/// Runs the cycles of a pipeline. `solver`: computes the solution on each valid mesh; empty: the pipeline has it.
-/// Errors: those of check_cycles, the store, the solver, the listener and add_errors.
+/// Runs the cycles of a pipeline. `solver` computes the solution on each valid mesh; empty: the pipeline has the
+/// solution. Errors: those of check_cycles, the store, the solver, the listener and add_errors.
 [[nodiscard]] Outcome<EndedCycles> adapt(const config::Pipeline& pipeline, CycleStore& store, const CycleSolver& solver,
                                          const CycleListener& listener, const InputDegree& required,
                                          const StepWrapper& around);
 
-/// Meshes and solutions in memory, by name.
 struct NamedValues {
     std::map<std::string, AnyMesh, std::less<>> meshes = {};
     std::map<std::string, std::vector<NamedField>, std::less<>> solutions = {};
@@ -246,12 +239,11 @@ struct NamedValues {
 /// Runs a pipeline whose inputs are stored meshes and solutions, or those of the caller. `fit`: see CycleStore::run.
 using RunOnValues = std::function<Outcome<Run>(const config::Pipeline& pipeline, const Fit& fit, const NamedValues&)>;
 
-/// Result of adapt_values.
 struct AdaptedValues {
     CycleRun result;
     EndedCycles cycles;
 };
-/// Runs the cycles of a pipeline with meshes and solutions in memory, by \p run. Errors: as adapt.
+/// Runs the cycles of a pipeline in memory, each with \p run. Errors: those of adapt.
 [[nodiscard]] Outcome<AdaptedValues> adapt_values(const config::Pipeline& pipeline, const RunOnValues& run,
                                                   const CycleSolver& solver, const InputDegree& required,
                                                   const StepWrapper& around);
@@ -260,34 +252,31 @@ struct AdaptedValues {
 
 export namespace camber {
 
-/// Solver of adapt_mesh: returns the fields of the solution on the mesh. `guess`: the solution of the cycle before,
-/// transferred to the mesh; empty in cycle 0.
+/// Returns the fields of the solution on a mesh. `guess`: the solution of the previous cycle, transferred to the mesh;
+/// empty in cycle 0.
 template <int D>
 using MeshSolver = std::function<Outcome<std::vector<run::NamedField>>(
     const Mesh<D>& mesh, const std::vector<run::NamedField>& guess, int cycle)>;
 
-/// Options of adapt_mesh.
 struct AdaptMeshOptions {
     int degree = 2;                             ///< of the meshes: 1 or 2
-    config::SolutionMetric metric = {};         ///< made for the solution
+    config::SolutionMetric metric = {};
     config::Adaptation cycles = {.cycles = 8};  ///< without files and commands
     config::Geometry geometry = config::Surrogate{};
     run::GeometrySource geometry_source = {};  ///< CAD model or mesh of the geometry
 };
 
-/// Result of adapt_mesh.
 template <int D>
 struct AdaptedMesh {
     Mesh<D> mesh;
-    std::vector<run::NamedField> solution;  ///< on the mesh
+    std::vector<run::NamedField> solution;
     run::Report report;                     ///< of the cycle that made the mesh
     run::EndedCycles cycles;
 };
 
-/// Adapts a mesh to a solution: what `camber adapt` does. The solution is an expression of x, y and z, or a solver that
-/// is called on each mesh. Steps: those of the cycles' runs. The result may be invalid: see `report` and `cycles`.
-/// Errors: options out of range (usage), fields of other sizes than the mesh (input), those of the solver and of
-/// `run::adapt`.
+/// Adapts a mesh to a solution, as `camber adapt`. The solution is an expression of x, y and z, or a solver that is
+/// called on each mesh. Steps: those of the cycles' runs. The result may be invalid: see `report` and `cycles`. Errors:
+/// options out of range (usage), fields of other sizes than the mesh (input), those of the solver and of `run::adapt`.
 template <int D>
 [[nodiscard]] Outcome<AdaptedMesh<D>> adapt_mesh(Mesh<D> mesh, const std::variant<std::string, MeshSolver<D>>& solution,
                                                  const AdaptMeshOptions& options, const StepWrapper& around);

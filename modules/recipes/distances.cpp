@@ -31,7 +31,7 @@ OneWayReport directed_report(const DirectedDistance<D>& way) {
             way.facet.valid() ? way.facet.index() + 1 : 0};
 }
 
-/// The surfaces beside a curve.
+/// Adds the surfaces on both sides of a curve to the report.
 template <int D>
 void add_sides(const Geometry<D>& geometry, const GeometryEntity& entity, EntityReport& report) {
     std::vector<std::string_view> kinds;
@@ -45,7 +45,7 @@ void add_sides(const Geometry<D>& geometry, const GeometryEntity& entity, Entity
     if (kinds.size() < 2 || kinds[0] == kinds[1]) report.beside.clear();
 }
 
-/// "CAD model wing.step", with what else the entities are of.
+/// Text for messages: "CAD model wing.step, surrogate".
 std::string name_of(const config::Geometry& geometry, const std::vector<EntityReport>& entities) {
     if (std::holds_alternative<config::Straight>(geometry)) return "straight facets";
     if (std::holds_alternative<config::Analytic>(geometry)) return "analytic surfaces";

@@ -1,5 +1,4 @@
-// camber.recipes: a ring of straight triangles becomes curved, is brought to its own metric, and is checked: three
-// calls.
+// Example of camber.recipes: a ring of straight triangles is curved, remeshed for its own metric, and checked.
 #include <cstddef>
 #include <cstdio>
 #include <utility>
@@ -11,7 +10,7 @@ import camber.recipes;
 
 using namespace camber;
 
-/// Between two circles about the origin: `n` quadrangles around, each in two triangles.
+/// Ring between two circles about the origin: `n` quadrangles around, each split into two triangles.
 static Mesh<2> ring(std::size_t n) {
     LinearMesh<2> mesh;
     Buffer<Vec<2>> points;

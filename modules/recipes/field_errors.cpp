@@ -29,7 +29,7 @@ namespace {
 
 constexpr double max_hops = 8;
 
-/// 1: the vertex is on a face that one element alone has.
+/// Returns 1 for each vertex on a face of a single element.
 template <int D>
 Outcome<std::vector<std::uint8_t>> boundary_vertices(const LinearMesh<D>& mesh, const Execution& execution) {
     std::vector<std::uint8_t> on(mesh.points.size(), 0);
@@ -43,13 +43,13 @@ Outcome<std::vector<std::uint8_t>> boundary_vertices(const LinearMesh<D>& mesh, 
         return on;
     }
     if (across.error().kind != ErrorKind::input) return fail(across.error());
-    // More than two elements on a face: no neighbours. What the file calls facets must do.
+    // Neighbours do not exist if a face has more than two elements. The file's facets are used then.
     for (const auto& facet : mesh.facets.vertices)
         for (const VertexId v : facet) on[v.index()] = 1;
     return on;
 }
 
-/// Edges from each vertex to the boundary.
+/// Number of edges between each vertex and the boundary, at most `max_hops`.
 template <int D>
 Outcome<std::vector<double>> hops_of_vertices(const QuadraticMesh<D>& mesh, const Execution& execution) {
     auto on = boundary_vertices(mesh.linear, execution);
@@ -66,10 +66,10 @@ Outcome<std::vector<double>> hops_of_vertices(const QuadraticMesh<D>& mesh, cons
     return hops;
 }
 
-/// Bin k holds values below its limit and not below that of the one before; a last one holds the others.
+/// Bin k holds values below limit k that are not in the bin before; a last bin holds all larger values.
 struct Bins {
     std::vector<double> limits;
-    std::vector<std::string> ranges;  ///< one more
+    std::vector<std::string> ranges;  ///< one more than `limits`
 };
 
 Bins curvature_bins() {
@@ -84,7 +84,7 @@ Bins boundary_bins() {
     return {{1, 2, 3, 5, max_hops}, {"0: touches it", "1", "2", "3 or 4", "5 to 7", "8 and above"}};
 }
 
-/// Errors of the elements by a kind, one number an element.
+/// Sums the errors of elements by bins of `kinds`, which has one value per element.
 std::vector<ErrorBin> binned(const Bins& bins, std::span<const double> kinds, const InterpolationError& errors) {
     std::vector<ErrorBin> all;
     all.reserve(bins.ranges.size());
@@ -108,11 +108,11 @@ std::vector<ErrorBin> binned(const Bins& bins, std::span<const double> kinds, co
     return all;
 }
 
-/// One number an element, by which errors are told apart.
+/// Values by which elements are sorted into bins, one per element.
 struct ElementKinds {
-    Buffer<double> curvature;        ///< the largest of its edges: |node − middle|/|chord|
-    Buffer<double> scaled_jacobian;  ///< the smallest
-    Buffer<double> hops;             ///< edges from its nearest vertex to the boundary; 8 stands for all above, too
+    Buffer<double> curvature;        ///< largest |node − middle|/|chord| of its edges
+    Buffer<double> scaled_jacobian;  ///< minimum over the element
+    Buffer<double> hops;             ///< number of edges to the boundary, at most 8
 };
 template <int D>
 Outcome<ElementKinds> element_kinds(const QuadraticMesh<D>& mesh, const Column<float>& min_scaled_jacobian,
@@ -183,7 +183,7 @@ template Outcome<std::vector<FieldErrors>> field_errors<3>(const QuadraticMesh<3
 
 namespace {
 
-/// At all nodes, vertices first; what is known at the vertices alone is linear along edges.
+/// Values at all nodes, vertices first. Values known only at vertices are linear along edges.
 template <int D>
 Buffer<double> at_nodes(const QuadraticMesh<D>& mesh, std::span<const double> values, int degree) {
     const std::size_t vertices = mesh.linear.points.size();
@@ -261,7 +261,7 @@ Outcome<CycleError> error_of_solution(const AnyMesh& mesh, std::span<const Named
     return error_of(mesh, scalar->field.values, scalar->field.degree, exact, execution);
 }
 
-/// The L2 error of the interpolant that fields on a straight mesh let expect; none of a mesh of degree 2.
+/// L2 error of the interpolant, expected from fields on a straight mesh; none for degree 2.
 Outcome<std::optional<double>> error_expected_on(const AnyMesh& mesh, std::span<const NamedField> fields,
                                                  const std::vector<double>& weights, const Execution& execution) {
     return std::visit(
@@ -274,7 +274,7 @@ Outcome<std::optional<double>> error_expected_on(const AnyMesh& mesh, std::span<
         mesh);
 }
 
-/// Errors where the exact solution is known.
+/// Adds errors with respect to a known exact solution.
 Outcome<Done> add_true_errors(CycleRow& row, const AnyMesh& mesh, int degree, std::span<const NamedField> solved,
                               const std::string& exact, const Execution& execution) {
     const auto interpolated = error_of_interpolant(mesh, degree, exact, execution);

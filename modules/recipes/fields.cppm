@@ -14,22 +14,22 @@ import camber.core;
 import camber.interpolation;
 import camber.crossing;
 
-/// Descriptions of report fields. A struct of a report describes its members once, by a static function `fields(s, f)`
-/// that calls f(key, value, meaning, traits...) for each field of s; the JSON reports, the full tables and the
-/// reference of keys are derived from it.
+/// Descriptions of report fields. A report struct has one static function `fields(s, f)`, which calls f(key, value,
+/// meaning, traits...) for each field of s. The JSON reports, the full tables and the reference of keys are derived
+/// from it.
 export namespace camber::run {
 
-/// When a field appears in a report.
+/// Condition for a field to appear in a report.
 enum class Presence : unsigned char {
     always,
-    conditional,   ///< only where a condition holds
-    unless_empty,  ///< not where its value is the default one of its type: 0, false, an empty list or text
-    or_null,       ///< an optional value that is not there is null; of other fields the key is absent
-    of_volume,     ///< not of a standalone surface mesh
+    conditional,   ///< if a condition holds
+    unless_empty,  ///< unless the value is 0, false, an empty list or an empty text
+    or_null,       ///< an empty optional value is null; for other fields its key is absent
+    of_volume,     ///< not in reports of standalone surface meshes
 };
 
-/// One field of a report: its key, its meaning as a noun phrase, and its unit (empty: none). An empty key merges the
-/// fields of its value, or the items of a map, into those of the struct.
+/// A report field: key, meaning as a noun phrase, and unit (empty: none). An empty key merges the fields of the value,
+/// or the items of a map, into the struct.
 struct Field {
     std::string_view key, meaning = {}, unit_name = {};
     Presence presence = Presence::always;
@@ -41,7 +41,7 @@ struct Field {
     }
 };
 
-/// Traits of a field: functions that change its description.
+/// Traits: functions that change the description of a field.
 [[nodiscard]] constexpr auto unit(std::string_view name) {
     return [=](Field& f) { f.unit_name = name; };
 }
@@ -58,7 +58,6 @@ constexpr void unless_empty(Field& f) { f.presence = Presence::unless_empty; }
 constexpr void or_null(Field& f) { f.presence = Presence::or_null; }
 constexpr void of_volume(Field& f) { f.presence = Presence::of_volume; }
 
-/// The value, or none where the condition is false.
 template <class T>
 [[nodiscard]] std::optional<T> only_if(bool holds, T value) {
     return holds ? std::optional<T>(std::move(value)) : std::nullopt;
@@ -75,25 +74,24 @@ struct FieldVisitor {
         (traits(field), ...);
         visit(field, std::forward<T>(value));
     }
-    /// Fields of a member that stand among those of the struct.
+    /// Merges the fields of a member into those of the struct.
     template <class T, class... Traits>
     void merged(T&& value, Traits... traits) const {
         (*this)({}, std::forward<T>(value), {}, traits...);
     }
 };
 
-/// Fields of a struct of a lower module, which does not describe itself: a specialisation has `fields`.
+/// Describes a struct of a lower module by a specialisation with `fields`.
 template <class S>
 struct FieldsOf;
 
 template <class S>
 concept DescribesItself = requires(S& s, const FieldVisitor<int>& f) { S::fields(s, f); };
 
-/// A struct whose fields are described.
 template <class S>
 concept HasFields = DescribesItself<S> || requires(S& s, const FieldVisitor<int>& f) { FieldsOf<S>::fields(s, f); };
 
-/// visit(field, value) for each field of a struct, in the order in which it lists them; members can be changed.
+/// Calls visit(field, value) for each field of a struct, in order. The visitor may change members.
 template <class S, class Visit>
     requires HasFields<std::remove_const_t<S>>
 void each_field(S& s, const Visit& visit) {
@@ -104,21 +102,21 @@ void each_field(S& s, const Visit& visit) {
         FieldsOf<std::remove_const_t<S>>::fields(s, f);
 }
 
-/// The same of a struct with its defaults: to describe its type.
+/// Calls visit(field, value) for a struct with default values, to describe its type.
 template <HasFields S, class Visit>
 void each_field_of(const Visit& visit) {
     const S s{};
     each_field(s, visit);
 }
 
-/// The kind of mesh that a report is of: some fields are left out of reports of standalone surface meshes.
+/// Kind of the reported mesh. Reports of standalone surface meshes omit some fields.
 enum class Reported : unsigned char { volume, surface };
 
 template <class T>
 inline constexpr bool is_optional = false;
 template <class T>
 inline constexpr bool is_optional<std::optional<T>> = true;
-/// Values by names or by numbers.
+/// True for maps from names or numbers to values.
 template <class T>
 inline constexpr bool is_map = false;
 template <class T>
@@ -140,7 +138,7 @@ template <class T>
         return false;
 }
 
-/// visit(field, value) for each field that the report shows, merged ones in their place.
+/// Calls visit(field, value) for each field that the report shows, including merged fields.
 template <HasFields S, class Visit>
 void each_shown_field(const S& report, Reported of, const Visit& visit) {
     each_field(report, [&](const Field& field, const auto& value) {
@@ -215,7 +213,7 @@ struct FieldsOf<Volumes> {
     }
 };
 
-/// Errors of the compared mesh by those of the mesh as it is; none where one of them is 0 to rounding.
+/// Ratios of the errors of the compared mesh to those of the curved mesh; none where one of them is 0 to rounding.
 struct ErrorRatios {
     std::optional<double> l2, h1;
 

@@ -38,7 +38,7 @@ Outcome<AnalyticSurface<D>> make_surface(const config::Plane& plane) {
 
 template <int D>
 Outcome<AnalyticSurface<D>> make_surface(const config::Sphere& sphere) {
-    // Without a centre: the origin, in either dimension.
+    // An empty centre is the origin.
     auto centre = vec<D>(sphere.centre.empty() ? std::vector<double>(D, 0.0) : sphere.centre, "the sphere's centre");
     if (!centre) return fail(centre.error());
     return Sphere<D>{*centre, sphere.radius};
@@ -89,7 +89,8 @@ AnalyticGeometry<D> joined(std::span<const AnalyticGeometry<D>> entries) {
     return all;
 }
 
-/// The entry that makes a geometry unfit: the one that is refused so alone, else the one with which the first ones are.
+/// Index of the entry that causes the error: one that fails alone, else the first that fails together with those before
+/// it.
 template <int D>
 std::size_t unfit_entry(const LinearMesh<D>& mesh, std::span<const AnalyticGeometry<D>> entries, const Error& error,
                         const Execution& execution) {
@@ -107,7 +108,7 @@ double degrees(double radians) { return radians * 180 / std::numbers::pi; }
 
 template <int D>
 OffSurfacesReport off_surfaces(const LinearMesh<D>& mesh, const AnalyticGeometry<D>& geometry) {
-    constexpr double rounding = 1e-5;  // of the facet's size; files of four-byte reals have 1e-7
+    constexpr double rounding = 1e-5;  // relative to the facet; files with 4-byte reals have 1e-7
     std::vector<std::uint8_t> is_off(mesh.points.size(), 0);
     OffSurfacesReport report;
     for (std::size_t f = 0; f < mesh.facets.size(); ++f) {
@@ -213,7 +214,7 @@ Outcome<Surrogate<D>> boundary_of_straight(const LinearMesh<D>& mesh, const Feat
     return build_surrogate(mesh, *edges, *features, SurrogateOptions{}, part_of(execution, 0.4, 1));
 }
 
-/// With the mesh's own curves, where it has them.
+/// Surrogate of a mesh's boundary, with its curves if it has any.
 template <int D>
 Outcome<Surrogate<D>> boundary_of_curved(const QuadraticMesh<D>& mesh, const FeatureOptions<D>& features_by,
                                          const Execution& execution) {
@@ -254,11 +255,11 @@ Outcome<Done> check_references(const Surrogate<D>& surrogate, const LinearMesh<D
     return Done{};
 }
 
-/// True if a point lies between a straight facet of the geometry's mesh and the surface over it, as vertices do that
-/// went only a part of their way to the surface.
+/// True if a point lies between a straight facet of the geometry's mesh and the surface above it. Vertices that moved
+/// only a part of the way to the surface lie there.
 template <int D>
 bool is_below_surface(const Surrogate<D>& surrogate, const SurfacePoint<D>& foot, const Vec<D>& point) {
-    constexpr double slack = 1.1;  // the facet is not straight below the foot
+    constexpr double slack = 1.1;  // the straight facet is not exactly below the closest point
     if (!foot.facet.valid() || !foot.parameters) return false;
     Barycentric<D - 1> xi{};
     xi[0] = 1;
@@ -344,14 +345,14 @@ constexpr auto lattice = [] {
     return all;
 }();
 
-/// The lattice's point at α with one more in some places.
+/// Lattice point at α plus 1 in the listed components.
 template <int K>
 std::uint32_t point_at(MultiIndex<K> alpha, std::initializer_list<std::size_t> more) {
     for (const std::size_t i : more) ++alpha[i];
     return static_cast<std::uint32_t>(position<degree, K>(alpha));
 }
 
-/// The small facets between the points of a lattice, turned as the large one.
+/// Small facets of the lattice, oriented like the large facet.
 std::vector<std::array<std::uint32_t, 2>> small_facets_2d() {
     std::vector<std::array<std::uint32_t, 2>> all;
     all.reserve(degree);
@@ -379,7 +380,7 @@ auto small_facets() {
 Vec<2> normal_of(const std::array<Vec<2>, 2>& c) { return normalised(Vec<2>{{c[1][1] - c[0][1], c[0][0] - c[1][0]}}); }
 Vec<3> normal_of(const std::array<Vec<3>, 3>& c) { return normalised(cross(c[1] - c[0], c[2] - c[0])); }
 
-/// Points and normals over one facet.
+/// Samples points and normals of the surface over one facet.
 template <int D>
 void sample(const Geometry<D>& geometry, const FacetSite<D>& site, std::span<Vec<D>> points,
             std::span<Vec<D>> normals) {
@@ -392,7 +393,7 @@ void sample(const Geometry<D>& geometry, const FacetSite<D>& site, std::span<Vec
             for (std::size_t i = 0; i < D; ++i) points[n] += lattice<D>[n][i] * site.corners[i];
         }
         normals[n] = has_surface ? geometry->project(hint, points[n]).normal : own;
-        // A surface has its own side; shown is that of the facet.
+        // Normals are oriented like that of the facet.
         if (dot(normals[n], own) < 0) normals[n] = -normals[n];
     }
 }

@@ -62,14 +62,14 @@ constexpr std::array<QuantityInfo, quantity_count> infos{{
      "1 over the mean distortion: 1 unit, 0 folded, negative inverted", "elements", 10},
 }};
 
-/// m 10^k, the number that one reads: both are exact, so that their quotient is rounded once.
+/// Returns m · 10^k. Both operands are exact, so that the result is rounded once, as its decimal literal.
 double decimal(double m, int k) {
     double power = 1;
     for (int i = 0; i < std::abs(k); ++i) power *= 10;
     return k < 0 ? m / power : m * power;
 }
 
-/// These leads in each decade from 10^first to 10^last.
+/// Adds these leading digits in each decade from 10^first to 10^last.
 void add_decades(std::vector<double>& limits, int first, int last, std::initializer_list<double> leads) {
     for (int k = first; k < last; ++k)
         for (const double lead : leads) limits.push_back(decimal(lead, k));
@@ -97,7 +97,7 @@ std::vector<double> of_lengths() {
     return limits;
 }
 
-/// None at 0.01: elements that were relaxed down to the usual bound lie on either side of it, and belong together.
+/// There is no limit at 0.01: elements relaxed to the recommended bound lie on both sides of it and belong together.
 std::vector<double> of_jacobians() {
     std::vector<double> limits{-10, -1, -0.1, -0.01, -0.001, -1e-6, -1e-9, 0};
     add_decades(limits, -9, -3, {1});

@@ -29,7 +29,6 @@ namespace camber::run {
 
 namespace {
 
-/// Description of a kind of suspicious places.
 std::string_view text_of(GeometryWarning what) {
     switch (what) {
         case GeometryWarning::near_ridge: return "turns that are nearly ridges";
@@ -42,7 +41,7 @@ std::string_view text_of(GeometryWarning what) {
     return {};
 }
 
-/// A mesh of degree 2, its boundary listed where the file has none and it can be found.
+/// A quadratic mesh. Its boundary is determined if the file lists none.
 template <int D>
 struct QuadraticInput {
     QuadraticMesh<D> mesh;
@@ -68,7 +67,6 @@ Outcome<QuadraticInput<D>> quadratic_input(Mesh<D> mesh, const Execution& execut
     });
 }
 
-/// One inspection in D dimensions, step by step.
 template <int D>
 class Inspector {
   public:
@@ -185,7 +183,7 @@ class Inspector {
         return source_.cad ? compare_with_cad(part_of(execution, 0.8, 1)) : Done{};
     }
 
-    /// Which faces (in 2D edges) of the model patches are on, and facets that another one fits nearly as well.
+    /// Finds the model faces (2D: edges) of each patch, and facets that two faces fit almost equally well.
     Outcome<Done> compare_with_cad(const Execution& execution) {
         constexpr std::string_view entity = D == 2 ? "edge" : "face", facet = D == 2 ? "edge" : "triangle";
         const CadModel& model = *source_.cad;

@@ -38,7 +38,6 @@ struct InspectOptions {
     }
 };
 
-/// An edge or vertex of the boundary.
 struct HingeReport {
     std::vector<std::size_t> vertices;
     std::vector<double> point;
@@ -51,7 +50,7 @@ struct HingeReport {
     }
 };
 
-/// Edges of the boundary of one kind: the number of them, and the first.
+/// Boundary edges of one kind: their number, and the first of them.
 struct HingesReport {
     std::size_t count = 0;
     std::vector<HingeReport> first;
@@ -62,7 +61,7 @@ struct HingesReport {
     }
 };
 
-/// A place where something may be wrong.
+/// A suspicious place.
 struct PlaceReport {
     HingeReport at;
     double value = 0;
@@ -75,7 +74,7 @@ struct PlaceReport {
     }
 };
 
-/// Suspicious places of a kind: the number of them, and the worst.
+/// Suspicious places of one kind: their number, and the worst of them.
 struct PlacesReport {
     std::string text;
     std::size_t count = 0;
@@ -168,23 +167,22 @@ struct GeometryReport {
     }
 };
 
-/// Made beside the report.
+/// Surface mesh that is made in addition to the report.
 enum class InspectedSurface { none, lattice };
 
-/// Geometry that the boundary is compared with.
 struct ComparedGeometry {
     config::Geometry geometry = config::Surrogate{};
     GeometrySource source = {};
     InspectedSurface surface = InspectedSurface::none;
 };
 
-/// The report, and the mesh with the fields that show it: `patch`, `distance_to_geometry` and `distance_to_boundary`
-/// of facets, `node_kind` of nodes.
+/// The report, and the mesh with fields: `patch`, `distance_to_geometry` and `distance_to_boundary` on facets,
+/// `node_kind` on nodes.
 struct Inspected {
     GeometryReport report;
     AnyMesh mesh;
     MeshFields fields;
-    std::optional<SurfaceMesh> surface = {};  ///< where it is asked for
+    std::optional<SurfaceMesh> surface = {};  ///< if it is requested
 };
 [[nodiscard]] Outcome<Inspected> inspect_geometry(DecodedMesh mesh, const ComparedGeometry& geometry,
                                                   const InspectOptions& options, const StepWrapper& around);
@@ -214,7 +212,7 @@ struct MeshInfo {
     bool is_empty = false;
     std::size_t mid_nodes = 0;
     std::vector<std::pair<std::string, std::size_t>> unsupported_cells;
-    std::string split;  ///< a way to convert these
+    std::string split;  ///< advice for converting these cells
     std::vector<FieldInfo> mesh_fields;
     std::optional<int> written_in_dimension;
     std::optional<double> z;

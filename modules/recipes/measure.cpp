@@ -24,7 +24,7 @@ namespace camber::run {
 
 namespace {
 
-/// The mid nodes of the straight mesh.
+/// Mid nodes of the straight mesh.
 template <int D>
 Outcome<Buffer<LagrangeNode<D>>> chord_middles(const QuadraticMesh<D>& mesh, const Execution& execution) {
     return map_each(execution, mesh.edges.size(), [&](std::size_t e) {
@@ -33,7 +33,7 @@ Outcome<Buffer<LagrangeNode<D>>> chord_middles(const QuadraticMesh<D>& mesh, con
     });
 }
 
-/// The mesh with the places that it was given with: straight edges have their middles.
+/// The mesh at its input positions; nodes of straight edges are at their middles.
 template <int D>
 Outcome<QuadraticMesh<D>> as_in_input(QuadraticMesh<D> proposed_mesh, const State<D>& state,
                                       const Execution& execution) {
@@ -72,7 +72,7 @@ Outcome<Done> measure_distances(const QuadraticMesh<D>& proposed_mesh, const Sta
     return Done{};
 }
 
-/// Both ways and by entity, as it is in the end.
+/// Measures distances of the final mesh in both directions and by entity.
 template <int D>
 Outcome<Done> measure_both_ways(const Quadratic<D>& end, const Runner<D>& run, BoundaryReport& report,
                                 const Execution& execution) {
@@ -89,7 +89,7 @@ Outcome<Done> measure_both_ways(const Quadratic<D>& end, const Runner<D>& run, B
     return Done{};
 }
 
-/// Number of pairs that cross in the input; passes have counted them before they changed it.
+/// Number of crossing pairs in the input. Passes count them before they change the mesh.
 template <int D>
 Outcome<std::size_t> crossings_of_input(const QuadraticMesh<D>& proposed_mesh, const State<D>& state,
                                         const Execution& execution) {
@@ -99,7 +99,7 @@ Outcome<std::size_t> crossings_of_input(const QuadraticMesh<D>& proposed_mesh, c
     return find_crossings(*specified, execution).map([](const Crossings& found) { return found.crossing; });
 }
 
-/// Walls that pass through each other in the end.
+/// Reports facets of the final mesh that cross.
 template <int D>
 Outcome<WallsReport> measure_walls(const QuadraticMesh<D>& proposed_mesh, const Crossings& found, const State<D>& state,
                                    const Execution& execution) {
@@ -116,7 +116,7 @@ Outcome<WallsReport> measure_walls(const QuadraticMesh<D>& proposed_mesh, const 
     return report;
 }
 
-/// The same of a straight mesh that passes have made; none of another.
+/// The same for a straight mesh; none unless passes made it.
 template <int D>
 std::optional<WallsReport> measure_walls(const LinearMesh<D>& mesh, const Crossings& found, const State<D>& state) {
     if (!state.crossings_of_input || state.rows) return std::nullopt;
@@ -134,7 +134,7 @@ struct Shares {
     double distances = 0, lengths = 0, all = 0;
 };
 
-/// Lengths of all edges of a standalone surface mesh in the end.
+/// Final lengths of all edges of a standalone surface mesh.
 template <int D>
 Outcome<EdgeLengths> surface_lengths(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal,
                                      const CurvingTarget<D>& target, const BackMesh<D>& field,
@@ -144,17 +144,18 @@ Outcome<EdgeLengths> surface_lengths(const QuadraticMesh<D>& mesh, const Proposa
     return edge_lengths({mesh.edges, target.shells}, all, field, measured_edges, execution);
 }
 
-/// Lengths after correction, against the chords as they are then, for the fields; the rest for the report.
+/// Final measurements. `lengths`, for output fields: after correction, relative to the corrected chords.
 template <int D>
 struct Measured {
     std::optional<EdgeLengths> lengths = {};
     std::optional<EdgeReport> edges = {};                    ///< after correction
-    std::optional<EdgeReport> edges_in_straight_field = {};  ///< the same where the back mesh is curved
+    std::optional<EdgeReport> edges_in_straight_field = {};  ///< the same in the field of the straight mesh, if the
+                                                             ///< back mesh is curved
     BoundaryReport boundary = {};
     std::vector<Histogram> histograms = {};
     std::optional<Crossings> crossings = {};  ///< if they were searched for
 };
-/// The metric of the straight mesh, where the field is another.
+/// Metric of the straight mesh, if the field is another one.
 template <int D>
 using StraightMetric = std::optional<Column<LogMetric<D>>>;
 
@@ -217,8 +218,7 @@ Outcome<Measured<D>> measure_end(const Quadratic<D>& end, const Runner<D>& run, 
     return measured;
 }
 
-/// Elements that overlap in the end. `crossings`: those of the mesh; those of a quadratic one are found where they are
-/// not given.
+/// Elements that overlap in the final mesh. `crossings`: of the mesh; if empty, those of a quadratic mesh are computed.
 template <int D>
 Outcome<OverlappingReport> measure_overlaps(const State<D>& state, const std::optional<Crossings>& crossings,
                                             const Execution& execution) {
@@ -243,15 +243,14 @@ Outcome<OverlappingReport> measure_overlaps(const State<D>& state, const std::op
     return report;
 }
 
-/// The boundary of the result.
 template <int D>
 struct EndBoundary {
     QuadraticMesh<D> mesh;
-    Column<EdgeKind> kinds;  ///< those of the plan, by which required nodes are fixed
+    Column<EdgeKind> kinds;  ///< kinds in the plan, which define fixed nodes
     Features<D> features;
     Geometry<D> geometry;
-    bool is_planned = false;                 ///< by a stage after the passes, or without any
-    Column<LagrangeNode<D>> own_nodes = {};  ///< those of a curved input
+    bool is_planned = false;                 ///< true: a stage after the passes placed nodes, or there were no passes
+    Column<LagrangeNode<D>> own_nodes = {};  ///< nodes of a curved input
 };
 template <int D>
 Outcome<std::optional<EndBoundary<D>>> end_boundary(const State<D>& state, const Execution& execution) {
@@ -278,7 +277,6 @@ Outcome<std::optional<EndBoundary<D>>> end_boundary(const State<D>& state, const
         EndBoundary<D>{std::move(*mesh), std::move(kinds), std::move(*features), state.inherited->geometry});
 }
 
-/// Measures the deviation of the boundary's nodes and vertices from the geometry.
 template <int D>
 Outcome<Done> measure_deviation(const EndBoundary<D>& end, const BoundaryTolerance& tolerance, BoundaryReport& report,
                                 const Execution& execution) {
@@ -297,7 +295,7 @@ Outcome<Done> measure_deviation(const EndBoundary<D>& end, const BoundaryToleran
     return Done{};
 }
 
-/// Measures the boundary against its geometry and against the distances that the run requires.
+/// Measures the boundary against its geometry and the required distances.
 template <int D>
 Outcome<Done> measure_boundary(const Runner<D>& run, BoundaryReport& report, const Execution& execution) {
     const auto [bounds, are_required] = bounded_distances(run);
@@ -325,7 +323,6 @@ Outcome<Done> measure_boundary(const Runner<D>& run, BoundaryReport& report, con
     return Done{};
 }
 
-/// Measures the result of a run.
 template <int D>
 Outcome<Measured<D>> measured_result(Runner<D>& run, const Execution& e) {
     const auto* const end = std::get_if<Quadratic<D>>(&run.state.mesh);
@@ -374,7 +371,7 @@ Outcome<std::optional<EdgeLengths>> measure(Runner<D>& run) {
 
 namespace {
 
-/// The values of the volume edges, and of those whose lengths are known.
+/// Values of volume edges; below, values of edges with known lengths.
 std::vector<double> of_volume(std::span<const double> values, const Column<EdgeKind>& kinds) {
     std::vector<double> selected;
     selected.reserve(values.size());
@@ -389,7 +386,7 @@ std::vector<double> of_measured(std::span<const double> values, const Column<dou
     return selected;
 }
 
-/// Series that are to be counted: each is a loop of its own, so that all of them go side by side.
+/// Series to count. Each is an independent loop, and all of them run in parallel.
 class Counting {
   public:
     void add(Quantity quantity, std::string name, std::function<std::vector<double>()> values) {
@@ -487,7 +484,7 @@ EdgeReport edge_report(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal
 
 namespace {
 
-/// Standalone surface mesh: all edges, which become no shorter, since they follow the surface.
+/// Standalone surface mesh: counts all edges. They follow the surface, so there are no length reductions.
 template <int D>
 void count_surface_edges(Counting& counting, const QuadraticMesh<D>& mesh, const Curved<D>& curved,
                          const Proposal<D>& in_the_end, const EdgeLengths& lengths) {
@@ -504,7 +501,7 @@ void count_surface_edges(Counting& counting, const QuadraticMesh<D>& mesh, const
     bent("after", in_the_end);
 }
 
-/// The counting refers to its arguments until it runs.
+/// The arguments must outlive `counting`.
 template <int D>
 void count_edges(Counting& counting, const QuadraticMesh<D>& mesh, const Curved<D>& curved,
                  const Proposal<D>& in_the_end, const EdgeLengths& lengths) {
@@ -531,7 +528,7 @@ void count_edges(Counting& counting, const QuadraticMesh<D>& mesh, const Curved<
     bent("after", in_the_end);
 }
 
-/// The verdicts before any correction; null when nothing was judged.
+/// Verdicts before any correction; null: not validated.
 template <int D>
 const Validation<D>* first_of(const History<D>& history) {
     if (const auto* corrected = std::get_if<Corrected<D>>(&history)) return &corrected->before;

@@ -20,7 +20,7 @@ import :values;
 
 export namespace camber::run {
 
-/// Quantity of a histogram; its bins never change, so that runs can be compared.
+/// Quantity of a histogram. Its bins never change, so that runs can be compared.
 enum class Quantity : std::uint8_t {
     length_reduction,
     length,
@@ -34,40 +34,40 @@ enum class Quantity : std::uint8_t {
 };
 inline constexpr std::size_t quantity_count = 9;
 inline constexpr std::size_t run_quantity_count =
-    4;  ///< those of runs, the first; the others are of meshes that are checked
+    4;  ///< the first ones are of runs, the others of checked meshes
 
 struct QuantityInfo {
     Quantity quantity;
     std::string_view key;     ///< in report.json
     std::string_view title;   ///< of a plot
-    std::string_view axis;    ///< what the numbers are, with their unit
-    std::string_view things;  ///< what is counted
-    int base;                 ///< limits at its whole powers are numbered first on an axis
+    std::string_view axis;    ///< meaning and unit of the values
+    std::string_view things;  ///< counted entities
+    int base;                 ///< an axis numbers limits at integer powers of it first
 };
 [[nodiscard]] const QuantityInfo& info(Quantity quantity);
 
-/// The limits of a quantity's bins, rising and finer towards the tails, by decades where values span them:
-/// - length_reduction: −0.1, −0.01, −0.001, 0, 1e-5, 1e-4, then 1, 1.5, 2, 3, 5, 7 a decade from 0.001 to 100;
+/// Limits of a quantity's bins, ascending and finer towards the tails:
+/// - length_reduction: −0.1, −0.01, −0.001, 0, 1e-5, 1e-4, then 1, 1.5, 2, 3, 5, 7 per decade from 0.001 to 100;
 /// - length in the metric: 2^-10 … 2^10 by octaves, by quarters of them from 2^-3 to 2^3;
-/// - curvature: 0, then 1, 1.5, 2, 3, 5, 7 a decade from 0.001 to 10;
+/// - curvature: 0, then 1, 1.5, 2, 3, 5, 7 per decade from 0.001 to 10;
 /// - scaled Jacobian and quality: −10, −1, −0.1, −0.01, −0.001, −1e-6, −1e-9, 0, then 1e-9 … 0.001 by decades,
 ///   0.005, 0.02, and 0.05, 0.1 … 1.
 [[nodiscard]] std::vector<double> limits_of(Quantity quantity);
 
-/// Extremes of the open bins at the ends.
+/// Smallest and largest value, for the open bins at the ends.
 struct Extremes {
     double least = 0, greatest = 0;
     friend bool operator==(const Extremes&, const Extremes&) = default;
 };
 
-/// The counts of one state of the mesh. There is one more than there are limits: below the first limit, from each
-/// limit (included) to the next, and from the last up; so −∞ counts in the first and ∞ in the last. NaN counts in none
-/// of them: with `not_numbers` the counts sum to the number of values.
+/// Counts for one state of the mesh: below the first limit, from each limit (included) to the next, and from the last
+/// limit up. −∞ is in the first bin and ∞ in the last. NaN is only in `not_numbers`, so that all counts sum to the
+/// number of values.
 struct Series {
     std::string name;  ///< "straight", "before", "after" (correction), "count"
     std::vector<std::size_t> counts;
-    double mean = 0;                   ///< of the finite values; 0 without any
-    std::optional<Extremes> extremes;  ///< of the finite values, if there are any
+    double mean = 0;                   ///< of the finite values; 0: none
+    std::optional<Extremes> extremes;
     std::size_t not_numbers = 0;
     friend bool operator==(const Series&, const Series&) = default;
 };
@@ -145,7 +145,7 @@ struct DistancesReport {
     }
 };
 
-/// Entities are called as the geometry calls them, and it by the config.
+/// Entities have the names of their geometry, which is named as in the config.
 template <int D>
 [[nodiscard]] DistancesReport distances_report(const GeometryDistances<D>& distances, const Geometry<D>& geometry,
                                                const config::Geometry& config);
@@ -192,7 +192,7 @@ struct SolutionMetricReport {
     }
 };
 
-/// Integral of a field over its materials and components.
+/// Integrals of a field, one per material and component.
 struct IntegralReport {
     double largest = 0, largest_change = 0;
 
@@ -204,7 +204,7 @@ struct IntegralReport {
 
 struct TransferReport {
     TransferMethod method = TransferMethod::interpolate;
-    std::vector<std::string> names;  ///< of the fields
+    std::vector<std::string> names;
     TransferStatistics statistics;
 
     [[nodiscard]] std::vector<std::pair<std::string, IntegralReport>> integrals() const;
@@ -232,12 +232,11 @@ struct TransferReport {
 
 // ---------------------------------------------------------------- memory
 
-/// Largest resident memory of a run (elevate, curve, validate, relax, commit) on a mesh of that size, in bytes: what
-/// the program itself takes, and so much a vertex and an element. Fitted to the peaks that report.json gave where walls
-/// are curved and the field goes along with them: shells with layers of 2.7·10⁵, 10⁶ and 5·10⁶ tetrahedra, annuli of
-/// 3·10⁵ and 3·10⁶ triangles. Off by −7 % to +7 % there; the objective `shape` takes a tenth to a fifth less, a run
-/// where no wall moves a fifth. Saturates instead of overflowing. A mesh to be generated, or fields in a VTU
-/// file, come on top.
+/// Estimated peak resident memory (bytes) of a run (elevate, curve, validate, relax, commit): a constant, plus an
+/// amount per vertex and per element. It is fitted to peaks of runs with curved walls and a field that moves with them:
+/// shells with layers of 2.7·10⁵, 10⁶ and 5·10⁶ tetrahedra, annuli of 3·10⁵ and 3·10⁶ triangles. Its errors there are
+/// −7 % to +7 %. The objective `shape` needs 10 to 20 % less, a run without moving walls 20 % less. The result
+/// saturates. Mesh generation, and fields in a VTU file, need additional memory.
 [[nodiscard]] constexpr std::size_t estimated_peak_bytes(std::size_t vertices, std::size_t elements, int dimension) {
     const double program = 10.5e6;
     const double a_vertex = dimension == 2 ? 300 : 1000;
@@ -248,28 +247,28 @@ struct TransferReport {
     return static_cast<std::size_t>(bytes < most ? bytes : most);
 }
 
-/// The memory that there is for a run, and who says so.
+/// Memory available for a run, and the source of the limit.
 struct AvailableMemory {
     std::size_t bytes = std::numeric_limits<std::size_t>::max();
     std::string source;
 };
 
-/// Size of the mesh that passes make, and its largest resident memory (bytes).
+/// Expected number of elements after passes, and peak resident memory (bytes).
 struct Growth {
-    double elements = 0;  ///< that the metric asks for
+    double elements = 0;  ///< by the metric
     std::size_t peak_bytes = 0;
 };
 
 inline constexpr double bytes_of_program = 13e6;
-/// Memory of an element while the mesh that passes changed is compacted.
+/// Bytes per element while a changed mesh is compacted.
 [[nodiscard]] constexpr double bytes_of_element(int dimension, int degree) {
     return (dimension == 2 ? 347 : 263) * (degree == 2 ? 1.7 : 1);
 }
 
-/// `complexity`: ∫ sqrt(det M) over the mesh. A mesh whose edges end below √2 has some 11.5 tetrahedra, 2.5 triangles
-/// for each unit of it, as meshes came out; shorter edges so many times more. Memory is at its peak where the changed
-/// mesh is made one as any other: 256 and 263 bytes a tetrahedron (10^5 and 3·10^5 of them, one thread), 347 a triangle
-/// (1.2·10^5), 450 a tetrahedron of degree 2 (7·10^4).
+/// `complexity`: ∫ sqrt(det M) over the mesh. Meshes with edges up to √2 had about 11.5 tetrahedra or 2.5 triangles per
+/// unit of it; shorter edges give proportionally more. Memory peaks while the changed mesh is compacted: 256 and 263
+/// bytes per tetrahedron (10^5 and 3·10^5, one thread), 347 per triangle (1.2·10^5), 450 per quadratic tetrahedron
+/// (7·10^4).
 [[nodiscard]] inline Growth expected_growth(double complexity, double longest_edge, std::size_t elements_before,
                                             int dimension, int degree) {
     const double refined = pow(std::sqrt(2.0) / longest_edge, dimension);
@@ -280,7 +279,6 @@ inline constexpr double bytes_of_program = 13e6;
     return {elements, static_cast<std::size_t>(bytes < most ? bytes : most)};
 }
 
-/// Number of elements that passes may make within a memory limit.
 [[nodiscard]] inline std::size_t max_elements_within(std::size_t bytes, int dimension, int degree) {
     const double room = static_cast<double>(bytes) - bytes_of_program;
     return room > 0 ? static_cast<std::size_t>(room / bytes_of_element(dimension, degree)) : 0;
@@ -288,19 +286,19 @@ inline constexpr double bytes_of_program = 13e6;
 
 // ---------------------------------------------------------------- numbers of a file
 
-// All reports have one numbering: a vertex has the number of its file (of Gmsh's the tag), an element its place among
-// the file's, from 1; a tag that differs from it stands beside.
+// Reports number a vertex as the file does (Gmsh: by its tag), and an element by its position in the file, from 1. A
+// different tag is reported, too.
 
 struct FileNumbers {
     Column<std::uint32_t> nodes = {};  ///< DecodedMesh::node_numbers
     FileTags tags = {};
 
-    /// Number of a vertex, or of one of the nodes that follow them.
+    /// Number of a vertex, or of a mid node, which follow the vertices.
     [[nodiscard]] std::size_t operator()(std::size_t node) const {
         if (!nodes.empty()) return nodes[node];
         return node < tags.vertices.size() ? tags.vertices[node] : node + 1;
     }
-    /// Tag of a simplex of a dimension, by its place from 1; 0: it has none beside its place.
+    /// Tag of a simplex at a position from 1; 0: it has none, or it is the position.
     [[nodiscard]] std::uint64_t tag(int dimension, std::size_t place) const {
         const auto& all = tags.simplices[static_cast<std::size_t>(dimension)];
         return place > 0 && place <= all.size() ? all[place - 1] : 0;
@@ -310,9 +308,9 @@ struct FileNumbers {
 /// "71", "71 (tag 323)".
 [[nodiscard]] std::string called(std::size_t place, std::uint64_t tag);
 
-/// Names of references, by the dimension of what has them.
+/// Names of references by dimension.
 using Groups = std::vector<Group>;
-/// Empty where it has none.
+/// Empty: no name.
 [[nodiscard]] std::string name_in(const Groups& groups, int dimension, Reference reference);
 /// "3", "3 wall".
 [[nodiscard]] std::string called(const Groups& groups, int dimension, Reference reference);
@@ -322,11 +320,11 @@ using Groups = std::vector<Group>;
 
 // ---------------------------------------------------------------- order of stages
 
-/// Content of a run's state, as far as the order of its stages goes; each has more than the one before.
+/// Content of a run's state, for the order of stages. Each value includes the one before.
 enum class RunContent : std::uint8_t {
     straight_mesh,
     curved_mesh,    ///< of degree 2
-    planned_nodes,  ///< and places for its nodes; a mesh that was read with its curves begins so: its own nodes
+    planned_nodes,  ///< with a plan for its nodes; a curved input starts with its own nodes as plan
 };
 
 /// Effect of a stage on planned positions that are not committed.
@@ -334,19 +332,19 @@ enum class Places : std::uint8_t {
     preserves,
     plans,  ///< makes or changes them
     commits,
-    refuses  ///< changes the mesh itself: there must be none
+    refuses  ///< changes the mesh; no plan may exist
 };
 
-/// A stage of the pipeline: it runs where the run holds from `least` to `most`.
+/// A stage of the pipeline. It runs on states from `least` to `most`.
 template <class Options>
 struct Step {
     std::string_view name;
     RunContent least = RunContent::straight_mesh, most = RunContent::planned_nodes;
-    std::optional<RunContent> result_content = {};  ///< none: holds what it held
+    std::optional<RunContent> result_content = {};  ///< none: no change
     Places places = Places::preserves;
 };
 
-/// One row for each alternative of config::Stage; forgotten, it does not compile.
+/// One row for each alternative of config::Stage; a missing row does not compile.
 inline constexpr std::tuple step_table{
     Step<config::Elevate>{"elevate", RunContent::straight_mesh, RunContent::straight_mesh, RunContent::curved_mesh},
     Step<config::Curve>{"curve", RunContent::curved_mesh, RunContent::planned_nodes, RunContent::planned_nodes,
@@ -370,9 +368,8 @@ template <class Options>
     return std::get<Step<Options>>(step_table).places == Places::refuses;
 }
 
-/// Checks that these stages can run one after the other on a mesh of that degree. Errors name the
-/// stage's JSON path: usage (a stage that must come before it is missing, or one is there that must not), or without
-/// the path input (the mesh is of degree 1, or of degree 2, and its stages take it as it is).
+/// Checks that stages can run in this order on a mesh of this degree. Errors: usage with the stage's JSON path (an
+/// earlier stage is missing or not allowed), or input without a path (the stages do not accept the degree of the mesh).
 [[nodiscard]] Outcome<Done> check_order(std::span<const config::Stage> stages, int degree);
 
 }  // namespace camber::run

@@ -28,7 +28,7 @@ namespace camber::run {
 
 namespace {
 
-/// A field as the config has it, with vectors of the mesh's dimension.
+/// Converts a field of the config to vectors of the mesh's dimension.
 template <int D, class Field>
 Outcome<AnalyticField<D>> of_dimension(const Field& field) {
     return AnalyticField<D>(field);
@@ -48,7 +48,7 @@ Outcome<AnalyticField<D>> of_dimension(const config::SphericalShock& s) {
     return AnalyticField<D>(SphericalShock<D>{*centre, s.radius, s.min_size, s.size, s.width});
 }
 
-/// The geometry's unit normals at the corners of the facets; zero where a facet has no surface.
+/// Unit normals of the geometry at the corners of the facets; zero: the facet has no surface.
 template <int D>
 Outcome<Buffer<std::array<Vec<D>, D>>> normals_of(const Geometry<D>& geometry, const LinearMesh<D>& mesh,
                                                   const Execution& execution) {
@@ -57,8 +57,7 @@ Outcome<Buffer<std::array<Vec<D>, D>>> normals_of(const Geometry<D>& geometry, c
     });
 }
 
-/// The unit normal at each corner of each facet: of the surface that the facet lies on, else of a surrogate that is
-/// made for its normals.
+/// Unit normal at each corner of each facet: of the facet's surface, else of a surrogate made for this.
 template <int D>
 Outcome<Buffer<std::array<Vec<D>, D>>> corner_normals(const MetricInput<D>& input, const Execution& execution) {
     const LinearMesh<D>& mesh = input.mesh;
@@ -78,7 +77,7 @@ Outcome<Buffer<std::array<Vec<D>, D>>> corner_normals(const MetricInput<D>& inpu
     return normals;
 }
 
-/// The normals at each vertex, one a smooth side: those of its facets, without repetition.
+/// Normals at each vertex: one for each smooth side, without repetition.
 template <int D>
 Outcome<VertexNormals<D>> boundary_normals(const MetricInput<D>& input, const Execution& execution) {
     const auto normals = corner_normals(input, part_of(execution, 0, 0.8));
@@ -105,7 +104,7 @@ Outcome<VertexNormals<D>> boundary_normals(const MetricInput<D>& input, const Ex
     return VertexNormals<D>{Column<std::uint32_t>(std::move(offsets)), Column<Vec<D>>(std::move(items))};
 }
 
-/// An operation's effect on a field; what the report says of it goes into the field's part.
+/// Applies an operation to a field, and adds to the field's report.
 template <int D>
 struct Operation {
     SourcedMetric<D>& field;
@@ -142,7 +141,7 @@ struct Operation {
     }
 };
 
-/// One operation. Those that set sizes may set them out of range.
+/// Applies one operation. Operations that set sizes may set them out of range.
 template <int D>
 Outcome<Column<LogMetric<D>>> after(SourcedMetric<D>& field, const MetricInput<D>& input,
                                     const config::MetricOperation& operation, const Execution& execution) {
@@ -202,8 +201,8 @@ Outcome<SourcedMetric<D>> apply_operations(SourcedMetric<D> field, const MetricI
 
 namespace {
 
-/// Rows of the mesh's vertices and edges in the file, from 1; 0: none. Empty where there is another number of
-/// rows than the file has nodes.
+/// Rows in the file of the mesh's vertices and edges, from 1; 0: none. Empty if the file has another number of rows
+/// than nodes.
 template <int D>
 std::vector<std::uint32_t> rows_of_nodes(const Mesh<D>& mesh, const Column<std::uint32_t>& numbers, std::size_t rows) {
     const std::size_t nodes = count_nodes(mesh);
@@ -238,7 +237,7 @@ RowsByNodes sorted(Solution solution, const Mesh<D>& mesh, const Column<std::uin
     return {std::move(solution), true};
 }
 
-/// Vertices first, then edges.
+/// Splits values into those of vertices and those of edges, which follow.
 template <int D>
 NodalLogs<D> split(const Column<LogMetric<D>>& logs, std::size_t vertices) {
     const auto middle = logs.begin() + static_cast<std::ptrdiff_t>(vertices);
@@ -334,23 +333,23 @@ Vec<D> place_of(const Location<D>& at, const QuadraticMesh<D>& mesh) {
     return place;
 }
 
-/// Points that are outside the mesh of a metric, and how far one is.
+/// Points outside the mesh of a metric, and the largest distance.
 struct Outside {
     std::size_t points = 0;
     double farthest = 0;
-    std::size_t first = 0;  ///< the farthest
+    std::size_t first = 0;  ///< number of the farthest point, from 1
 };
 Outside joined(const Outside& a, const Outside& b) {
     const Outside& farther = b.farthest > a.farthest ? b : a;
     return {a.points + b.points, farther.farthest, farther.first};
 }
 
-/// A metric takes the values of the nearest point for what is outside of its mesh. That is meant for walls that are
-/// not quite the same; a mesh in another place, or another unit, gets a metric that has nothing to do with it.
+/// Points outside the mesh of a metric take the values of its nearest point. This suits walls that differ slightly. A
+/// mesh in another place or unit would get a meaningless metric, so it is rejected.
 template <int D, class Mesh>
 Outcome<Done> check_place(const MetricFile& file, const Mesh& mesh, const Column<Vec<D>>& input_points,
                           FileField<D>& field, const Execution& execution) {
-    constexpr double refused = 0.1, noted = 1e-3;  // of the mesh's size
+    constexpr double refused = 0.1, noted = 1e-3;  // relative to the mesh's size
     Box<D> box;
     for (const Vec<D>& p : input_points) box.include(p);
     const double size = box.diagonal();
@@ -417,7 +416,7 @@ Outcome<SourcedMetric<D>> sampled_file(const MetricFile& file, const Column<Vec<
 
 namespace {
 
-/// The metric that a mesh was remeshed by, at its vertices: the operations are done.
+/// Metric at the vertices of a remeshed mesh; its operations are already applied.
 template <int D>
 SourcedMetric<D> inherited_metric(const Inherited<D>& inherited) {
     return {inherited.log_metrics,
@@ -457,7 +456,7 @@ Outcome<SourcedMetric<D>> field_of(const MetricInput<D>& input, const config::Pi
     return with_extent(input.mesh, std::move(*result), part_of(execution, 0.5, 1));
 }
 
-/// True if the config requests the mesh's own metric, which differs where the mesh has curves.
+/// True if the config uses the mesh-implied metric, which differs on a curved mesh.
 template <int D>
 bool uses_natural_metric(const MetricInput<D>& input, const config::Pipeline& config) {
     if (input.inherited) return false;
@@ -469,7 +468,7 @@ bool uses_natural_metric(const MetricInput<D>& input, const config::Pipeline& co
            });
 }
 
-/// The file whose field is asked where it lies, and not at the vertices first: nothing is done to it.
+/// Metric file to sample on its own mesh, not at the vertices first; null if operations change the metric.
 template <int D>
 const MetricFile* whole_field(const Runner<D>& run) {
     if (run.state.inherited || !run.config.metric_operations.empty()) return nullptr;
@@ -487,7 +486,7 @@ MetricSource<D> field_of_whole(const MetricFile& file, const Column<Vec<D>>& inp
     }};
 }
 
-/// Told of once: a second one is of the same mesh with straight edges.
+/// Reports the metric only once: a second call is for the same mesh with straight edges.
 template <int D>
 MetricSource<D> at_vertices(const Runner<D>& run, const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
                             const Boundary<D>& boundary, MetricReports& metric_report) {
@@ -514,7 +513,6 @@ MetricSource<D> at_vertices(const Runner<D>& run, const LinearMesh<D>& mesh, con
         }};
 }
 
-/// The metric of a goal, with its report.
 template <int D>
 MetricSource<D> metric_of_goal(const MetricSource<D>& metric, const LinearMesh<D>& mesh, MetricReports& metric_report) {
     MetricReport report;
@@ -570,7 +568,7 @@ MetricSource<D> metric_for_curving(const Runner<D>& run, const QuadraticMesh<D>&
                                    MetricReports& metric_report) {
     if (run.sources.goal != nullptr && !run.state.inherited)
         return metric_of_goal(run.sources.goal->metric, mesh.linear, metric_report);
-    // Hints are the mesh's own elements: another one's field is read at the vertices.
+    // Search hints are elements of this mesh, so a field on another mesh is read at the vertices.
     const MetricFile* const file = whole_field(run);
     const bool is_of_input = file && file->mesh->of == MetricMesh::Of::input;
     return is_of_input ? field_of_whole<D>(*file, mesh.linear.points, metric_report)

@@ -1,4 +1,4 @@
-// Causes for which a result is not the requested one
+// Reasons why a result is not the requested one
 module;
 #include <algorithm>
 #include <cmath>
@@ -73,7 +73,7 @@ std::string listed(const std::vector<std::size_t>& elements) {
     return text;
 }
 
-/// Returns options that make the remaining elements valid, as far as they are known; else nothing.
+/// Options that make the remaining elements valid, if some are known; else empty.
 std::string remedies_of_elements(const Report& r) {
     if (!r.input_boundary || r.remaining.empty()) return {};
     std::vector<std::string> ways;
@@ -107,7 +107,7 @@ std::string elements_missed(const Report& r) {
     if (below > 0 && !r.elements_below_bound.empty())
         line += fmt::format("; below {:g}: ", r.validity->bound) + listed(r.elements_below_bound);
     if (const std::string help = remedies_of_elements(r); !help.empty()) line += "; what would help: " + help;
-    if (straight > 0 && !r.remesh)  // what passes leave inverted when straight is no fault
+    if (straight > 0 && !r.remesh)  // passes may leave elements inverted when straight
         line += fmt::format(" ({} flat or inverted before it was curved: mend the straight mesh)", straight);
     return line;
 }
@@ -126,7 +126,7 @@ std::string deviation_missed(const DeviationReport& d, std::string_view entities
         d.off, d.measured, entities, d.off == 1 ? "is" : "are", d.tolerance, d.largest, place_of(d), d.share);
 }
 
-/// Causes for which nodes of the boundary are off.
+/// Reasons why boundary nodes are off the geometry.
 struct NodeCauses {
     std::size_t relaxed = 0;     ///< boundary edges whose nodes repair moved
     bool is_uncrossed = false;   ///< nodes were moved back until no boundary facets crossed
@@ -149,12 +149,11 @@ NodeCauses causes_of(const Report& r) {
     if (r.relax) causes.relaxed = r.relax->relaxed_surface_edges, causes.unresolved = r.relax->unresolved;
     if (const auto& walls = r.boundary->walls; walls && walls->relaxed) {
         causes.is_uncrossed = true;
-        causes.relaxed -= std::min(causes.relaxed, walls->relaxed->nodes);  // counted among the relaxed ones too
+        causes.relaxed -= std::min(causes.relaxed, walls->relaxed->nodes);  // they are counted as relaxed, too
     }
     return causes;
 }
 
-/// True if the boundary has a prescribed geometry, on which its nodes may slide.
 bool slides_on_geometry(const Report& r) {
     return r.origin && (r.origin->geometry == "cad" || r.origin->geometry == "analytic");
 }
@@ -221,7 +220,7 @@ std::string invalid_text(const CheckReport& r) {
     return text + "; `camber repair` mends such, with `--cad MODEL` where the boundary alone makes them so";
 }
 
-/// Faults of a mesh, the gravest first.
+/// Defects of a mesh, the most severe first.
 std::vector<std::string> failed_checks(const CheckReport& r) {
     std::vector<std::string> all;
     if (r.soundness.empty) return {"the mesh is empty"};

@@ -55,7 +55,7 @@ bool changes_mesh(const config::Stage& stage) {
 struct RowTag;
 using RowId = Id<RowTag>;
 
-/// Rows of several kinds of entities, one kind after the other: of each row the one that it was.
+/// Original row of each row, for entities of several kinds whose rows follow each other.
 class RowsBefore {
   public:
     template <class EntityId>
@@ -113,7 +113,7 @@ Outcome<Done> renumber_rows(Solution& solution, const Column<VertexId>& before, 
     return Done{};
 }
 
-/// Original edges of a mesh that comes out; none in degree 1.
+/// Renumbers a result mesh and returns its original edges; none for degree 1.
 template <int D>
 Outcome<Column<EdgeId>> renumber(Mesh<D>& mesh, const Renumbering& order, const Execution& execution) {
     if (mesh.degree == 1) {
@@ -130,7 +130,7 @@ Outcome<Column<EdgeId>> renumber(Mesh<D>& mesh, const Renumbering& order, const 
     return std::move(result->edges);
 }
 
-/// An entity from 1 as it was; 0, which is none, stays.
+/// Original number (from 1) of an entity; 0 (none) is unchanged.
 template <class EntityId>
 std::size_t input_number(std::size_t number, const Permutation<EntityId>& order) {
     return number == 0 ? 0 : order.before[number - 1].index() + 1;
@@ -196,7 +196,7 @@ template <int D>
 Error in_input_order(Error error, const Renumbering& order) {
     if (!error.entity) return error;
     auto& [kind, number] = *error.entity;
-    if (kind.ends_with("vertex"))  // "metric at vertex" too
+    if (kind.ends_with("vertex"))  // also "metric at vertex"
         number = input_number(number, order.vertices);
     else if (kind == simplex_name<D>)
         number = input_number(number, order.elements);

@@ -130,7 +130,7 @@ namespace {
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
-/// A value an edge, and at each vertex the mean of the edges that count.
+/// Field with one value per edge. A vertex has the mean of its edges for which `counts` is true.
 template <int D>
 MeshField edge_field_with_means(const QuadraticMesh<D>& mesh, std::string name, std::span<const double> values,
                                 const auto& counts) {
@@ -194,7 +194,7 @@ Outcome<MeshField> metrics(const QuadraticMesh<D>& mesh, const BackMesh<D>& back
         if (n < vertices) return back->vertex(VertexId(n)).log_metric;
         const std::size_t e = n - vertices;
         const auto& [a, b] = mesh.edges.vertices[e];
-        // An edge that no element holds lies in no field: its ends' mean.
+        // The metric of an edge without elements is the mean of its ends.
         return shells[e].empty() ? LogMetric<D>{0.5 * (back->vertex(a).log_metric.l + back->vertex(b).log_metric.l)}
                                  : sample_value(back, mesh.mid_nodes[e].point, shells[e][0]).log_metric;
     };
@@ -272,7 +272,7 @@ bool positive_definite(const EigenSystem<D>& system) {
     return std::all_of(system.values.c.begin(), system.values.c.end(), [](double x) { return x > 0; });
 }
 
-/// Between two rows of a field: the log-Euclidean mean of metrics, the plain one of everything else.
+/// Mean of two rows of a field: log-Euclidean for metrics, arithmetic for others.
 template <int D>
 void mean_row(FieldKind kind, const double* a, const double* b, double* to) {
     const auto width = static_cast<std::size_t>(values_per_vertex(kind, D));
@@ -292,7 +292,7 @@ std::string field_name(const Solution& solution, std::size_t i) {
     return "field_" + std::to_string(i + 1);
 }
 
-/// The i-th field, whose columns in a row of the solution begin at `begin`; `edges`: their ends, or none in degree 1.
+/// The i-th field. `begin`: its first column in a row; `edges`: ends of the edges, empty for degree 1.
 template <int D>
 Outcome<MeshField> one_field(const Solution& solution, std::size_t i, std::size_t begin,
                              const Column<std::array<VertexId, 2>>& edges, const Execution& execution) {

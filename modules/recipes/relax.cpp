@@ -38,8 +38,7 @@ Outcome<RepairGuide<D>> guide_for(const Plan<D>& plan, const JudgedProposal<D>& 
     return make_guide(judged, nodes, plan.boundary(), options, execution);
 }
 
-/// Nodes of the boundary that repair moved, and that are on the geometry still, are counted apart; vertices of the
-/// boundary slide at most.
+/// Counts separately the boundary nodes that repair moved along the geometry. Boundary vertices only slide.
 template <int D>
 void count_slides(const JudgedProposal<D>& before, const JudgedProposal<D>& after, const FootOnGeometry<D>& onto,
                   RelaxReport& report) {
@@ -62,7 +61,7 @@ void count_slides(const JudgedProposal<D>& before, const JudgedProposal<D>& afte
     }
 }
 
-/// Remaining elements that are a failure; elements below a bound that is not required are only counted.
+/// Remaining elements that are failures. Elements below a bound that is not required are only counted.
 template <int D>
 std::vector<RemainingReport> remaining_report(std::vector<RemainingElement> elements, const Validation<D>& validation,
                                               const JacobianBound& bound) {
@@ -75,7 +74,7 @@ std::vector<RemainingReport> remaining_report(std::vector<RemainingElement> elem
     return reports;
 }
 
-/// Elements that are not valid are repaired; boundary nodes may go back to their chords.
+/// Result of repair. Boundary nodes may move back to their chords.
 template <int D>
 struct Relaxed {
     JudgedProposal<D> judged;
@@ -109,14 +108,14 @@ bool holds(const Repaired<D>& repaired, const JacobianBound& bound) {
     return validation.not_positive.empty() && (!bound.is_explicit || validation.invalid + validation.undecided == 0);
 }
 
-/// In three digits, not below x.
+/// Rounds up to three digits.
 double rounded_up(double x) {
     const double digit = pow(10, std::floor(log10(x)) - 2);
     return std::ceil(x / digit) * digit;
 }
 
-/// A tolerance of the boundary by which all elements become valid: what repair needs where it may take any, tried
-/// again. None: it does not, or nothing has to move.
+/// Returns a boundary tolerance with which all elements become valid: the shift that repair without limit needs,
+/// verified by a second repair. None: that repair fails, or no larger tolerance is needed.
 template <int D>
 std::optional<double> tolerance_if_sufficient(const JudgedProposal<D>& judged, const RepairGuide<D>& guide,
                                               const config::Relax& options, const Execution& execution) {
@@ -134,7 +133,7 @@ std::optional<double> tolerance_if_sufficient(const JudgedProposal<D>& judged, c
     return freer.boundary_tolerance;
 }
 
-/// The same where the boundary is given: it stays, but for the options' tolerance.
+/// The same for a boundary from the input, whose nodes move by at most the tolerance.
 template <int D>
 Outcome<Relaxed<D>> relax_within_boundary(const JudgedProposal<D>& judged, const RepairGuide<D>& guide,
                                           const config::Relax& options, const Execution& execution) {
@@ -152,7 +151,7 @@ Outcome<Relaxed<D>> relax_within_boundary(const JudgedProposal<D>& judged, const
     return Relaxed<D>{std::move(repaired->judged), std::move(report)};
 }
 
-/// Verdicts that come are of what was corrected.
+/// Marks the history as corrected: later verdicts are of corrected elements.
 template <int D>
 void close(History<D>& history) {
     if (auto* open = std::get_if<Uncorrected<D>>(&history)) {
@@ -239,7 +238,7 @@ RemeshedNodesReport remeshed_nodes(CurvingAim aim) {
     return {.objective = std::string(word_of(objective))};
 }
 
-/// True if a stage after the last pass places inner edges' nodes anew.
+/// True if a stage after the last pass places the nodes of inner edges again.
 bool places_nodes_anew(const config::Pipeline& pipeline) {
     bool anew = false;
     for (const config::Stage& stage : pipeline.stages)
@@ -252,7 +251,7 @@ bool places_nodes_anew(const config::Pipeline& pipeline) {
     return anew;
 }
 
-/// Beside the histograms before those after.
+/// Adds the series after the passes to the histograms of the mesh before.
 std::vector<Histogram> with_after(std::vector<Histogram> histograms, const std::vector<Histogram>& after) {
     for (std::size_t i = 0; i < histograms.size(); ++i) histograms[i].series.push_back(after[i].series.front());
     return histograms;
@@ -286,7 +285,7 @@ Outcome<Done> finish(Runner<D>& run) {
     if (changing == nullptr) return Done{};
     if (changing->shared) return finish_rows(run, *changing);
     UnitMesh measured;
-    std::optional<VerdictsReport> verdicts;  // of degree 2: what was told before is of the mesh before
+    std::optional<VerdictsReport> verdicts;  // degree 2: earlier verdicts are of the mesh before the passes
     std::optional<RemeshedNodesReport> placed_for;
     std::optional<BoundedFacetsReport> bounded;
     auto result = run.step("finish", [&](const Execution& e) -> Outcome<FinishedMesh<D>> {
@@ -295,7 +294,7 @@ Outcome<Done> finish(Runner<D>& run) {
         if (facets->limited + facets->far > 0) bounded = BoundedFacetsReport{facets->limited, facets->far};
         auto mesh = finished(changing->mesh, part_of(e, 0, 0.6));
         if (!mesh) return mesh;
-        changing->mesh = {};  // as large as what was made of it
+        changing->mesh = {};  // frees memory as large as the finished mesh
         const auto& [linear, edges, nodes, maps] = mesh->compact;
         const Execution rest = part_of(e, 0.6, 1);
         const std::string& metric = changing->metric.source;

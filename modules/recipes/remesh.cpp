@@ -40,11 +40,11 @@ Outcome<Column<LogMetric<D>>> log_metrics_of(const Adaptation<D>& r, const Execu
     return Column<LogMetric<D>>(std::move(*logs));
 }
 
-/// The longest edges that the config's passes leave, in lengths in the metric; none: no pass splits.
+/// Length in the metric of the longest edges that the config's passes leave; none: no pass splits.
 std::optional<double> longest_edge_left(std::span<const config::Stage> stages) {
     std::optional<double> least;
     const auto apply_limits = [&](const SplitOptions& split) {
-        // An edge that would be split into shorter ones than `shortest` stays.
+        // An edge is not split if its halves would be shorter than `shortest`.
         const double longest = std::max(split.longest, 2 * split.shortest);
         least = std::min(longest, least.value_or(longest));
     };
@@ -55,7 +55,7 @@ std::optional<double> longest_edge_left(std::span<const config::Stage> stages) {
     return least;
 }
 
-/// The simplices that passes make of a mesh: its elements, or the triangles of a surface alone.
+/// Simplices that passes change: elements, or triangles of a standalone surface mesh.
 struct RemeshedSimplices {
     std::size_t count = 0;
     int dimension = 0;
@@ -66,7 +66,7 @@ RemeshedSimplices remeshed_simplices(const LinearMesh<D>& mesh) {
     return {mesh.elements.size(), D};
 }
 
-/// Errors: the mesh that passes will make exceeds the memory or 32-bit numbers.
+/// Errors: the expected mesh exceeds the memory or 32-bit numbers.
 template <int D>
 Outcome<std::optional<Growth>> check_growth(const Runner<D>& run, double complexity, RemeshedSimplices specified,
                                             int degree) {
@@ -95,12 +95,12 @@ Outcome<std::optional<Growth>> check_growth(const Runner<D>& run, double complex
     return growth;
 }
 
-/// A mesh as passes take it, and how near to unit it is.
+/// Mesh that is prepared for passes, and its closeness to a unit mesh.
 template <int D>
 struct StartedRemeshing {
     Remeshing<D> remeshing;
     UnitMesh measured;
-    std::size_t crossing = 0;  ///< pairs of facets
+    std::size_t crossing = 0;  ///< crossing pairs of facets
 };
 
 template <int D>
@@ -112,8 +112,8 @@ const LinearMesh<D>& linear_of(const QuadraticMesh<D>& mesh) {
     return mesh.linear;
 }
 
-/// The run goes on with `mesh` as one that changes: `begin(by, execution)` → Outcome<Remeshing>, and
-/// `measure(log_metrics, execution)` → Outcome<UnitMesh>.
+/// Prepares `mesh` for passes: `begin(by, execution)` returns Outcome<Remeshing>, and `measure(log_metrics, execution)`
+/// returns Outcome<UnitMesh>.
 template <int D, class Mesh>
 Outcome<Done> start_changing(Runner<D>& run, const Mesh& mesh, OwnField<D> field, const auto& begin,
                              const auto& measure) {
@@ -144,7 +144,7 @@ Outcome<Done> start_changing(Runner<D>& run, const Mesh& mesh, OwnField<D> field
     return Done{};
 }
 
-/// Targets of passes, made before anything is changed.
+/// Boundary and field for the passes, made before the mesh changes.
 template <int D>
 struct Aims {
     Boundary<D> boundary;
@@ -166,7 +166,7 @@ Outcome<Aims<D>> aims_for(Runner<D>& run, const LinearMesh<D>& mesh, const EdgeS
     auto field = make_own_field(run, mesh, edges, *boundary);
     return aims(run, std::move(*boundary), std::move(field), remeshed_simplices(mesh), 1);
 }
-/// The state's mesh of degree 2 gets its boundary's nodes onto prescribed surfaces, where nothing has placed them yet.
+/// Moves boundary nodes of the quadratic mesh onto prescribed surfaces, unless a stage has placed them.
 template <int D>
 Outcome<Done> put_nodes_onto(Runner<D>& run, const Boundary<D>& boundary) {
     Quadratic<D>& state = run.quadratic();
@@ -191,7 +191,7 @@ Outcome<Done> put_nodes_onto(Runner<D>& run, const Boundary<D>& boundary) {
     return Done{};
 }
 
-/// `mesh` is replaced by the one whose boundary's nodes are on the geometry.
+/// Replaces `mesh` by one whose boundary nodes are on the geometry.
 template <int D>
 Outcome<Aims<D>> aims_for(Runner<D>& run, QuadraticMesh<D>& mesh, std::span<const LagrangeNode<D>> nodes) {
     auto boundary = describe_boundary(run, mesh.linear, mesh.edges, nodes);
@@ -201,7 +201,7 @@ Outcome<Aims<D>> aims_for(Runner<D>& run, QuadraticMesh<D>& mesh, std::span<cons
     auto field = make_own_field(run, mesh, *boundary);
     return aims(run, std::move(*boundary), std::move(field), remeshed_simplices(mesh.linear), 2);
 }
-/// The nodes by which the boundary's own curves are told: none where they are not the file's.
+/// Nodes that define the boundary's own curves; empty unless they are from the input.
 template <int D>
 std::span<const LagrangeNode<D>> own_boundary_nodes(Runner<D>& run, const QuadraticMesh<D>& mesh) {
     return run.quadratic().is_boundary_from_input() ? mesh.mid_nodes.view() : std::span<const LagrangeNode<D>>();
@@ -211,7 +211,7 @@ Outcome<EdgeSet<D>> edges_of(Runner<D>& run, const LinearMesh<D>& mesh) {
     return run.step("edges", [&](const Execution& e) { return unique_edges(mesh, e); });
 }
 
-/// The state's mesh becomes one that changes.
+/// Prepares the mesh of the state for passes.
 template <int D>
 Outcome<Done> begin_changing(Runner<D>& run, const LinearMesh<D>& mesh) {
     const auto edges = edges_of(run, mesh);
@@ -243,7 +243,7 @@ Outcome<Done> begin_changing(Runner<D>& run, QuadraticMesh<D> mesh) {
 template <int D>
 Outcome<Done> begin_changing(Runner<D>& run) {
     if (std::holds_alternative<Changing<D>>(run.state.mesh)) return Done{};
-    // The state gets another mesh while this one is asked.
+    // Copies the mesh, since the state gets another one during the call.
     if (auto* const straight = std::get_if<LinearMesh<D>>(&run.state.mesh)) {
         const LinearMesh<D> mesh = *straight;
         return begin_changing(run, mesh);
@@ -252,7 +252,7 @@ Outcome<Done> begin_changing(Runner<D>& run) {
     return begin_changing(run, mesh);
 }
 
-/// `pass(mesh, goal, execution)` on the mesh that changes, as the step of a stage.
+/// Applies `pass(mesh, goal, execution)` to the changing mesh, as a step of the stage.
 template <int D, class Options, class Pass>
 Outcome<Done> change(Runner<D>& run, const Options& stage, const Pass& pass) {
     auto& changing = std::get<Changing<D>>(run.state.mesh);
@@ -267,7 +267,7 @@ Outcome<Done> change(Runner<D>& run, const Options& stage, const Pass& pass) {
     });
 }
 
-/// A pass of camber.remesh as a stage.
+/// Runs a pass of camber.remesh as a stage.
 template <int D, class Options>
 Outcome<Done> apply_pass(Runner<D>& run, const Options& options,
                          Outcome<Adapted<D>> (*pass)(Adaptation<D>, const AdaptationGoal<D>&, const Options&,
@@ -278,7 +278,6 @@ Outcome<Done> apply_pass(Runner<D>& run, const Options& options,
     });
 }
 
-/// Adds the bound of one metric, if it has one.
 void add_bound(const config::Metric& metric, std::vector<DistanceBound>& bounds) {
     const config::GeometryMetric* sizes = std::get_if<config::GeometryMetric>(&metric);
     if (const auto* solution = std::get_if<config::SolutionMetric>(&metric)) sizes = &solution->geometry;
@@ -371,7 +370,7 @@ void set_objective(CurveOptions& curving, config::RemeshObjective objective) {
     }
 }
 
-/// In the end of a run that ends in rows these stay with their ranks, and the mesh that is given back is empty.
+/// If the run ends in rows, these stay on their ranks, and the returned mesh is empty.
 template <int D>
 Outcome<RemeshResult<D>> remesh_by_blocks_of_run(Runner<D>& run, Changing<D>& changing, const config::Remesh& options,
                                                  std::size_t elements, const StepWrapper& around) {

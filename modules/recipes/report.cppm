@@ -19,15 +19,14 @@ import :measurements;
 /// Report of a run: plain numbers, printed as a table and written as report.json.
 export namespace camber::run {
 
-/// Format number of report.json, check --json and geometry --json. It rises when a key is removed, renamed or
+/// Format number of report.json, check --json and geometry --json. It increases when a key is removed, renamed or
 /// redefined.
 inline constexpr int report_format = 5;
 
-/// Input of a run, as the shell read it.
 struct OriginReport {
     std::string version;            ///< of the program
-    std::string mesh, metric;       ///< files; empty: generated, and no file
-    int dimension = 3, degree = 1;  ///< of the mesh as it was read or generated, before `prepare`
+    std::string mesh, metric;       ///< file names; empty: generated mesh, no metric file
+    int dimension = 3, degree = 1;
     std::size_t vertices = 0, elements = 0, facets = 0;
     std::string config;    ///< the pipeline with every default, as JSON
     std::string geometry;  ///< "surrogate", "straight", "mesh", "analytic" or "cad"
@@ -43,7 +42,6 @@ struct OriginReport {
     }
 };
 
-/// Order of the mesh where stages worked in another one (ordering).
 struct ReorderedReport {
     double scatter = 0;
 
@@ -67,7 +65,6 @@ struct StageTime {
     }
 };
 
-/// Blocks of a mesh that was curved by blocks.
 struct BlocksReport {
     std::size_t number = 0, elements = 0, extension_iterations = 0;
 
@@ -79,7 +76,7 @@ struct BlocksReport {
     }
 };
 
-/// Costs of a run on several ranks; lists have one entry per rank.
+/// Costs of a run on several ranks. Each list has one entry per rank.
 struct RanksReport {
     std::size_t number = 1, rounds = 0;
     std::vector<std::size_t> peak_bytes;
@@ -114,12 +111,12 @@ struct Report {
     std::optional<RanksReport> ranks;
     OverlappingReport overlaps;
     bool committed = false;
-    /// Elements, from 1, that are not certified valid in the end (all of them).
+    /// Elements of the final mesh that are not certified valid, from 1 (complete lists).
     std::vector<std::size_t> invalid_elements, undecided_elements, elements_below_bound;
     std::vector<Histogram> histograms;
     std::vector<std::string> notices;
     std::vector<StageTime> times;
-    int threads = 0;  ///< that were really used
+    int threads = 0;
 
     static void fields(auto& s, auto& f) {
         f("reordered", s.reordered, "order of the mesh, where stages worked in another one");
@@ -154,57 +151,56 @@ struct Report {
         f("stages", s.times, "steps with their times");
     }
 
-    /// True if every element is certified valid, above the bound where one is requested.
+    /// True if all elements are certified valid, and above a required bound.
     [[nodiscard]] bool has_valid_elements() const { return not_valid() == 0; }
-    /// Number of elements that are not certified valid, above the bound where one is requested.
+    /// Number of elements that are not certified valid, or not above a required bound.
     [[nodiscard]] std::size_t not_valid() const {
         if (!validity) return 0;
         return validity->invalid + validity->undecided + (validity->is_explicit ? validity->below_bound : 0);
     }
-    /// True if no boundary node or vertex is off its geometry by more than the tolerance.
+    /// True if all boundary nodes and vertices are within the tolerance of their geometry.
     [[nodiscard]] bool is_boundary_within_bounds() const {
         const auto holds = [](const std::optional<DeviationReport>& d) { return !d || d->off == 0; };
         return !boundary || (holds(boundary->node_deviation) && holds(boundary->vertex_deviation));
     }
-    /// True if no walls pass through each other.
+    /// True if no boundary facets cross.
     [[nodiscard]] bool are_facets_disjoint() const {
         return !boundary || !boundary->walls || boundary->walls->crossing == 0;
     }
-    /// True if the boundary is as near to its geometry as `--geometry-error` requires.
+    /// True if the boundary satisfies `--geometry-error`.
     [[nodiscard]] bool meets_geometry_error() const {
         return !boundary || !boundary->geometry_error || !boundary->geometry_error->is_required ||
                boundary->geometry_error->is_met();
     }
-    /// True if the result is the requested one: the exit code is 0.
+    /// True if the result is the requested one (exit code 0).
     [[nodiscard]] bool meets_requirements() const {
         return has_valid_elements() && is_boundary_within_bounds() && meets_geometry_error() && are_facets_disjoint() &&
                overlaps.overlapping == 0;
     }
 };
 
-/// A number with a space between groups of three digits: "1 234 567".
+/// Groups digits by threes: "1 234 567".
 [[nodiscard]] std::string grouped(std::size_t n);
-/// A position in four digits: "(0.5, 1.25)".
+/// Four digits: "(0.5, 1.25)".
 [[nodiscard]] std::string place_text(const ReportedPlace& place);
-/// A lower bound in four digits, and an upper one: the text is not above the former, not below the latter.
+/// Bounds in four digits: lower ones are rounded down, upper ones up.
 [[nodiscard]] std::string lower_bound_text(double x);
 [[nodiscard]] std::string upper_bound_text(double x);
 
-/// One sentence for each cause for which a result is not the requested one, with its place; empty if it is.
+/// One sentence, with a place, for each reason why the result is not the requested one; empty: it is.
 [[nodiscard]] std::vector<std::string> misses(const Report& report);
 
-/// Elements that are valid, but below the recommended bound; empty if there are none or the bound is requested.
+/// Note on valid elements below the recommended bound; empty: none, or the bound is required.
 [[nodiscard]] std::string recommended_bound_note(const Report& report);
-/// "16 pairs of boundary triangles pass through each other …"; empty where no walls cross.
+/// "16 pairs of boundary triangles pass through each other …"; empty: no crossing.
 [[nodiscard]] std::string crossing_message(const WallsReport& walls, int dimension);
-/// "elements overlap in 3 places …"; empty where none do.
+/// "elements overlap in 3 places …"; empty: no overlap.
 [[nodiscard]] std::string overlap_message(const Report& report);
 
 // ---------------------------------------------------------------- parts that several steps add
 
 using Notices = std::vector<std::string>;
 
-/// Verdicts of all elements.
 struct VerdictsReport {
     ValidityReport summary;
     std::vector<std::size_t> invalid, undecided, below_bound;  ///< elements, from 1
@@ -213,10 +209,10 @@ struct VerdictsReport {
 template <int D>
 [[nodiscard]] VerdictsReport verdicts_report(const Validation<D>& validation, bool is_explicit);
 
-/// `unresolved`: number of elements left when the work was spent.
+/// `unresolved`: number of elements that are not repaired when the limit of work is reached.
 [[nodiscard]] RelaxReport relax_report(const RepairStatistics& statistics, std::size_t unresolved, RepairMethod method);
 
-/// Reports nodes that were moved back because walls crossed.
+/// Reports nodes that were moved back because facets crossed.
 template <int D>
 [[nodiscard]] RelaxedWallsReport relaxed_walls_report(const MoveBackStatistics<D>& moved) {
     return {moved.nodes, moved.largest, {moved.largest_at.c.begin(), moved.largest_at.c.end()}};
@@ -239,7 +235,7 @@ void add(std::vector<Histogram>& all, std::vector<Histogram> part);
 
 // ---------------------------------------------------------------- closeness to a unit mesh
 
-/// A report, and the lengths of unique edges and qualities of elements that it counts.
+/// A report, with lengths of edges and qualities of elements.
 template <class R>
 struct MeasuredInMetric {
     R report;
@@ -250,23 +246,22 @@ using UnitMesh = MeasuredInMetric<UnitMeshReport>;
 [[nodiscard]] UnitMeshReport unit_mesh_report(std::string metric, const std::vector<double>& lengths,
                                               const std::vector<double>& qualities);
 
-/// `metric`: the name of what the logs, one a vertex, are.
+/// `metric`: name of the metric; `log_metrics`: one per vertex.
 template <int D>
 [[nodiscard]] Outcome<UnitMesh> measure_unit_mesh(const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
                                                   const Column<LogMetric<D>>& log_metrics, std::string metric,
                                                   const Execution& execution);
 
-/// The same of degree 2: along the curves, and by the mean distortion of the elements.
+/// The same for degree 2: lengths along curves, and mean distortion of elements.
 template <int D>
 [[nodiscard]] Outcome<UnitMesh> measure_unit_mesh(const QuadraticMesh<D>& mesh, const Column<LogMetric<D>>& log_metrics,
                                                   std::string metric, const Execution& execution);
 
-/// Histograms with one series of that name each.
+/// Histograms with one series each, named `series`.
 [[nodiscard]] std::vector<Histogram> histograms_of(const UnitMesh& measured, const std::string& series);
 
 /// Closeness of a mesh of degree 2 to a unit mesh along its curves.
 struct CurvedUnitMeshReport {
-    /// Quality of an element.
     struct Element {
         std::size_t number = 0;
         double quality = 0, least = 0, bound = 0;
@@ -279,9 +274,9 @@ struct CurvedUnitMeshReport {
         }
     };
     UnitMeshReport unit_mesh;  ///< lengths along the curves, mean qualities
-    Element lowest;            ///< of the lowest quality at a point; its number 0: no element
+    Element lowest;            ///< element with the lowest quality at a point; number 0: none
     double bound = 0;
-    std::vector<Element> worst;  ///< of the lowest mean qualities, the worst first
+    std::vector<Element> worst;  ///< elements with the lowest mean qualities, the worst first
 
     static void fields(auto& s, auto& f) {
         f.merged(s.unit_mesh);
@@ -296,7 +291,7 @@ struct CurvedUnitMeshReport {
 
 using CurvedUnitMesh = MeasuredInMetric<CurvedUnitMeshReport>;
 
-/// `metric`: the name of what the logs, one a vertex, are; `worst`: how many elements to name.
+/// `metric`: name of the metric; `log_metrics`: one per vertex; `worst`: number of elements to list.
 template <int D>
 [[nodiscard]] Outcome<CurvedUnitMesh> measure_curved_unit_mesh(const QuadraticMesh<D>& mesh,
                                                                const Column<LogMetric<D>>& log_metrics,
@@ -305,12 +300,12 @@ template <int D>
 
 [[nodiscard]] std::vector<Histogram> histograms_of(const CurvedUnitMesh& measured, const std::string& series);
 
-/// Closeness of a mesh that ranks share: as of the whole mesh, but for the last digits of means.
+/// Closeness of a distributed mesh to a unit mesh, equal to that of the whole mesh up to the last digits of means.
 struct UnitMeshOfRanks {
     UnitMeshReport report;
     std::vector<Histogram> histograms;
 };
-/// Errors: of any rank.
+/// Errors: those of any rank.
 [[nodiscard]] Outcome<UnitMeshOfRanks> unit_mesh_of_ranks(std::string metric, const MeasuredRows& own, Ranks& ranks);
 
 }  // namespace camber::run

@@ -34,7 +34,7 @@ namespace camber::run {
 
 namespace {
 
-/// The error with the path of its stage, unless it has one.
+/// Adds the path of the stage to an error that has none.
 Error at(Error error, const std::string& path) {
     if (error.where.empty() && error.kind == ErrorKind::usage) error.where = path;
     return error;
@@ -52,7 +52,7 @@ MeshReport mesh_report(const FinishedRows<D>& rows) {
     return {D, 1, all.vertices, all.vertices, all.elements, all.facets, all.edges};
 }
 
-/// The fields that the output shows, if any.
+/// Fields that the output shows; empty: none.
 template <int D>
 Outcome<MeshFields> shown_fields(Runner<D>& run, const std::optional<EdgeLengths>& lengths) {
     if (!shows_fields(run.config.output)) return MeshFields{};
@@ -63,7 +63,7 @@ Outcome<MeshFields> shown_fields(Runner<D>& run, const std::optional<EdgeLengths
     });
 }
 
-/// The metric that the output wants, if the stages made one.
+/// Metric that the output requests, if the stages made one.
 template <int D>
 Outcome<std::optional<Solution>> output_metric(Runner<D>& run) {
     if (run.config.output.metric.empty()) return std::nullopt;
@@ -92,7 +92,7 @@ Mesh<D> taken_mesh(State<D>& state) {
     return as_mesh(std::move(std::get<LinearMesh<D>>(state.mesh)));
 }
 
-/// Passes change a mesh one after the other; every other stage takes what they leave.
+/// Runs a stage. Passes run directly after each other; the mesh is finished before any other stage.
 template <int D, class Options>
 Outcome<Done> finish_and_apply(Runner<D>& run, const Options& stage) {
     if constexpr (!changes_topology<Options>())
@@ -100,7 +100,7 @@ Outcome<Done> finish_and_apply(Runner<D>& run, const Options& stage) {
     return apply(run, stage);
 }
 
-/// The geometry's source with its CAD model in the unit of the mesh, where that is to be found.
+/// Source with the CAD model in the unit of the mesh, if the config requires to determine that unit.
 template <int D>
 Outcome<GeometrySource> source_in_unit(const Mesh<D>& mesh, const config::Geometry& geometry, GeometrySource source,
                                        const StepWrapper& around) {
@@ -157,7 +157,7 @@ Outcome<MeshRun<D>> end_of(Runner<D>& run) {
     return result;
 }
 
-/// The driver: runs the steps one after the other on the state of a prepared run.
+/// Runs the steps one after the other on the state of a prepared run.
 template <int D>
 Outcome<MeshRun<D>> run_prepared(PreparedRun<D> prepared, const config::Pipeline& pipeline, const StepWrapper& around) {
     Runner<D> run(pipeline, std::move(prepared.state), std::move(prepared.sources), prepared.files, around);
@@ -189,14 +189,14 @@ Outcome<MeshRun<D>> run_steps(StageInputs<D> input, const config::Pipeline& pipe
 
 namespace {
 
-/// All metrics that have rows: of files, taken out of the inputs, and those that are made for the solution.
+/// All metrics with rows: of files (moved out of the inputs), and made for the solution.
 struct MetricRows {
     std::vector<MetricFile> files;
-    std::optional<SolutionMetricReport> solution_report;  ///< of the last that was made
+    std::optional<SolutionMetricReport> solution_report;  ///< of the last metric that was made
     Notices notices;
 };
 
-/// Rows as those of a metric file of this mesh.
+/// Converts rows to a metric file of this mesh.
 MetricFile file_of(NamedField metric, const config::SolutionMetric& requested, const AnyMesh& mesh) {
     const auto width = static_cast<std::size_t>(metric.field.components);
     const int dimension = std::visit([]<int D>(const Mesh<D>&) { return D; }, mesh);
@@ -208,7 +208,7 @@ MetricFile file_of(NamedField metric, const config::SolutionMetric& requested, c
     return file;
 }
 
-/// An error of a solution's metric with its path in the config, or its file.
+/// Adds the path in the config, or the file, to an error of a solution metric.
 Error of_solution(Error error, const std::string& path, const std::string& file) {
     if (error.kind == ErrorKind::usage && !error.where.starts_with("/"))
         error.where = error.where.empty() || error.where == "solution" ? path : path + "/" + error.where;
@@ -233,7 +233,7 @@ Outcome<MetricRows> metric_rows(const config::Pipeline& pipeline, Inputs& inputs
     return rows;
 }
 
-/// The fields of a run's input, on the mesh that it made.
+/// Transfers the fields of the input to the resulting mesh.
 Outcome<Done> carry(Run& run, const AnyMesh& old_mesh, std::vector<NamedField> fields, const config::Pipeline& pipeline,
                     const StepWrapper& around) {
     auto carried = transfer_fields(run.mesh, old_mesh, std::move(fields), pipeline.solution, around);
@@ -245,8 +245,8 @@ Outcome<Done> carry(Run& run, const AnyMesh& old_mesh, std::vector<NamedField> f
     return Done{};
 }
 
-/// True if all nodes are in the middles of chords, to what text files keep of digits: of the places, which may be far
-/// out, and of the chords.
+/// True if all nodes are at the middles of chords, up to the digits of text files: relative to the coordinates, which
+/// may be large, and to the chords.
 template <int D>
 bool has_straight_edges(const Mesh<D>& mesh) {
     constexpr double of_places = 1e-15, of_chords = 1e-12;
@@ -260,7 +260,7 @@ bool has_straight_edges(const Mesh<D>& mesh) {
     return true;
 }
 
-/// A mesh of degree 2 that nothing has bent is one of degree 1 to stages that begin with that: solvers work on such.
+/// Converts a quadratic mesh without curves to a straight one if the stages start from that. Solvers use such meshes.
 void take_as_straight(const config::Pipeline& pipeline, DecodedMesh& mesh) {
     if (pipeline.stages.empty() || !std::holds_alternative<config::Elevate>(pipeline.stages.front())) return;
     const bool is_straight =
@@ -270,7 +270,7 @@ void take_as_straight(const config::Pipeline& pipeline, DecodedMesh& mesh) {
     mesh.notices.push_back({"the mesh is of degree 2 and straight: its edges' nodes are placed anew"});
 }
 
-/// Runs the steps before the first pass, which may be `elevate` alone, and predicts what that pass makes.
+/// Runs the steps before the first pass (at most `elevate`), and predicts the result of that pass.
 template <int D>
 Outcome<std::optional<Growth>> growth_on(StageInputs<D> input, const config::Pipeline& pipeline, RunSources<D> sources,
                                          const StepWrapper& around) {
@@ -289,7 +289,7 @@ Outcome<std::optional<Growth>> growth_on(StageInputs<D> input, const config::Pip
     return requested_growth(run);
 }
 
-/// Makes the metric in the order of the input: the rows are those of its vertices.
+/// Makes the metric, with rows in the order of the input's vertices.
 template <int D>
 Outcome<MetricResult> metric_on(StageInputs<D> input, const config::Pipeline& pipeline, RunSources<D> sources,
                                 const StepWrapper& around) {
@@ -312,7 +312,7 @@ Run run_of(MeshRun<D> result) {
     return run;
 }
 
-/// The sources of a run that are the same in each dimension.
+/// Sources that are the same in each dimension.
 template <int D>
 RunSources<D> sources_of(Inputs& inputs, const SolutionSource* solution) {
     return {.geometry = std::move(inputs.geometry),
@@ -356,7 +356,7 @@ bool is_curved(const AnyMesh& mesh) {
     return std::visit([](const auto& m) { return !has_straight_edges(m); }, mesh);
 }
 
-/// Null: none that is known.
+/// Null: unknown format.
 const MeshFormat* format_of(const config::Output& output) {
     if (output.mesh.empty()) return nullptr;
     if (output.partition > 0 && output.mesh.ends_with(".pvtu")) return format_with_name(mesh_formats(), "vtu");
@@ -400,7 +400,7 @@ bool preserves_elements(const config::Pipeline& pipeline) {
 
 namespace {
 
-/// Gives remaining elements and deviations the numbers that the file has for their elements and vertices.
+/// Replaces numbers of remaining elements and deviations by those of the file.
 void name_places(Report& report, const FileNumbers& numbers) {
     const int dimension = report.mesh.is_standalone_surface() ? 2 : report.mesh.dimension;
     for (RemainingReport& r : report.remaining) {
@@ -461,13 +461,14 @@ Outcome<DecodedMesh> generate_shape(const config::Shape& shape, const Execution&
 
 namespace {
 
-/// A pipeline of these stages on values.
+/// Runs the stages of `pipeline` on a mesh value.
 template <int D>
 Outcome<MeshRun<D>> run_recipe(Mesh<D> mesh, const MeshGoal<D>& goal, const config::Pipeline& pipeline,
                                const StepWrapper& around) {
     RunSources<D> sources;
     sources.goal = &goal;
-    sources.ordering.min_elements = max_entities;  // the goal's rows and facets are those of the given order
+    sources.ordering.min_elements = max_entities;  // no reordering: rows and facets of the goal refer to the input's
+                                                   // order
     return run_steps(StageInputs<D>{std::move(mesh)}, pipeline, std::move(sources), around);
 }
 

@@ -29,20 +29,19 @@ import :values;
 
 export namespace camber::run {
 
-/// Sources of a run beside its mesh.
+/// Sources of a run besides its mesh.
 template <int D>
 struct RunSources {
     GeometrySource geometry = {};
     AvailableMemory memory = {};
     const SolutionSource* solution = nullptr;   ///< null: no stage places nodes by a solution
     const MeshGoal<D>* goal = nullptr;          ///< geometry, metric and solution as values; null: those of the config
-    std::shared_ptr<Ranks> ranks = one_rank();  ///< share the work by blocks
+    std::shared_ptr<Ranks> ranks = one_rank();  ///< ranks that share the work by blocks
     RunEnd end = RunEnd::whole;
     OrderingOptions ordering = {};
 };
 
-/// One run in D dimensions as its steps see it: the pipeline, the sources, the state that steps read and change, and
-/// the report that they add to.
+/// One run in D dimensions: pipeline, sources, the state that steps change, and the report that they extend.
 template <int D>
 class Runner {
   public:
@@ -56,7 +55,7 @@ class Runner {
     State<D> state;
     Report report;
 
-    /// Parts of the state that exist by the order of the steps (check_order).
+    /// Parts of the state that exist in a valid order of steps (check_order).
     [[nodiscard]] Quadratic<D>& quadratic() { return std::get<Quadratic<D>>(state.mesh); }
     [[nodiscard]] Plan<D>& plan() { return std::get<Plan<D>>(quadratic().plan); }
     [[nodiscard]] const BackMesh<D>* field() const { return state.field ? &*state.field : nullptr; }
@@ -66,7 +65,7 @@ class Runner {
         return run_step(around_, name, std::forward<F>(f));
     }
     [[nodiscard]] const StepWrapper& around() const { return around_; }
-    /// The step of the stage with these options.
+    /// Runs `f` as the step of the stage with these options.
     template <class Options, class F>
     auto step_of(const Options&, F&& f) {
         return step(std::get<Step<Options>>(step_table).name, std::forward<F>(f));
@@ -79,7 +78,7 @@ class Runner {
 
 // ---------------------------------------------------------------- steps, which change the state of a run
 
-/// Runs one step: one overload for each row of `step_table`. Errors: those of its verb, and stopped.
+/// Runs one step: one overload for each row of `step_table`. Errors: those of the step, and stopped.
 template <int D>
 [[nodiscard]] Outcome<Done> apply(Runner<D>& run, const config::Elevate& options);
 template <int D>
@@ -105,24 +104,24 @@ template <int D>
 template <int D>
 [[nodiscard]] Outcome<Done> apply(Runner<D>& run, const config::Remesh& options);
 
-/// Vertices of the boundary brought onto the CAD model, where the config wants that; before the first stage.
+/// Moves boundary vertices onto the CAD model before the first stage, if the config requests it.
 template <int D>
 [[nodiscard]] Outcome<Done> move_vertices(Runner<D>& run);
 
-/// Features and geometry as a config describes them, of a mesh that nothing has changed.
+/// Features and geometry of the unchanged mesh by the config.
 template <int D>
 struct DescribedBoundary {
     Boundary<D> boundary;
     BoundaryReport report;
 };
-/// Errors (usage): a geometry that is not the mesh's.
+/// Errors (usage): the geometry does not fit the mesh.
 template <int D>
 [[nodiscard]] Outcome<DescribedBoundary<D>> boundary_by_config(const config::Pipeline& pipeline,
                                                                const GeometrySource& source, const LinearMesh<D>& mesh,
                                                                const EdgeSet<D>& edges, const Execution& execution);
 
-/// The boundary as the config describes it, before a stage that curves or changes topology; `curves`: see
-/// make_geometry. Errors (usage): a geometry that is not the mesh's.
+/// Describes the boundary for a stage that curves or changes topology. `curves`: see make_geometry. Errors (usage): the
+/// geometry does not fit the mesh.
 template <int D>
 [[nodiscard]] Outcome<Boundary<D>> describe_boundary(Runner<D>& run, const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
                                                      std::span<const LagrangeNode<D>> curves = {});
@@ -133,17 +132,17 @@ template <int D>
 template <int D>
 [[nodiscard]] BoundedDistances bounded_distances(const Runner<D>& run);
 
-/// Report of the config's metric when it is made.
+/// Report of the config's metric, set when the metric is made.
 struct MetricReports {
     std::optional<MetricReport> report;
     Notices notices;
 };
-/// The config's metric as recipes take it. Errors, when it is made, name the JSON path of the metric or the operation,
-/// or the file. All arguments are asked then.
+/// The config's metric, made when it is needed; the arguments must live until then. Errors name the JSON path of the
+/// metric or the operation, or the file.
 template <int D>
 [[nodiscard]] MetricSource<D> metric_for_curving(const Runner<D>& run, const QuadraticMesh<D>& mesh,
                                                  const Boundary<D>& boundary, MetricReports& metric_report);
-/// The same as a field on the mesh itself, straight or with its curves.
+/// The config's metric as a field on the mesh itself, straight or curved.
 template <int D>
 struct OwnField {
     BackMesh<D> back;
@@ -159,124 +158,120 @@ template <int D>
 template <int D>
 void report_metric(Runner<D>& run, MetricReports metric_report);
 
-/// Before any work of passes: what those of the config will make of the run's mesh; none where none of them splits.
-/// Errors: those of describe_boundary and make_own_field; memory: more than there is room for.
+/// Predicts the mesh that passes make, before they start; none: no pass splits. Errors: those of describe_boundary and
+/// make_own_field; memory: not enough.
 template <int D>
 [[nodiscard]] Outcome<std::optional<Growth>> requested_growth(Runner<D>& run);
 
-/// The field that passes of the config would go by, on the run's mesh as it is. Errors: those of describe_boundary and
-/// make_own_field.
+/// Field for the passes of the config on the current mesh. Errors: those of describe_boundary and make_own_field.
 template <int D>
 [[nodiscard]] Outcome<OwnField<D>> requested_field(Runner<D>& run);
 
-/// A mesh that passes have changed becomes one as any other; nothing where none has.
+/// Finishes a mesh that passes have changed; other meshes are unchanged.
 template <int D>
 [[nodiscard]] Outcome<Done> finish(Runner<D>& run);
 
-/// A mesh that was read with its curves brings what else the stage `curve` proposes: its nodes become the plan where
-/// there is none.
+/// Makes the nodes of a curved input mesh its plan, if there is no plan.
 template <int D>
 [[nodiscard]] Outcome<Done> adopt_own_nodes(Runner<D>& run);
 
-/// Within a stage: the bound that it asks for, or that a stage before did, or the recommended one.
+/// Bound for a stage: its own, else that of an earlier stage, else the recommended one.
 template <int D>
 [[nodiscard]] JacobianBound bound_for(Runner<D>& run, const JacobianBound& of_stage);
 
-/// Within a stage: the plan is judged to that bound, as the last stage judged it, or anew.
+/// Validates the plan for a bound, unless the last stage did.
 template <int D>
 [[nodiscard]] Outcome<Done> judge_plan(Runner<D>& run, double bound, const Execution& execution);
 
-/// The verdicts as they are now: told, and those of before as long as nothing was corrected.
+/// Reports the current verdicts; until the first correction they are also those before it.
 template <int D>
 void report_verdicts(Runner<D>& run, const Validation<D>& validation);
 
 template <int D>
 void report_curves(Runner<D>& run, const ProposedCurves<D>& result, const ProposeOptions& options);
 
-/// The field goes to the run's state, the rest to a plan.
+/// Stores the field in the run's state; the result is part of a plan.
 template <int D>
 [[nodiscard]] CurvingTarget<D> store_field(Runner<D>& run, Boundary<D> boundary, ProposedCurves<D> result,
                                            CurvingAim aim);
 
-/// The last step: what the report says of the end, and the lengths after correction where they were measured.
+/// Last step: measures the result for the report. Returns lengths after correction, if they were measured.
 template <int D>
 [[nodiscard]] Outcome<std::optional<EdgeLengths>> measure(Runner<D>& run);
 
 // ---------------------------------------------------------------- runs
 
-/// A metric that is made for the run's solution.
 struct SolutionMetricInput {
     config::SolutionMetric requested;
     std::vector<Solution> intersect;  ///< rows of its files, at the input's vertices
-    std::string path;                 ///< in the config, for errors
+    std::string path;                 ///< its path in the config, for errors
 };
 
-/// Inputs of a run beside the config: files already read.
+/// Inputs of a run besides the config; files are already read.
 struct Inputs {
     DecodedMesh mesh;
     std::optional<Solution> metric = {};         ///< of the metric file, when the config names one
-    std::optional<MetricMesh> metric_mesh = {};  ///< that it speaks of, where its rows are not at the input's vertices
+    std::optional<MetricMesh> metric_mesh = {};  ///< mesh of the metric, if its rows are not at the input's vertices
     std::vector<MetricFile> operands = {};       ///< metric files that the operations intersect with
-    OrderingOptions ordering = {};               ///< when the stages work in an order of their own
+    OrderingOptions ordering = {};               ///< conditions for another order of work
     GeometrySource geometry = {};
     AvailableMemory memory = {};
-    std::vector<NamedField> fields = {};                     ///< of the solution, on that mesh
-    std::vector<SolutionMetricInput> solution_metrics = {};  ///< those of the config that are made for these
-    std::shared_ptr<Ranks> ranks = one_rank();               ///< who share what goes by blocks
+    std::vector<NamedField> fields = {};                     ///< fields of the solution, on `mesh`
+    std::vector<SolutionMetricInput> solution_metrics = {};  ///< solution metrics of the config
+    std::shared_ptr<Ranks> ranks = one_rank();               ///< ranks that share the work by blocks
     RunEnd end = RunEnd::whole;
 };
 
-/// Result of a run in D dimensions.
 template <int D>
 struct MeshRun {
-    Mesh<D> mesh;                               ///< committed, or the last state if nothing was
+    Mesh<D> mesh;                               ///< committed mesh, or the last state
     Report report;                              ///< `meets_requirements`: the result is the requested one
-    std::optional<Inherited<D>> remeshed = {};  ///< geometry and metric at the vertices of a mesh that passes changed
+    std::optional<Inherited<D>> remeshed = {};  ///< geometry and metric at the vertices, if passes changed the mesh
     MeshFields fields = {};                     ///< if the output shows them
     std::optional<Solution> metric = {};        ///< if the output requests it and the steps made one
-    std::optional<FinishedRows<D>> rows = {};   ///< those of this rank, of a run that ends in rows; the mesh is empty
+    std::optional<FinishedRows<D>> rows = {};   ///< rows of this rank if the run ends in rows; the mesh is then empty
 };
-/// Runs the steps of a pipeline on a mesh, which is made sound first (`prepare`). Errors: a step that lacks what it
-/// needs (check_order), those of the steps with their JSON path, stopped, memory.
+/// Prepares a mesh and runs the steps of a pipeline on it. Errors: a step without its input (check_order), those of the
+/// steps with their JSON path, stopped, memory.
 template <int D>
 [[nodiscard]] Outcome<MeshRun<D>> run_steps(StageInputs<D> input, const config::Pipeline& pipeline,
                                             RunSources<D> sources, const StepWrapper& around);
 
 struct Run {
-    AnyMesh mesh;  ///< committed, or the last state when nothing was
+    AnyMesh mesh;  ///< committed mesh, or the last state
     Report report;
-    MeshFields fields;                    ///< empty unless the config's output shows them
-    std::optional<Solution> metric = {};  ///< at the vertices, if the config's output wants it and the stages made one
-    std::vector<NamedField> solution = {};  ///< the input's fields, if the config's output has a place for them
+    MeshFields fields;                    ///< empty unless the output shows them
+    std::optional<Solution> metric = {};  ///< at the vertices, if the output requests it and the stages made one
+    std::vector<NamedField> solution = {};  ///< fields of the input, if the output stores them
     std::vector<std::string> details = {};  ///< notices of the report that are printed with --verbose only
-    /// Rows of this rank, of a run that ends in rows; the mesh is empty then.
+    /// Rows of this rank if the run ends in rows; the mesh is then empty.
     std::variant<std::monostate, FinishedRows<2>, FinishedRows<3>> rows = {};
 };
 
-/// True if several ranks may end a run with a share of the mesh each: nothing but the mesh is requested, and blocks
-/// are the last that changes it.
+/// True if each rank may end a run with its share of the mesh: only the mesh is requested, and blocks are the last to
+/// change it.
 [[nodiscard]] bool may_end_in_rows(const config::Pipeline& pipeline);
 
-/// True if an output shows fields of the run: a VTU file, a page.
+/// True if an output (VTU file, page) shows fields of the run.
 [[nodiscard]] bool shows_fields(const config::Output& output);
-/// True if it has a place for fields of a solution: a file of their own, or with the mesh.
+/// True if the output stores fields of a solution, in their own file or with the mesh.
 [[nodiscard]] bool carries_fields(const config::Output& output);
 [[nodiscard]] bool places_by_solution(const config::Pipeline& pipeline);
 [[nodiscard]] bool preserves_elements(const config::Pipeline& pipeline);
 
-/// True if the mesh is of degree 2 and not straight: no stage `elevate` takes it.
+/// True if the mesh is quadratic and not straight; `elevate` rejects it.
 [[nodiscard]] bool is_curved(const AnyMesh& mesh);
 
-/// The mesh prepared, then the stages of a config, one after the other. Errors name the stage's JSON path.
+/// Prepares the mesh and runs the stages of a config in order. Errors name the stage's JSON path.
 [[nodiscard]] Outcome<Run> run_pipeline(const config::Pipeline& pipeline, Inputs inputs, const StepWrapper& around);
 
-/// Predicts the mesh that passes make, where no stage but `elevate` comes before them; none: no stage splits, or the
-/// metric is not known before other stages run. Errors: those of the run so far, and memory.
+/// Predicts the mesh that passes make, if only `elevate` precedes them. None: no stage splits, or the metric needs
+/// other stages first. Errors: those of the run so far, and memory.
 [[nodiscard]] Outcome<std::optional<Growth>> planned_growth(const config::Pipeline& pipeline, Inputs inputs,
                                                             const StepWrapper& around);
 
-/// The metric of a config, its operations done, at the vertices of the input's mesh; no stage is run. Errors: those of
-/// the run so far.
+/// Metric of a config after its operations, at the vertices of the input; no stage runs. Errors: those of the run so
+/// far.
 struct MetricResult {
     Solution metric;
     MetricReport report;
@@ -285,37 +280,37 @@ struct MetricResult {
 [[nodiscard]] Outcome<MetricResult> compute_metric(const config::Pipeline& pipeline, Inputs inputs,
                                                    const StepWrapper& around);
 
-/// The mesh of a config's shape.
 [[nodiscard]] Outcome<DecodedMesh> generate_shape(const config::Shape& shape, const Execution& execution = {});
 
 /// Size of a run before its first step.
 struct PlanSize {
     int dimension = 3, degree = 1;
     std::size_t vertices = 0, elements = 0, facets = 0;
-    std::size_t edges = 0;       ///< estimated by Euler's formula from the others, exact for a ball
-    std::size_t peak_bytes = 0;  ///< estimated_peak_bytes
+    std::size_t edges = 0;       ///< estimated from the others by Euler's formula; exact for a ball
+    std::size_t peak_bytes = 0;  ///< see estimated_peak_bytes
 };
 [[nodiscard]] PlanSize plan_size(const AnyMesh& mesh);
 
 // ---------------------------------------------------------------- order of the mesh
 
-// A mesh in an order that makes stages slow is renumbered before the first stage, and its results after the last one.
+// If the order of a mesh makes stages slow, it is renumbered before the first stage, and its results after the last
+// one.
 
-/// The order to work in; nothing where the mesh's own will do, or where stages change the straight mesh: what they make
-/// has an order of its own. Errors: memory, stopped.
+/// Order to work in. None: the mesh's order is good enough, or stages change the straight mesh and so its order.
+/// Errors: memory, stopped.
 template <int D>
 [[nodiscard]] Outcome<std::optional<BetterOrder>> working_order(const StageInputs<D>& inputs,
                                                                 std::span<const config::Stage> stages,
                                                                 const OrderingOptions& options,
                                                                 const Execution& execution);
 
-/// Renumbers the inputs. Metric files whose rows are not the mesh's vertices stay: they are refused later. Errors:
+/// Renumbers the inputs. Metric files without one row per vertex are unchanged; they are rejected later. Errors:
 /// memory, stopped.
 template <int D>
 [[nodiscard]] Outcome<StageInputs<D>> in_working_order(StageInputs<D> inputs, const Renumbering& order,
                                                        const Execution& execution);
 
-/// Renumbers the results as the input: mesh, fields, metric, and elements of the report. Errors: memory, stopped.
+/// Renumbers mesh, fields, metric and reported elements of the result to the input's order. Errors: memory, stopped.
 template <int D>
 [[nodiscard]] Outcome<MeshRun<D>> in_input_order(MeshRun<D> run, const Renumbering& order, const Execution& execution);
 
@@ -325,50 +320,48 @@ template <int D>
 
 // ---------------------------------------------------------------- meshes in blocks
 
-/// Returns the options of the first stage `curve` for blocks; none: the pipeline requests no blocks.
+/// Block options of the first stage `curve`; none: no blocks are requested.
 [[nodiscard]] std::optional<CurveByBlocks> requested_blocks(const config::Pipeline& pipeline);
 
-/// Sources of a run by blocks.
 struct BlockSources {
     GeometrySource geometry = {};
     std::vector<MetricFile> files = {};  ///< one row per vertex of the whole mesh
     BlockOptions blocks = {};
     std::shared_ptr<Ranks> ranks = one_rank();
 };
-/// Share of this rank in the result; the report is that of the whole mesh.
+/// Share of this rank in the result. The report is that of the whole mesh.
 template <int D>
 struct BlocksRun {
     CurvedBlocks<D> curved;
     Report report;
 };
-/// Runs the steps of a pipeline on a mesh in blocks; all ranks call it. Errors (unsupported): steps other than elevate,
-/// curve, validate, relax and commit, and options of these that need the whole mesh; those of the steps, of any rank.
+/// Runs the steps of a pipeline on a mesh in blocks; all ranks call it. Errors: unsupported (steps other than elevate,
+/// curve, validate, relax and commit, or options that need the whole mesh); those of the steps on any rank.
 template <int D>
 [[nodiscard]] Outcome<BlocksRun<D>> run_steps(const MeshRows<D>& rows, const config::Pipeline& pipeline,
                                               const BlockSources& sources, const StepWrapper& around);
 
 }  // namespace camber::run
 
-/// Recipes: runs of fixed lists of steps on values, one call each.
+/// Recipes: fixed lists of steps on values, one call each.
 export namespace camber {
 
-/// Curves a straight mesh: what `camber curve` does. Steps: elevate, curve, validate, relax, commit. The result may be
-/// invalid: see `report`. Its order is that of the input (camber.ordering makes a better one). Errors: input (no mesh,
-/// see `prepare`), unsupported (no simplices of degree 1), options out of range (usage), those of the goal, stopped,
+/// Curves a straight mesh, as `camber curve`. Steps: elevate, curve, validate, relax, commit. The result may be
+/// invalid: see `report`. It has the input's order (camber.ordering makes a better one). Errors: input (no mesh, see
+/// `prepare`), unsupported (no simplices of degree 1), usage (options out of range), those of the goal, stopped,
 /// memory.
 template <int D>
 [[nodiscard]] Outcome<run::MeshRun<D>> curve_mesh(Mesh<D> mesh, const MeshGoal<D>& goal,
                                                   const CurveMeshOptions& options, const StepWrapper& around);
 
-/// Options of remesh_mesh.
 struct RemeshMeshOptions {
     ToMetricOptions passes = {};
     config::RemeshObjective objective = config::RemeshObjective::automatic;  ///< degree 2: nodes of inner edges
     config::GeometryBound geometry_bound = config::GeometryBound::by_default;
 };
 
-/// Brings a mesh of degree 1 or 2 to a metric: what `camber remesh` does. Step: remesh. Errors: as curve_mesh, with
-/// degree 2.
+/// Remeshes a mesh of degree 1 or 2 for a metric, as `camber remesh`. Step: remesh. Errors: those of curve_mesh, but
+/// degree 2 is supported.
 template <int D>
 [[nodiscard]] Outcome<run::MeshRun<D>> remesh_mesh(Mesh<D> mesh, const MeshGoal<D>& goal,
                                                    const RemeshMeshOptions& options, const StepWrapper& around);

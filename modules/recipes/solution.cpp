@@ -100,7 +100,7 @@ Outcome<TransferredFields> transferred(const AnyMesh& to, const AnyMesh& from, s
     return TransferredFields{std::move(fields), {options.method, std::move(names), std::move(result->statistics)}};
 }
 
-/// Nodes of a mesh: the number of vertices, and the ends of edges with nodes; none of a straight one.
+/// Nodes of a mesh: number of vertices, and ends of the edges with nodes (none if straight).
 struct NodesOfMesh {
     std::size_t vertices = 0;
     Column<std::array<VertexId, 2>> edges;
@@ -232,7 +232,7 @@ template Outcome<SolutionInput<3>> solution_on<3>(const SolutionSource&, const Q
 
 namespace {
 
-/// At the vertices, or at all nodes.
+/// Makes a field at the vertices, or at all nodes.
 template <int D>
 Outcome<NamedField> as_field(const QuadraticMesh<D>& mesh, const Column<LogMetric<D>>& logs, int degree,
                              const Execution& execution) {
@@ -277,7 +277,7 @@ MetricOfSolutionOptions options_of(const config::SolutionMetric& requested, bool
     return out;
 }
 
-/// Weights of the scalars of fields, by those of the solution's fields, which stand in its order.
+/// Weights of the components of the selected fields, from those of all fields.
 std::vector<double> weights_of_scalars(std::span<const NamedField> fields, std::span<const NamedField> selected,
                                        const std::vector<double>& weights) {
     std::vector<double> out;
@@ -328,8 +328,8 @@ Outcome<std::vector<Column<LogMetric<D>>>> logs_of(std::span<const Solution> spe
     return out;
 }
 
-/// The names of fields whose values are as unrelated as in a random order. Errors (input): values that are certainly in
-/// another order than the nodes.
+/// Names of fields whose values look randomly ordered. Errors (input): values that are certainly in another order than
+/// the nodes.
 template <int D>
 Outcome<std::vector<std::string>> unordered_fields(const QuadraticMesh<D>& mesh, std::span<const NamedField> fields,
                                                    const Execution& execution) {
@@ -426,7 +426,7 @@ Outcome<SolutionMetricResult> metric_of_fields(const AnyMesh& mesh, std::span<co
 
 namespace {
 
-/// One a vertex, in the order of `Sym`.
+/// One tensor per vertex, in the order of `Sym`.
 template <int D>
 Column<double> means_at_vertices(const RecoveredDerivatives<D>& recovered) {
     const MaterialRows& rows = recovered.rows;

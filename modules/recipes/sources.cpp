@@ -66,7 +66,7 @@ Outcome<SourcedMetric<D>> log_metrics_of_file(const MetricFile& file, std::size_
         return refuse("has " + std::to_string(s.rows) + " rows, the mesh " + std::to_string(vertices) + " vertices",
                       "give the metric of this mesh, one row a vertex");
     if (s.fields == std::vector{FieldKind::scalar}) {
-        // One size a vertex: an isotropic metric, as Mmg and refine read such a file.
+        // One size per vertex is an isotropic metric, as in Mmg and refine.
         Buffer<LogMetric<D>> logs(vertices);
         for (std::size_t v = 0; v < vertices; ++v) {
             if (!(s.values[v] > 0) || !std::isfinite(s.values[v]))
@@ -97,7 +97,7 @@ Outcome<SourcedMetric<D>> log_metrics_of_file(const MetricFile& file, std::size_
 
 namespace {
 
-/// A field that is given where the vertices were read, where they are now.
+/// Evaluates a field, known at the vertices as read, at their current positions.
 template <int D>
 Outcome<Column<LogMetric<D>>> at_moved_vertices(Column<LogMetric<D>> field, const MetricInput<D>& input,
                                                 const Execution& execution) {
@@ -117,7 +117,7 @@ Outcome<Column<LogMetric<D>>> at_moved_vertices(Column<LogMetric<D>> field, cons
     return Column<LogMetric<D>>(std::move(*moved));
 }
 
-/// One source of a field each; what a file holds is read already.
+/// Makes the metric of each kind of source; files are already read.
 template <int D>
 struct Source {
     const MetricInput<D>& input;
@@ -168,7 +168,7 @@ struct Source {
         metric->log_metrics = std::move(*here);
         return metric;
     }
-    /// Elsewhere as large as the domain.
+    /// Elsewhere the size is that of the domain.
     [[nodiscard]] Outcome<Column<LogMetric<D>>> within_domain(const std::vector<MetricsAtVertices<D>>& sizes) const {
         return fixed_metric<D>(input.mesh, sizes, {}, diameter(input.mesh), without_progress(execution));
     }
@@ -200,8 +200,8 @@ template Outcome<SourcedMetric<3>> log_metrics_of_file<3>(const MetricFile&, std
 
 namespace {
 
-/// In the order to work in, which makes this too faster; nothing where there is something to say of the mesh, since
-/// that is said of the given one.
+/// Prepares the mesh in the order to work in, which is faster. None if there are messages on the mesh, which refer to
+/// the input's order.
 template <int D>
 Outcome<std::optional<Sound<D>>> sound_in_order(const StageInputs<D>& specified, BetterOrder order,
                                                 const Execution& execution) {
@@ -230,7 +230,7 @@ Outcome<Sound<D>> prepare_stage(StageInputs<D> specified, std::span<const config
     specified.mesh = std::move(result->mesh);
     Sound<D> sound{std::move(specified), std::move(result->notices), {}};
     if (!is_bad) return sound;
-    // Anew: elements may have gone.
+    // The order is computed again, since elements may have been removed.
     auto now = working_order(sound.inputs, stages, ordering, without_progress(execution));
     if (!now) return fail(now.error());
     if (!*now) return sound;
@@ -250,7 +250,7 @@ Outcome<Done> apply(Runner<D>& run, const config::Elevate& options) {
 
 namespace {
 
-/// The nodes of a mesh that was read with its curves as a plan: its boundary's features tell what is given.
+/// Nodes of a curved input mesh as a plan, with the features of its boundary.
 template <int D>
 struct Adopted {
     OwnNodes<D> own;
@@ -268,7 +268,7 @@ Outcome<Adopted<D>> own_nodes(const QuadraticMesh<D>& mesh, const BoundaryOption
     return Adopted<D>{{std::move(*features)}, std::move(proposal), report};
 }
 
-/// The same where surfaces are prescribed: the boundary's nodes are brought onto them.
+/// The same with prescribed surfaces, onto which the boundary's nodes move.
 template <int D>
 Outcome<Plan<D>> own_nodes_on_geometry(Runner<D>& run) {
     const QuadraticMesh<D>& mesh = run.quadratic().mesh;
@@ -318,7 +318,7 @@ Outcome<Done> adopt_own_nodes(Runner<D>& run) {
 
 namespace {
 
-/// The proposal becomes the mesh's, valid or not: what is not is in the report, and the program's exit code.
+/// Commits the proposal, valid or not. The report and the exit code show invalid elements.
 template <int D>
 Outcome<QuadraticMesh<D>> committed(const JudgedProposal<D>& judged) {
     if (!judged.validation().certified()) return commit_uncertified(judged).mesh;

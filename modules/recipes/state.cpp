@@ -96,7 +96,7 @@ Row row_of(const config::Stage& stage) {
         stage);
 }
 
-/// The first stage of the table that makes this.
+/// First stage of the table that makes this content.
 std::string_view first_stage_for(RunContent target) {
     std::string_view stage_name;
     std::apply(
@@ -107,9 +107,9 @@ std::string_view first_stage_for(RunContent target) {
     return stage_name;
 }
 
-/// Why the stage cannot run on less than it needs.
+/// Error of a stage whose input is missing.
 Error too_little(const Row& row, RunContent now) {
-    // A stage that takes what is there finds a mesh of another degree; one that plans anew could have had it elevated.
+    // A stage that makes no new content needs a quadratic mesh; before others, `elevate` is missing.
     if (now == RunContent::straight_mesh && !row.result_content)
         return {ErrorKind::input,
                 "the mesh is of degree 1, and stage \"" + row.name + "\" needs one of degree 2",
@@ -124,7 +124,7 @@ Error too_little(const Row& row, RunContent now) {
             {}};
 }
 
-/// Why it cannot run on more: it elevates a straight mesh.
+/// Error of `elevate` on a mesh that is quadratic.
 Error too_much(int degree) {
     if (degree == 1)
         return {ErrorKind::usage,
@@ -140,7 +140,7 @@ Error too_much(int degree) {
             "\"commit\"]"};
 }
 
-/// Why it cannot change a mesh for whose nodes other places are planned.
+/// Error of a pass on a mesh whose planned nodes are not committed.
 Error not_committed(const Row& row) {
     return {ErrorKind::usage,
             "stage \"" + row.name + "\" changes the mesh, and planned places of its nodes are not committed",

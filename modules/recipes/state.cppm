@@ -33,7 +33,7 @@ import :values;
 
 export namespace camber::run {
 
-/// Files of a config's geometry, already read.
+/// Files of a config's geometry; they are already read.
 struct GeometrySource {
     std::optional<CadModel> cad = {};
     std::shared_ptr<const AnyMesh> mesh = {};
@@ -41,31 +41,31 @@ struct GeometrySource {
 
 // ---------------------------------------------------------------- state of a run between two stages
 
-/// A plan that began with the nodes that the mesh was read with.
+/// Origin of a plan that started from the nodes of the input.
 template <int D>
 struct OwnNodes {
     Features<D> features;
-    std::optional<Boundary<D>> boundary = {};  ///< with a prescribed geometry, onto which the boundary's nodes went
+    std::optional<Boundary<D>> boundary = {};  ///< prescribed geometry, onto which boundary nodes were moved
 };
 
-/// A plan of `curve` or `reinsert`: where they want nodes, and by what.
+/// Target nodes of `curve` or `reinsert`, and the data that define them.
 template <int D>
 struct CurvingTarget {
     Boundary<D> boundary;
     Incidence<ElementId> shells;
     Curved<D> curved;  ///< before any correction
     CurvingAim aim = CurvingAim::energy;
-    Column<LagrangeNode<D>> extended = {};  ///< where nodes go back to, see CurveInput
+    Column<LagrangeNode<D>> extended = {};  ///< positions to relax towards, see CurveInput
 };
 
-/// Places that are the mesh's by now, and the verdicts that they became so with.
+/// Committed positions, and their verdicts.
 template <int D>
 struct CommittedPlaces {
     Proposal<D> proposal;
     Validation<D> validation;
 };
 
-/// Places for nodes and vertices, committed or not.
+/// Positions for nodes and vertices, committed or not.
 template <int D>
 struct Plan {
     std::variant<OwnNodes<D>, CurvingTarget<D>> origin;
@@ -73,25 +73,25 @@ struct Plan {
 
     [[nodiscard]] const Features<D>& features() const;
     [[nodiscard]] const Proposal<D>& proposal() const;
-    [[nodiscard]] const Validation<D>* validation() const;  ///< of the places; null until they were judged
-    /// Null: to be judged for the mesh as it is now.
+    [[nodiscard]] const Validation<D>* validation() const;  ///< of the positions; null: not validated
+    /// Null: the plan is not yet validated for the current mesh.
     [[nodiscard]] const JudgedProposal<D>* judged() const { return std::get_if<JudgedProposal<D>>(&places); }
-    /// Null: began with the nodes that the mesh was read with.
+    /// Null: the plan started from the nodes of the input.
     [[nodiscard]] const CurvingTarget<D>* target() const { return std::get_if<CurvingTarget<D>>(&origin); }
-    /// Null: the mesh's own, without a geometry.
+    /// Null: the boundary of the mesh, without a geometry.
     [[nodiscard]] const Boundary<D>* boundary() const {
         if (const auto* own = std::get_if<OwnNodes<D>>(&origin)) return own->boundary ? &*own->boundary : nullptr;
         return &std::get<CurvingTarget<D>>(origin).boundary;
     }
 };
 
-/// Nothing is planned; verdicts of the mesh's own nodes, once asked for.
+/// No plan; verdicts of the mesh's nodes, once validated.
 template <int D>
 struct Unplanned {
     std::optional<Validation<D>> validation;
 };
 
-/// A mesh of degree 2, and what is planned for it.
+/// A quadratic mesh and its plan.
 template <int D>
 struct Quadratic {
     QuadraticMesh<D> mesh;
@@ -99,19 +99,19 @@ struct Quadratic {
     std::variant<Unplanned<D>, Plan<D>> plan;
 
     [[nodiscard]] const Plan<D>* planned() const { return std::get_if<Plan<D>>(&plan); }
-    /// Verdicts of the plan, or of the mesh where there is none; null when nothing was judged.
+    /// Verdicts of the plan, or without a plan of the mesh; null: not validated.
     [[nodiscard]] const Validation<D>* validation() const;
-    /// True if the boundary's nodes are the file's: they stay, unless analytic surfaces are given.
+    /// True if boundary nodes are from the input: they stay, unless analytic surfaces are prescribed.
     [[nodiscard]] bool is_boundary_from_input() const;
     [[nodiscard]] bool has_uncommitted() const;
 };
 
-/// Nothing was corrected yet: the last verdicts, if any.
+/// No correction yet. `last`: latest verdicts.
 template <int D>
 struct Uncorrected {
     std::optional<Validation<D>> last;
 };
-/// Something was: the verdicts before.
+/// After a correction. `before`: verdicts before it.
 template <int D>
 struct Corrected {
     Validation<D> before;
@@ -119,29 +119,28 @@ struct Corrected {
 template <int D>
 using History = std::variant<Uncorrected<D>, Corrected<D>>;
 
-/// A mesh between two passes that change it, and what it is brought to.
+/// A mesh that passes change, and their goal.
 template <int D>
 struct Changing {
     Adaptation<D> mesh;
     AdaptationGoal<D> goal;
     MetricReport metric;                ///< of the goal's field
-    std::vector<Histogram> histograms;  ///< of the mesh before, see UnitMesh
-    /// Shared among ranks, at the end of a run that ends in rows: the mesh is empty then.
+    std::vector<Histogram> histograms;  ///< of the mesh before the passes, see UnitMesh
+    /// Rows of this rank at the end of a run that ends in rows; `mesh` is then empty.
     std::optional<RemeshedRows<D>> shared = {};
 };
 
-/// Inheritance of a remeshed mesh from the one before: its facets approximate the same geometry, and its vertices know
-/// their metric.
+/// Data for a remeshed mesh: its facets approximate the same geometry, and its vertices have a metric.
 template <int D>
 struct Inherited {
     Geometry<D> geometry;
     Column<LogMetric<D>> log_metrics;
-    MetricReport metric;                    ///< of the field that it was remeshed by
-    std::optional<BackMesh<D>> field = {};  ///< itself, where that is of a file with a mesh of its own
+    MetricReport metric;                    ///< of the field of the remeshing
+    std::optional<BackMesh<D>> field = {};  ///< that field, if its file has its own mesh
     EmbeddedCurves<D> curves = {};          ///< of the mesh that was remeshed
 };
 
-/// Crossings of a proposal, and its places.
+/// Crossings of a proposal, with its positions.
 template <int D>
 struct KnownCrossings {
     Column<Vec<D>> points;
@@ -156,48 +155,48 @@ struct KnownCrossings {
 template <int D>
 struct State {
     std::variant<LinearMesh<D>, Changing<D>, Quadratic<D>> mesh;
-    Column<Vec<D>> input_points;  ///< of the vertices as they were read: where the rows of metric files speak
-    Column<LagrangeNode<D>> input_nodes = {};  ///< of a mesh of degree 2 its nodes, likewise: what came is told beside
-    std::optional<BackMesh<D>> field;          ///< the last that was made
-    /// If that is on a curved back mesh: the metric of the straight mesh at its vertices.
+    Column<Vec<D>> input_points;  ///< vertices as read, to which rows of metric files refer
+    Column<LagrangeNode<D>> input_nodes = {};  ///< nodes of a quadratic mesh as read
+    std::optional<BackMesh<D>> field;          ///< the last one that was made
+    /// Metric of the straight mesh at its vertices, if `field` is on a curved mesh.
     std::optional<Column<LogMetric<D>>> straight_log_metrics;
     std::optional<Inherited<D>> inherited;
-    /// Boundary that the stage `remesh` left, against the bounds of the config; empty once a stage changes it.
+    /// Boundary distance after `remesh`, compared with the bounds of the config; empty once a stage changes it.
     std::optional<ReachedDistance<D>> reached;
-    std::optional<FinishedRows<D>> rows;              ///< what this rank has in the end: the mesh is empty then
-    std::optional<CadMovesReport> cad_moves;          ///< of vertices, before the first stage
+    std::optional<FinishedRows<D>> rows;              ///< final rows of this rank; the mesh is then empty
+    std::optional<CadMovesReport> cad_moves;          ///< moves of vertices before the first stage
     std::optional<std::size_t> crossings_of_input;    ///< pairs of facets that crossed before passes changed the mesh
-    std::optional<RelaxedWallsReport> relaxed_walls;  ///< boundary nodes that were moved back because walls crossed
-    std::optional<KnownCrossings<D>> crossings;       ///< of the places that the stage `relax` left
+    std::optional<RelaxedWallsReport> relaxed_walls;  ///< boundary nodes that were moved back because facets crossed
+    std::optional<KnownCrossings<D>> crossings;       ///< of the positions after the stage `relax`
     History<D> history;
-    JacobianBound bound = {};   ///< what the last stage asked for that did
-    JacobianBound target = {};  ///< of repair, for how the last stage placed nodes
-    CurveOptions curving = {};  ///< of the last stage that curved: passes have new edges find their nodes alike
+    JacobianBound bound = {};   ///< of the last stage that set one
+    JacobianBound target = {};  ///< of repair, for the method that last placed nodes
+    CurveOptions curving = {};  ///< of the last curving stage; passes place new nodes alike
 };
 
 /// State of a run before its first stage. Errors: unsupported (no simplices of degree 1 or 2).
 template <int D>
 [[nodiscard]] Outcome<State<D>> beginning_with(Mesh<D> mesh);
 
-// ---------------------------------------------------------------- values that several stages take or make
+// ---------------------------------------------------------------- values of several stages
 
 /// Distribution of a run's result: each rank has all of it, or its rows.
 enum class RunEnd : std::uint8_t { whole, rows };
 
-/// The mesh that a metric file speaks of, where its rows are not at the input's vertices.
+/// Mesh of a metric file whose rows are not at the input's vertices.
 struct MetricMesh {
     enum class Of { input, another };
     AnyMesh mesh;
-    Of of = Of::another;  ///< input: with rows at all nodes of it, as it was read
+    Of of = Of::another;  ///< `input`: rows at all nodes of the input as read
 };
 
-/// A metric's rows: of a file, read by the shell, or made for the run's solution.
+/// Rows of a metric: read from a file, or made for the run's solution.
 struct MetricFile {
     std::string name;
     Solution solution;
     std::optional<MetricMesh> mesh = {};                       ///< none: the rows are at the vertices of the input
     std::optional<config::SolutionMetric> metric_config = {};  ///< none: of a file
-    std::vector<DistanceBound> bounds = {};  ///< of the boundary, by the error that the solution expects
+    std::vector<DistanceBound> bounds = {};  ///< of the boundary, by the expected error of the solution
 
     [[nodiscard]] bool is_of(const config::Metric& metric) const {
         if (const auto* file = std::get_if<config::FilePath>(&metric)) return !metric_config && name == file->path;
@@ -206,26 +205,26 @@ struct MetricFile {
     }
 };
 
-/// A metric file's rows in the order of a mesh's vertices and, where there are as many as nodes of a curved one, of its
-/// edges: the file's numbers decide. Other rows are left as they are. An edge without a node in the file has the mean
-/// of its ends. Errors: memory, stopped.
+/// Rows of a metric file in the order of a mesh's vertices. With one row per node of a curved mesh, rows of its edges
+/// follow. The file's numbers decide. Other rows are unchanged; an edge without a node in the file has the mean of its
+/// ends. Errors: memory, stopped.
 struct RowsByNodes {
     Solution solution;
     bool is_at_nodes = false;
 };
 [[nodiscard]] Outcome<RowsByNodes> rows_by_nodes(Solution solution, const DecodedMesh& mesh,
                                                  const Execution& execution);
-/// Rows at the vertices, of rows at all nodes of that mesh; others as they are.
+/// Selects the rows of the vertices from rows at all nodes; other rows are unchanged.
 [[nodiscard]] Solution rows_at_vertices(RowsByNodes rows, const AnyMesh& mesh);
 
-/// Input of a run that its order of work renumbers: a mesh, and metric files with one row per vertex.
+/// Inputs that a better order renumbers: a mesh, and metric files with one row per vertex.
 template <int D>
 struct StageInputs {
     Mesh<D> mesh;
     std::vector<MetricFile> files = {};
 };
 
-/// The mesh made sound, or refused; notices of what was done. It is in the order to work in; none: the given one.
+/// Prepared mesh, notices of its changes, and the order to work in (none: that of the input).
 template <int D>
 struct Sound {
     StageInputs<D> inputs;
@@ -242,68 +241,67 @@ struct MetricInput {
     const LinearMesh<D>& mesh;
     const EdgeSet<D>& edges;
     const Boundary<D>& boundary;
-    const Column<Vec<D>>& input_points;  ///< where the rows of files speak
+    const Column<Vec<D>>& input_points;  ///< vertices as read, to which rows of files refer
     std::span<const MetricFile> files;   ///< all that the config names
-    Column<LogMetric<D>> natural;        ///< the mesh's own, with straight edges or with its curves
-    const Inherited<D>* inherited;       ///< of a mesh that was remeshed: its metric is made; null of others
+    Column<LogMetric<D>> natural;        ///< mesh-implied metric, straight or curved
+    const Inherited<D>* inherited;       ///< of a remeshed mesh, whose metric exists; else null
 };
 
-/// A config's geometry as a value; the surrogate is built from the mesh, through the nodes of `boundary` if there are
-/// any, else through its vertices. Error (usage, with the JSON path):
-/// a vector of the wrong dimension, a surface that the dimension does not have, or that the mesh does not lie on. Of a
-/// CAD model: errors of `associate`; of another mesh, whose ridges are found by `features_by`: those of
-/// geometry_of_mesh.
+/// Geometry of a config. A surrogate passes through the nodes of `boundary` if there are any, else through the
+/// vertices. Errors (usage, with the JSON path): a vector of the wrong dimension; a surface that does not exist in this
+/// dimension or that the mesh is not on. Others: those of `associate` for a CAD model, and of geometry_of_mesh for
+/// another mesh, whose ridges `features_by` determines.
 template <int D>
 struct BuiltGeometry {
     Geometry<D> geometry;
     std::optional<CadReport> cad = {};
-    std::vector<EdgeId> ridges = {};  ///< edges of the mesh on edges of the model, and vertices on its vertices, rising
+    std::vector<EdgeId> ridges = {};  ///< mesh edges on model edges, and mesh vertices on model vertices, ascending
     std::vector<VertexId> corners = {};
     std::optional<CurvedPatchesReport> curved_patches = {};
     std::optional<OffSurfacesReport> off_surfaces = {};  ///< of analytic surfaces
-    std::optional<Error> fit_error = {};                 ///< the mesh does not belong to the CAD model
+    std::optional<Error> fit_error = {};                 ///< the mesh does not fit the CAD model
 };
 template <int D>
 [[nodiscard]] Outcome<BuiltGeometry<D>> make_geometry(const config::Geometry& geometry, const GeometrySource& source,
                                                       const BoundaryCurves<D>& boundary,
                                                       const FeatureOptions<D>& features_by, const Execution& execution);
-/// Policy for vertices that are far from the boundary of the geometry's mesh. Passes leave vertices off it where
-/// elements would become invalid or walls would cross, so a mesh that an earlier cycle made is not refused.
+/// Policy for vertices far from the boundary of the geometry's mesh. Passes leave vertices off it if elements would
+/// become invalid or facets would cross, so meshes of earlier cycles are accepted.
 enum class FitErrorPolicy : std::uint8_t { refused, accepted };
 
-/// The boundary of another mesh. Errors (usage): it is of another dimension, or lacks a reference of this one's
-/// boundary; (input): more than few vertices of the boundary are farther from it than a tenth of their
-/// edges, and not between its straight facets and the surfaces over them.
+/// Geometry from the boundary of another mesh. Errors: usage (another dimension, or a reference of this boundary is
+/// missing); input (several boundary vertices are farther from it than a tenth of their edges, and not between its
+/// straight facets and the surfaces above them).
 template <int D>
 [[nodiscard]] Outcome<Geometry<D>> geometry_of_mesh(const AnyMesh& other, const FeatureOptions<D>& features_by,
                                                     const LinearMesh<D>& mesh, FitErrorPolicy policy,
                                                     const Execution& execution);
-/// The analytic surfaces of a config. Errors (usage) with the JSON path, `where` and the item's number.
+/// Analytic surfaces of a config. Errors (usage) have the JSON path: `where` and the item's number.
 template <int D>
 [[nodiscard]] Outcome<AnalyticGeometry<D>> make_analytic(const std::vector<config::AnalyticSurface>& surfaces,
                                                          const std::string& where, const LinearMesh<D>& mesh,
                                                          const Execution& execution);
-/// Vertices that are farther from the surface of a facet than rounding explains: `check_fit` lets pass a tenth of the
-/// edges, since meshes are made on surfaces that are not quite those of the model.
+/// Vertices that are farther from their surface than rounding explains. `check_fit` accepts a tenth of the edges, since
+/// meshes may be made on slightly different surfaces.
 template <int D>
 [[nodiscard]] OffSurfacesReport off_surfaces(const LinearMesh<D>& mesh, const AnalyticGeometry<D>& geometry);
-/// Makes the CAD model alone, of the facets that are not of the references `excluded` (rising). A mesh with too many
-/// vertices off the model has a misfit. Errors: those of `associate`.
+/// Makes the geometry of facets on the CAD model, without those of the references `excluded` (ascending). `misfit`: too
+/// many vertices are off the model. Errors: those of `associate`.
 template <int D>
 [[nodiscard]] Outcome<BuiltGeometry<D>> make_cad_geometry(const config::Cad& config, const CadModel& model,
                                                           const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
                                                           std::span<const Reference> excluded,
                                                           const Execution& execution);
 
-/// The source with its CAD model in the unit of the mesh (camber.cad: in_unit_of) where the config has the unit "auto".
-/// Errors: stopped, memory.
+/// Converts the CAD model to the unit of the mesh (camber.cad: in_unit_of), if the config has the unit "auto". Errors:
+/// stopped, memory.
 template <int D>
 [[nodiscard]] Outcome<GeometrySource> in_unit_of_mesh(const config::Geometry& geometry, GeometrySource source,
                                                       const LinearMesh<D>& mesh, const Execution& execution);
 
 [[nodiscard]] bool lies_on_model(const config::Cad& cad, Reference reference);
-/// Vertices that are off the model brought onto it, and beside the analytic surfaces onto the curve of both. Errors: as
-/// of make_cad_mixture.
+/// Vertices moved onto the CAD model; next to analytic surfaces, onto the curve of intersection. Errors: those of
+/// make_cad_mixture.
 template <int D>
 struct MovedVertices {
     Column<Vec<D>> points;
@@ -313,61 +311,61 @@ template <int D>
 [[nodiscard]] Outcome<MovedVertices<D>> moved_vertices(const config::Cad& config, const CadModel& model,
                                                        const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
                                                        const Execution& execution);
-/// The CAD model with what lies beside it: analytic surfaces, and the surrogate of all else, which is made only where
-/// there is something. Errors (usage): references that are named twice or that no facet has.
+/// Geometry of the CAD model, of analytic surfaces, and of a surrogate for other facets, if there are any. Errors
+/// (usage): references that are named twice or that no facet has.
 template <int D>
 [[nodiscard]] Outcome<BuiltGeometry<D>> make_cad_mixture(const config::Cad& config, const CadModel& model,
                                                          const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
                                                          const SurrogateFactory<D>& surrogate,
                                                          const Execution& execution);
 
-/// The largest distances that a config allows between the boundary and its geometry, by reference: those of chords in
-/// its metric and its operations.
+/// Largest distances that a config allows between boundary and geometry, by reference: the chord errors of its metric
+/// and operations.
 [[nodiscard]] std::vector<DistanceBound> required_distances(const config::Pipeline& pipeline);
 
-/// The distances that a run bounds: those that its config requires, or else those that its metrics expect.
+/// Bounds on boundary distances of a run: those that the config requires, or else those that its metrics expect.
 struct BoundedDistances {
     std::vector<DistanceBound> bounds;
-    bool are_required = true;  ///< a result that exceeds them is not the one that was asked for
+    bool are_required = true;  ///< a result that exceeds required bounds is not the requested one
 };
 
-/// Log-metrics at the vertices, and what the report says of where they are from.
+/// Log-metrics at the vertices, and a report of their source.
 template <int D>
 struct SourcedMetric {
     Column<LogMetric<D>> log_metrics;
     MetricReport report;
     Notices notices;
 };
-/// Metric of a file: a tensor or a size a vertex. Errors (input): of another dimension or number of rows, values that
+/// Metric of a file: a tensor or a size per vertex. Errors (input): another dimension or number of rows, values that
 /// are no metric.
 template <int D>
 [[nodiscard]] Outcome<SourcedMetric<D>> log_metrics_of_file(const MetricFile& file, std::size_t vertices,
                                                             const Execution& execution);
 
-/// The field of a metric file on the mesh that it speaks of: of form (4) on a curved one.
+/// Field of a metric file on its own mesh; of form (4) on a curved one.
 template <int D>
 struct FileField {
     BackMesh<D> back;
     MetricReport report;
     Notices notices;
 };
-/// Another mesh than that of `requested` must be in the same place: notices of vertices that are outside. Errors: those
-/// of log_metrics_of_file; a mesh of another dimension, or in another place (input).
+/// The mesh of the file must be in the place of the points; notices report points outside it. Errors: those of
+/// log_metrics_of_file; a mesh of another dimension or place (input).
 template <int D>
 [[nodiscard]] Outcome<FileField<D>> field_of_file(const MetricFile& file, const Column<Vec<D>>& requested,
                                                   const Execution& execution);
 template <int D>
 [[nodiscard]] Outcome<SourcedMetric<D>> sampled_file(const MetricFile& file, const Column<Vec<D>>& points,
                                                      const Execution& execution);
-/// The file of the config's metric, where that has a mesh of its own; else null.
+/// File of the config's metric, if it has its own mesh; else null.
 [[nodiscard]] const MetricFile* file_with_mesh(const config::Pipeline& config, std::span<const MetricFile> files);
 
 template <int D>
 [[nodiscard]] Outcome<SourcedMetric<D>> make_log_metrics(const MetricInput<D>& input, const config::Metric& metric,
                                                          const Execution& execution);
 
-/// The metrics that are made, not read: of the boundary's normals, of an analytic field. Errors (usage): what is of
-/// another dimension, values that are no sizes.
+/// Metrics that are computed: of the boundary's normals, and of an analytic field. Errors (usage): a wrong dimension,
+/// values that are no sizes.
 template <int D>
 [[nodiscard]] Outcome<Column<LogMetric<D>>> make_surface_metric(const config::SurfaceMetric& metric,
                                                                 const MetricInput<D>& input,
@@ -376,7 +374,7 @@ template <int D>
 [[nodiscard]] Outcome<Column<LogMetric<D>>> make_field_metric(const config::FieldMetric& metric,
                                                               const LinearMesh<D>& mesh, const Execution& execution);
 
-/// A config's operations on a field, one after the other.
+/// Applies the operations of a config to a field, in order.
 template <int D>
 [[nodiscard]] Outcome<SourcedMetric<D>> apply_operations(SourcedMetric<D> field, const MetricInput<D>& input,
                                                          std::span<const config::MetricOperation> operations,
@@ -391,27 +389,26 @@ struct NamedField {
     TransferField field;
 };
 
-/// Each component of each field, a value a node.
+/// Each component of each field, one value per node.
 [[nodiscard]] std::vector<Column<double>> scalars_of(std::span<const NamedField> fields);
 
-/// The fields of these names, each once; no names: all. Errors: a name that there is not (usage), with `where`.
+/// Selects fields by name, each once; no names: all. Errors: an unknown name (usage, with `where`).
 [[nodiscard]] Outcome<std::vector<NamedField>> named(std::vector<NamedField> fields,
                                                      const std::vector<std::string>& names, const std::string& where);
 
-/// The mesh as one of degree 2: a straight one elevated. Errors: of another dimension (internal), memory, stopped.
+/// Returns a quadratic mesh; elevates a straight one. Errors: another dimension (internal), memory, stopped.
 template <int D>
 [[nodiscard]] Outcome<QuadraticMesh<D>> of_degree_2(const AnyMesh& mesh, const Execution& execution);
 
-/// Number of nodes of the mesh in degree 2: its vertices, and one an edge. The nodes of a straight mesh are those of
-/// the elevated one. Errors: those of `unique_edges`.
+/// Number of nodes in degree 2: vertices and one per edge, also for a straight mesh. Errors: those of `unique_edges`.
 [[nodiscard]] Outcome<std::size_t> nodes_in_degree_2(const AnyMesh& mesh, const Execution& execution);
 
-/// The fields with their values at the vertices alone, as fields of degree 1.
+/// Restricts fields to the vertices (degree 1).
 [[nodiscard]] std::vector<NamedField> at_vertices(const AnyMesh& mesh, std::vector<NamedField> fields);
 
-/// The metric that fields ask for: at the vertices of a straight mesh, at all nodes of a curved one. `specified`: those
-/// that it is intersected with, rows at the vertices. Each component of each field is a function by itself. Errors:
-/// those of `metric_of_solution` and of metric files; fields that are not known alike, none of the names (usage).
+/// Metric for fields: at the vertices of a straight mesh, at all nodes of a curved one. Each component of each field is
+/// one function. `specified`: metrics to intersect with, rows at the vertices. Errors: those of `metric_of_solution`
+/// and of metric files; fields at different nodes, or unknown names (usage).
 struct SolutionMetricResult {
     NamedField metric;
     SolutionMetricReport report;
@@ -422,11 +419,11 @@ struct SolutionMetricResult {
                                                              std::span<const Solution> specified, double ridge_angle,
                                                              const StepWrapper& around);
 
-/// The second derivatives of a field of numbers at the vertices, where materials meet the mean of their sides. Errors:
-/// those of `recover_derivatives`; no field of numbers (usage).
+/// Second derivatives of a scalar field at the vertices; where materials meet, the mean of both sides. Errors: those of
+/// `recover_derivatives`; no scalar field (usage).
 [[nodiscard]] Outcome<Solution> hessians_of(const AnyMesh& mesh, const NamedField& field, const Execution& execution);
 
-/// The fields of a mesh on another one. Errors: those of `transfer`; meshes of two dimensions (input).
+/// Fields transferred to another mesh. Errors: those of `transfer`; meshes of different dimensions (input).
 struct TransferredFields {
     std::vector<NamedField> fields;
     TransferReport report;
@@ -435,32 +432,31 @@ struct TransferredFields {
                                                          std::vector<NamedField> fields, const TransferOptions& options,
                                                          const StepWrapper& around);
 
-/// As fields of a mesh file: at the vertices and, of a mesh of degree 2, at the edges' nodes, where a field of degree 1
-/// has the means of their ends.
+/// Fields of a mesh file: at the vertices and, for degree 2, at edge nodes, where a field of degree 1 has the mean of
+/// the ends.
 [[nodiscard]] MeshFields as_mesh_fields(const AnyMesh& mesh, std::span<const NamedField> fields);
 
-/// An expression's values at the nodes of a mesh; a straight one has them in the middles of its edges. Errors (usage):
-/// one that cannot be read, or has no number at a node; stopped, memory.
+/// Values of an expression at the nodes of a mesh; on a straight one also at the middles of its edges. Errors: usage
+/// (cannot be parsed, not finite at a node), stopped, memory.
 [[nodiscard]] Outcome<NamedField> field_of_expression(const AnyMesh& mesh, const std::string& expression,
                                                       const Execution& execution);
 
-/// Fields on the mesh that was read, or an expression.
+/// Fields on the input mesh, or an expression.
 struct SolutionSource {
     AnyMesh mesh;
     std::vector<NamedField> fields;
     std::string expression;       ///< empty: none
-    std::vector<double> weights;  ///< a field each; none: 1 of all
+    std::vector<double> weights;  ///< one per field; none: 1 each
 };
 
-/// Each component of each field at the nodes of a mesh that came of that one: those that stayed keep their values; or
-/// the expression itself. Step: transfer. Errors: those of `transfer_fields`; an expression that cannot be read;
-/// as many weights as fields (usage).
+/// Components of all fields at the nodes of a mesh made from the input, where unchanged nodes keep their values; or the
+/// expression. Step: transfer. Errors: those of `transfer_fields`; usage (an expression that cannot be parsed, a wrong
+/// number of weights).
 template <int D>
 [[nodiscard]] Outcome<SolutionInput<D>> solution_on(const SolutionSource& source, const QuadraticMesh<D>& mesh,
                                                     const StepWrapper& around);
 
-/// The fields that a run's end can show on its mesh, for a VTU file; only those that its stages made known. `field`:
-/// null where none was made.
+/// Fields that a VTU file can show on the final mesh, as far as stages computed them. `field`: null if none was made.
 ///
 /// Cells (on facets and feature edges NaN and −1):
 /// - `scaled_jacobian`: certified lower bound of min det J / |det straight|; `verdict`: 0 valid, 1 invalid,
@@ -471,42 +467,42 @@ template <int D>
 /// - `edge_change`: −1 at vertices, else 0 straight, 1 projected, 2 optimised, 3 relaxed, 4 straightened;
 /// - `curvature`: |P^l − M_11|/|P_20 − P_02| of the node's edge; at a vertex the mean of its edges;
 /// - `length_reduction`: L_straight/L − 1 of the node's edge, 0 on boundary edges; at a vertex the mean of its volume
-/// edges;
-/// - `distance_to_geometry` (model units): of boundary nodes from the nearest point of the geometry; NaN in the volume;
-/// - `metric` (1/length²): M; at nodes of edges log-Euclidean between the back mesh's vertices.
+///   edges;
+/// - `distance_to_geometry` (model units): of boundary nodes; NaN in the volume;
+/// - `metric` (1/length²): M; at edge nodes log-Euclidean between the back mesh's vertices.
+///
 /// Errors: stopped.
 template <int D>
 [[nodiscard]] Outcome<MeshFields> mesh_fields(const Quadratic<D>& end, const BackMesh<D>* field,
                                               const std::optional<EdgeLengths>& lengths, const Execution& execution);
 
-/// Metrics (1/length²) by their logs, one a vertex; those at the vertices of the back mesh. Errors: stopped.
+/// Metrics (1/length²) from logs, one per vertex; or those at the vertices of the back mesh. Errors: stopped.
 template <int D>
 [[nodiscard]] Outcome<Solution> metric_solution(const Column<LogMetric<D>>& log_metrics, const Execution& execution);
 template <int D>
 [[nodiscard]] Outcome<Solution> metric_solution(const BackMesh<D>& field, const Execution& execution);
-/// The same at all nodes of a curved mesh, those of the edges after the vertices.
+/// The same at all nodes of a curved mesh: vertices, then edges.
 template <int D>
 [[nodiscard]] Outcome<Solution> metric_solution(const BackMesh<D>& field, const QuadraticMesh<D>& mesh,
                                                 const Execution& execution);
 
-/// A solution's fields at the nodes of its mesh: rows are those of the vertices; the nodes of edges get the mean of the
-/// edge's ends, log-Euclidean where both tensors are positive definite. A lone symmetric tensor is called `metric`, a
-/// lone size `size`, others `field_1` … Errors: input (rows or dimension are not those of the mesh; `name` is the
-/// file's), stopped.
+/// Fields of a solution at the nodes of its mesh. Rows are at the vertices; edge nodes get the mean of the ends,
+/// log-Euclidean if both tensors are positive definite. A single tensor is named `metric`, a single size `size`, others
+/// `field_1` … Errors: input (rows or dimension differ from the mesh; `name` is the file's), stopped.
 [[nodiscard]] Outcome<MeshFields> solution_fields(const Solution& solution, const std::string& name,
                                                   const AnyMesh& mesh, const Execution& execution);
 
-/// L_straight/L − 1 (paper eq. 8) of each edge; 0 where there are no lengths.
+/// L_straight/L − 1 (paper eq. 8) of each edge; 0: no length.
 [[nodiscard]] std::vector<double> length_reductions(const Column<double>& straight, const Column<double>& lengths);
 
-/// |P^l − M_11|/|P_20 − P_02| of each edge with these nodes; 0 for an edge of no length.
+/// |P^l − M_11|/|P_20 − P_02| of each edge with these nodes; 0: no chord length.
 template <int D>
 [[nodiscard]] std::vector<double> curvatures(const QuadraticMesh<D>& mesh, std::span<const LagrangeNode<D>> mid_nodes);
 
 /// Edges whose lengths are measured: all where the output shows them.
 [[nodiscard]] MeasuredEdges reported_lengths(const config::Output& output);
 
-/// Edges whose node is not in the middle of their chord.
+/// Number of edges whose node is not in the middle of the chord.
 template <int D>
 [[nodiscard]] std::size_t bent_edges(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal);
 
@@ -515,17 +511,16 @@ template <int D>
 [[nodiscard]] EdgeReport edge_report(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal,
                                      const Column<double>& straight, const Column<double>& lengths);
 
-/// Histograms of a run's end: length reductions, lengths and curvatures of the volume edges (where there are `lengths`,
-/// after correction), scaled Jacobians of the elements, "before" (as `curve` left them) and "after" (in the end);
-/// lengths also "straight". Without `curve` the Jacobians alone, as "count". Only what is known: no entry for a
-/// quantity that was not measured. Errors: memory, stopped.
+/// Histograms of a run's result. Of volume edges: length reductions, lengths (also "straight") and curvatures, after
+/// correction if there are `lengths`. Of elements: scaled Jacobians "before" (proposed by `curve`) and "after"; without
+/// `curve` only these, as "count". Quantities that were not measured have no entry. Errors: memory, stopped.
 template <int D>
 [[nodiscard]] Outcome<std::vector<Histogram>> run_histograms(const Quadratic<D>& end,
                                                              const std::optional<EdgeLengths>& lengths,
                                                              const History<D>& history, const Execution& execution);
 
-/// Reports the deviation of entities of one kind from the geometry. `vertices`: the worst of them as a vertex or the
-/// ends of an edge, from 1; 0: none. `at`: its position.
+/// Deviation of nodes or vertices from the geometry. `vertices`: the worst vertex, or the ends of the worst edge, from
+/// 1 (0: none); `at`: its position.
 template <class Id, int D>
 [[nodiscard]] DeviationReport deviation_report(const OffGeometry<Id>& of, double tolerance,
                                                const std::array<std::size_t, 2>& vertices, const Vec<D>& at) {
@@ -537,7 +532,7 @@ template <class Id, int D>
     return report;
 }
 
-/// Reports pairs of facets; `box_of(facet)` locates the first one that crosses.
+/// Reports crossing facets; `box_of(facet)` locates the first pair.
 template <int D, class BoxOf>
 [[nodiscard]] WallsReport walls_report(const Crossings& found, const BoxOf& box_of) {
     WallsReport report{.crossing = found.crossing, .touching = found.touching, .undecided = found.undecided};
@@ -551,14 +546,14 @@ template <int D, class BoxOf>
     return report;
 }
 
-/// Geometry over the facets of a mesh as a surface of small straight facets, for viewers. Each facet has its own
-/// lattice, so that normals may break between them. Fields: `normal` of points; of cells `facet`,
-/// the number of the mesh's facet, and `patch`.
+/// Geometry over the facets of a mesh as small straight facets, for viewers. Each facet has its own lattice, so that
+/// normals may jump between facets. Fields: `normal` of points; of cells `facet`, the number of the mesh's facet, and
+/// `patch`.
 struct SurfaceMesh {
     AnyMesh mesh;
     MeshFields fields;
 };
-/// Each facet in 36 (2D: 6). A facet without a surface is its own plane. Errors: stopped.
+/// Splits each facet into 36 (2D: 6). A facet without a surface stays plane. Errors: stopped.
 template <int D>
 [[nodiscard]] Outcome<SurfaceMesh> surface_mesh(const QuadraticMesh<D>& mesh, const Features<D>& features,
                                                 const Geometry<D>& geometry, const Execution& execution);
@@ -568,7 +563,7 @@ template <int D>
 /// Functions that several files of the module use.
 namespace camber::run {
 
-/// Numbers of a config as a vector. Errors (usage): they are not D; `what` names them.
+/// Converts numbers of a config to a vector. Errors (usage): not D numbers; `what` names them.
 template <int D>
 [[nodiscard]] Outcome<Vec<D>> vec(const std::vector<double>& numbers, const char* what) {
     if (numbers.size() != D)
@@ -579,13 +574,13 @@ template <int D>
     return v;
 }
 
-/// `nodes`: their number in the mesh's degree.
+/// `nodes`: number of nodes in degree `degree`.
 template <int D>
 [[nodiscard]] MeshReport mesh_report(const LinearMesh<D>& mesh, int degree, std::size_t nodes) {
     return {D, degree, mesh.points.size(), nodes, mesh.elements.size(), mesh.facets.size(), mesh.edges.size()};
 }
 
-/// A field on cells: the values from the cell `first` on, and `none` on the other cells.
+/// Field on cells: `values` from cell `first` on, `none` on other cells.
 template <int D, class T>
 [[nodiscard]] MeshField cell_field(const LinearMesh<D>& mesh, std::string name, std::size_t first, const auto& values,
                                    T none) {
@@ -604,7 +599,7 @@ template <int D>
     return {"node_kind", Centring::node, FieldKind::scalar, Column<std::int32_t>(std::move(column))};
 }
 
-/// Tensors of a metric in rows, by its logs `log_at(row)`. Errors: stopped.
+/// Metric tensors in rows, from the logs `log_at(row)`. Errors: stopped.
 template <int D>
 [[nodiscard]] Outcome<Column<double>> tensor_rows(std::size_t rows, const auto& log_at, const Execution& execution) {
     Buffer<double> values(rows * sym_size<D>);

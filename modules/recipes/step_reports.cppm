@@ -44,7 +44,7 @@ struct MeshReport {
     int dimension = 3, degree = 1;
     std::size_t vertices = 0, nodes = 0, elements = 0, facets = 0, feature_edges = 0;
 
-    /// A surface in space without elements: its triangles are judged.
+    /// A surface in space without elements; its triangles are validated.
     [[nodiscard]] bool is_standalone_surface() const { return dimension == 3 && elements == 0 && facets > 0; }
     [[nodiscard]] std::size_t judged() const { return is_standalone_surface() ? facets : elements; }
     [[nodiscard]] int judged_dimension() const { return is_standalone_surface() ? 2 : dimension; }
@@ -76,8 +76,8 @@ struct GradationReport {
 struct MetricReport {
     std::string source;
     double largest_anisotropy = 1;
-    double complexity = 0;                    ///< after the operations
-    std::vector<GradationReport> gradations;  ///< in the order of the config
+    double complexity = 0;
+    std::vector<GradationReport> gradations;
     std::size_t floored = 0;
 
     static void fields(auto& s, auto& f) {
@@ -91,7 +91,6 @@ struct MetricReport {
     }
 };
 
-/// Inner nodes for accuracy.
 struct NodesByReport {
     std::string metric_kind;
     double size_share = 0;
@@ -108,7 +107,6 @@ struct NodesByReport {
     }
 };
 
-/// Expected errors of the solution before and after nodes were placed for it (curving).
 struct ExpectedErrorsReport {
     double before = 0, after = 0;
     int rounds = 0;
@@ -124,13 +122,13 @@ struct ExpectedErrorsReport {
 
 struct CurveReport : CurveStatistics {
     std::size_t edges = 0;
-    EdgeReport before = {};                             ///< correction
-    std::optional<NodesByReport> by = {};               ///< for accuracy
-    std::optional<ExpectedErrorsReport> expected = {};  ///< of the objective solution
+    EdgeReport before = {};
+    std::optional<NodesByReport> by = {};
+    std::optional<ExpectedErrorsReport> expected = {};
     std::optional<EdgeReport> after = {};
-    std::optional<EdgeReport> in_straight_field = {};  ///< after correction, where the back mesh is curved
+    std::optional<EdgeReport> in_straight_field = {};
     double edges_per_second = 0;
-    std::string objective = {};  ///< word of the configuration
+    std::string objective = {};  ///< as in the config
 
     static void fields(auto& s, auto& f) {
         f("edges", s.edges, "number of edges");
@@ -212,7 +210,6 @@ struct RelaxReport {
     }
 };
 
-/// The boundary of a mesh that was read with its curves.
 struct InputBoundaryReport {
     double tolerance = 0;
     std::optional<double> sufficient_tolerance = {};
@@ -232,12 +229,11 @@ struct InputBoundaryReport {
     }
 };
 
-/// An element of such a mesh that could not be repaired.
 struct RemainingReport {
     std::size_t element = 0;
     std::string reason;
-    std::size_t at = 0;  ///< the vertex where it is, from 1; 0: nowhere in particular, or the reason has its name
-    bool is_unresolved = false;  ///< the work was spent; likewise
+    std::size_t at = 0;  ///< vertex of the cause, from 1; 0: none, or the reason names it
+    bool is_unresolved = false;  ///< the limit of work was reached; false if the reason names it
     std::uint64_t tag = 0;
 
     static void fields(auto& s, auto& f) {
@@ -260,7 +256,7 @@ struct ReinsertReport {
     }
 };
 
-/// Closeness of the straight form of a mesh to a unit mesh in a metric (metric:unit_mesh).
+/// Closeness of the straight mesh to a unit mesh (metric:unit_mesh).
 struct UnitMeshNumbers {
     std::size_t edges = 0, unit_edges = 0, short_edges = 0, long_edges = 0;
     double shortest = 0, longest = 0, mean_length = 0;
@@ -291,7 +287,6 @@ struct UnitMeshReport : UnitMeshNumbers {
     }
 };
 
-/// All passes of one kind.
 struct PassReport : PassStatistics {
     std::string pass = {};
     double seconds = 0;
@@ -324,7 +319,6 @@ struct PassReport : PassStatistics {
     }
 };
 
-/// Objective of the nodes of inner edges of a remeshed mesh of degree 2.
 struct RemeshedNodesReport {
     std::string objective;
 
@@ -333,7 +327,6 @@ struct RemeshedNodesReport {
     }
 };
 
-/// Boundary facets where the default bound on the distance from the geometry acts.
 struct BoundedFacetsReport {
     std::size_t limited = 0, far = 0;
 

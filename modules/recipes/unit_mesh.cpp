@@ -29,7 +29,7 @@ double mean_of(const std::vector<double>& values) {
     return values.empty() ? 0 : std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
 }
 
-/// Qualities of elements (of a standalone surface mesh: of triangles) in the metrics `of(vertex)`.
+/// Qualities of elements (standalone surface mesh: of triangles) in the metrics `of(vertex)`.
 template <int D>
 Outcome<Buffer<double>> straight_qualities(const LinearMesh<D>& mesh, const auto& of, const Execution& execution) {
     const auto quality = [&](const auto& vertices, auto&& measure) {
@@ -138,7 +138,7 @@ std::vector<Histogram> histograms_of(const CurvedUnitMesh& measured, const std::
 
 namespace {
 
-/// Numbers of a rank, as a plain value.
+/// Numbers of one rank, without pointers.
 struct OfRank : UnitMeshNumbers {
     std::size_t elements = 0;
 };
@@ -148,7 +148,7 @@ double mean(double a, std::size_t of_a, double b, std::size_t of_b) {
     return (a * static_cast<double>(of_a) + b * static_cast<double>(of_b)) / static_cast<double>(of_a + of_b);
 }
 
-/// The elements of `next` follow those of `all`.
+/// Adds numbers; elements of `next` follow those of `all`.
 void add(OfRank& all, const OfRank& next) {
     if (next.edges > 0) {
         all.shortest = all.edges == 0 ? next.shortest : std::min(all.shortest, next.shortest);
@@ -167,14 +167,14 @@ void add(OfRank& all, const OfRank& next) {
     all.elements += next.elements;
 }
 
-/// A series but for its name and its counts.
+/// Series of a rank without its name and counts.
 struct SeriesOfRank {
     double mean = 0, least = 0, greatest = 0;
     std::size_t values = 0, not_numbers = 0;
     bool has_extremes = false;
 };
 
-/// The counts of all ranks added up.
+/// Sums the counts of all ranks.
 Outcome<Done> add_up(Series& series, Ranks& ranks) {
     const auto counts = gather_all(ranks, Outcome<std::vector<std::size_t>>(series.counts));
     if (!counts) return fail(counts.error());
@@ -221,7 +221,7 @@ namespace {
 
 using Element = CurvedUnitMeshReport::Element;
 
-/// Limit for each element whose bound might be the lowest.
+/// Maximum number of bisections for an element whose bound might be the lowest.
 constexpr int bisections_of_all = 64;
 
 std::vector<std::uint32_t> find_worst(const std::vector<double>& qualities, std::size_t n) {

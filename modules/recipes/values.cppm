@@ -27,26 +27,24 @@ import camber.repair;
 import camber.stages;
 import camber.distributed;
 
-/// Values of a config, which describe their options; some are options of a module.
+/// Values of a config with descriptions of their options; some are options of other modules.
 export namespace camber::config {
 
-/// Which cycle's mesh is the result of an adaptation.
 enum class ResultOfCycles : std::uint8_t { automatic, best, last };
 [[nodiscard]] constexpr auto words(ResultOfCycles) {
     return words_of(Word{ResultOfCycles::automatic, "auto"}, Word{ResultOfCycles::best, "best"},
                     Word{ResultOfCycles::last, "last"});
 }
 
-/// Cycles of a pipeline's stages, each on the mesh that the one before made; a solver may be asked for the solution
-/// after each.
+/// Cycles of the pipeline's stages, each on the mesh of the previous cycle, with an optional solver after each.
 struct Adaptation {
     int cycles = 0;                       ///< 0: the stages run once
-    std::vector<double> complexity = {};  ///< by cycle, the last for all after it; empty: as the metric says
-    std::vector<std::string> solve = {};  ///< a command and its arguments; empty: nobody is asked
-    double timeout = 0;                   ///< of the command (s); 0: any
-    std::string folder = {};              ///< empty: beside the mesh that is made, and gone in the end
-    std::string mesh = "mesh.meshb", solution = "solution.sol";  ///< names of files within a cycle's folder
-    std::string exact = {};                                      ///< empty: not known
+    std::vector<double> complexity = {};
+    std::vector<std::string> solve = {};
+    double timeout = 0;
+    std::string folder = {};
+    std::string mesh = "mesh.meshb", solution = "solution.sol";
+    std::string exact = {};
     double convergence_tolerance = 0.1;
     ResultOfCycles result = ResultOfCycles::automatic;
 
@@ -95,14 +93,13 @@ struct Adaptation {
     friend bool operator==(const Adaptation&, const Adaptation&) = default;
 };
 
-/// A file that a config names.
 struct FilePath {
     std::string path;
     bool is_of_cycle = false;  ///< true if an earlier cycle of the same run wrote the file
     friend bool operator==(const FilePath&, const FilePath&) = default;
 };
 
-/// Names of what the caller of a run has in memory, and not in a file, begin so.
+/// Prefix of names of values in the caller's memory, which replace files.
 inline constexpr std::string_view in_memory = "memory:";
 [[nodiscard]] inline bool is_in_memory(std::string_view name) { return name.starts_with(in_memory); }
 
@@ -112,8 +109,8 @@ struct NaturalMetric {
     friend bool operator==(const NaturalMetric&, const NaturalMetric&) = default;
 };
 struct ConstantMetric {
-    std::vector<double> sizes;   ///< 1 or D edge lengths, along the axes
-    std::vector<double> tensor;  ///< or D (D + 1)/2 entries, lower triangle by rows
+    std::vector<double> sizes;
+    std::vector<double> tensor;
 
     [[nodiscard]] static constexpr auto options() {
         using S = ConstantMetric;
@@ -129,10 +126,10 @@ struct ConstantMetric {
     }
     friend bool operator==(const ConstantMetric&, const ConstantMetric&) = default;
 };
-/// `SurfaceMetricOptions` with a number where those have one or none.
+/// `SurfaceMetricOptions` with numbers for all values.
 struct SurfaceMetric {
     double tangent_size = SurfaceMetricOptions{}.tangent_size, normal_size = SurfaceMetricOptions{}.normal_size;
-    double volume_size = 0;  ///< 0: as tangent_size
+    double volume_size = 0;
 
     [[nodiscard]] static constexpr auto options() {
         using S = SurfaceMetric;
@@ -175,26 +172,25 @@ struct SphericalShock {
     friend bool operator==(const SphericalShock&, const SphericalShock&) = default;
 };
 using FieldMetric = std::variant<LinearField, PolarOneField, PolarTwoField, PlanarShock, SphericalShock, RotatingField>;
-/// Sizes at what has a reference; elsewhere the domain's diameter.
+/// Sizes by reference; elsewhere the size is the domain's diameter.
 struct SizesMetric {
     std::vector<ReferenceSize> sizes;
     friend bool operator==(const SizesMetric&, const SizesMetric&) = default;
 };
 using GeometryMetric = GeometrySizes;
-/// The metric that the run's solution asks for, as the verb `metric` makes it: `MetricOfSolutionOptions` with 0 for
-/// none.
+/// Metric for the run's solution, as `camber metric` makes it: `MetricOfSolutionOptions` with 0 for none.
 struct SolutionMetric {
-    std::vector<std::string> fields = {};  ///< names; empty: all
-    int degree = 0;                        ///< of the elements; 0: the solution's
+    std::vector<std::string> fields = {};
+    int degree = 0;
     double norm = NormOptions{}.p;
     ErrorQuantity error_of = NormOptions{}.error_of;
-    double complexity = 0, vertices = 0, elements = 0;  ///< one of them at most; none: as many elements as the mesh has
+    double complexity = 0, vertices = 0, elements = 0;
     double gradation = 2.5;
     double min_size = 0, max_size = 0, max_anisotropy = 0;
     std::vector<ReferenceSize> sizes = {};
     GeometryMetric geometry = {};
     std::vector<FilePath> intersect = {};
-    ExpectedError expected = {};  ///< of an adaptation's cycle before; not part of a config
+    ExpectedError expected = {};  ///< of the previous cycle of an adaptation; not part of a config
 
     [[nodiscard]] static constexpr auto options() {
         using S = SolutionMetric;
@@ -234,7 +230,7 @@ struct SolutionMetric {
 using Metric = std::variant<NaturalMetric, FilePath, ConstantMetric, SurfaceMetric, FieldMetric, MetricExpression,
                             SizesMetric, GeometryMetric, SolutionMetric>;
 
-/// Operations on the metric, in this order, before edges follow it.
+/// Operations on the metric, applied in order before stages use it.
 struct Intersect {
     Metric metric;
     friend bool operator==(const Intersect&, const Intersect&) = default;
@@ -263,14 +259,13 @@ struct Complexity {
 };
 using MetricOperation = std::variant<Intersect, Gradation, Bound, Complexity>;
 
-// ---------------------------------------------------------------- where the mesh comes from
+// ---------------------------------------------------------------- the input mesh
 
 using Shape = std::variant<ShellOptions<3>, ShellOptions<2>, BoxOptions<3>, BoxOptions<2>, BumpOptions>;
 
-/// A file, or a shape to generate.
 using MeshSource = std::variant<FilePath, Shape>;
 
-/// Interpretation of triangles alone in one plane z = constant.
+/// Interpretation of a file with only triangles in one plane z = constant.
 enum class Flat : std::uint8_t { plane, surface };
 [[nodiscard]] constexpr auto words(Flat) {
     return words_of(Word{Flat::plane, "plane"}, Word{Flat::surface, "surface"});
@@ -278,7 +273,7 @@ enum class Flat : std::uint8_t { plane, surface };
 
 struct Input {
     MeshSource source = FilePath{};
-    Flat flat = Flat::plane;  ///< of a file
+    Flat flat = Flat::plane;
 
     [[nodiscard]] static constexpr auto options() {
         using S = Input;
@@ -290,14 +285,14 @@ struct Input {
     friend bool operator==(const Input&, const Input&) = default;
 };
 
-// ---------------------------------------------------------------- what is known on it
+// ---------------------------------------------------------------- the solution
 
-/// Fields at the nodes of the input's mesh: they go along to the mesh that is made.
+/// Fields at the nodes of the input mesh; they are transferred to the result.
 struct SolutionInput : TransferOptions {
-    std::string file = {};                 ///< empty: the fields of the input's own file
-    std::string expression = {};           ///< in place of a file; empty: none
-    std::vector<std::string> fields = {};  ///< names; empty: all
-    std::vector<double> weights = {};      ///< of their errors, one each; empty: 1
+    std::string file = {};
+    std::string expression = {};
+    std::vector<std::string> fields = {};
+    std::vector<double> weights = {};
 
     [[nodiscard]] static constexpr auto options() {
         using S = SolutionInput;
@@ -400,7 +395,7 @@ struct Analytic {
 struct Cad {
     FilePath file;
     CadUnit unit = CadOptions{}.unit;
-    std::vector<Reference> references = {};  ///< empty: all that are not among the analytic ones
+    std::vector<Reference> references = {};
     std::vector<AnalyticSurface> analytic = {};
     CadVertices vertices = CadVertices::keep;
     double timeout = 0, memory = 0;
@@ -429,7 +424,7 @@ struct Cad {
 };
 using Geometry = std::variant<Surrogate, Straight, FilePath, Analytic, Cad>;
 
-/// Values of `FeatureOptions` for either dimension, and the policy for required entities of the boundary.
+/// `FeatureOptions` for either dimension, and the policy for required boundary entities.
 struct Features {
     double ridge_angle = FeatureOptions<3>{}.ridge_angle_degrees;
     RequiredBoundary required_boundary = RequiredBoundary::keep;
@@ -465,7 +460,7 @@ using Relax = RepairOptions;
 struct Commit {
     friend bool operator==(const Commit&, const Commit&) = default;
 };
-/// With the stages' own options for the cavities.
+/// Options of the stages `curve` and `relax`, applied to cavities.
 struct Reinsert {
     Curve curve;
     Relax relax;
@@ -481,15 +476,15 @@ struct Reinsert {
     }
     friend bool operator==(const Reinsert&, const Reinsert&) = default;
 };
-/// Passes of remeshing, and rounds of them.
+/// Remeshing passes, and iterations of them.
 using Collapse = CollapseOptions;
 using Split = SplitOptions;
 using Swap = SwapOptions;
 using Smooth = SmoothOptions;
 using Mend = MendOptions;
-/// Objective of nodes of inner edges in passes that change a mesh of degree 2.
+/// Objective for nodes of inner edges in passes on a quadratic mesh.
 enum class RemeshObjective : std::uint8_t {
-    automatic,  ///< that of a stage curve before; accuracy
+    automatic,  ///< that of an earlier stage `curve`, else accuracy
     accuracy,
     energy,
     length,
@@ -514,14 +509,14 @@ struct Remesh : ToMetricOptions, RemeshBlocksOptions {
 using Stage =
     std::variant<Elevate, Curve, Validate, Relax, Commit, Reinsert, Collapse, Split, Swap, Smooth, Mend, Remesh>;
 
-// ---------------------------------------------------------------- the whole
+// ---------------------------------------------------------------- the pipeline
 
 struct Output {
-    std::string mesh, report, vtu, metric, solution, plots, page;  ///< empty: not written
-    std::string format;  ///< of the mesh, by its name; empty: that of its ending
+    std::string mesh, report, vtu, metric, solution, plots, page;
+    std::string format;
     VtuCells vtu_cells = VtuOptions{}.cells;
     DistanceDirections distances = DistanceDirections::boundary;
-    int partition = 0;  ///< parts of the mesh; 0: it is not in parts
+    int partition = 0;
 
     [[nodiscard]] static constexpr auto options() {
         using S = Output;
@@ -560,7 +555,7 @@ struct Output {
     friend bool operator==(const Output&, const Output&) = default;
 };
 
-/// The bound on the distance between the boundary and its geometry that passes keep where the metric has none.
+/// Bound on the boundary's distance from its geometry during passes, if the metric has none.
 enum class GeometryBound : std::uint8_t { by_default, none };
 [[nodiscard]] constexpr auto words(GeometryBound) {
     return words_of(Word{GeometryBound::by_default, "default"}, Word{GeometryBound::none, "none"});

@@ -25,7 +25,7 @@ namespace camber::run {
 
 namespace {
 
-/// The n elements of the lowest scores, the worst first; those that are not valid before all others.
+/// The n elements with the lowest scores, the worst first. Elements that are not valid precede all others.
 std::vector<std::uint32_t> find_lowest(const Column<Verdict>& verdicts, const Buffer<double>& scores, std::size_t n) {
     std::vector<std::uint32_t> order(scores.size());
     std::iota(order.begin(), order.end(), 0U);
@@ -39,7 +39,7 @@ std::vector<std::uint32_t> find_lowest(const Column<Verdict>& verdicts, const Bu
     return order;
 }
 
-/// visit(its form, its Bézier form) of an element, or of a triangle of a surface alone.
+/// Calls visit(element, Bézier form) for an element, or for a triangle of a standalone surface mesh.
 template <int D>
 auto with_element(const Judged<D>& judged, std::size_t e, const auto& visit) {
     if constexpr (D == 3)
@@ -62,8 +62,8 @@ ElementValidity check_closely(const Judged<D>& judged, std::size_t e) {
         judged, e, [&](const auto& element, const auto&) { return check_element(element, judged.validation.bound); });
 }
 
-/// The stored bounds may lie far below the values: first the values of the n lowest bounds are found, then those of all
-/// elements whose bounds are below the highest of them.
+/// Stored bounds may be far below the values. So values are computed for the n lowest bounds, then for all bounds below
+/// the highest of these values.
 template <int D>
 Outcome<std::vector<std::uint32_t>> find_lowest_jacobians(const Judged<D>& judged, std::size_t n,
                                                           const Execution& execution) {
@@ -104,15 +104,15 @@ bool is_flat(const BoundedJacobian<K>& jacobian) {
     return !(std::abs(jacobian.straight) > 2 * jacobian.error);
 }
 
-/// A place, and det J there over |det of the straight element|; det J itself where that is flat.
+/// A place, and det J there relative to |det of the straight element|, or det J itself if that element is flat.
 template <int D>
 struct LowPlace {
     Barycentric<D> at{};
     double scaled_jacobian = 0;
 };
 
-/// Point where det J is lowest; of an invalid element a point where the condition fails, proved. None if an invalid
-/// element has none.
+/// Point where det J is lowest; for an invalid element, where the condition is proved to fail. None: an invalid element
+/// has no such point.
 template <int K>
 std::optional<LowPlace<K>> find_low_place(const BoundedJacobian<K>& jacobian, const auto& nodes, Verdict verdict,
                                           double bound) {
@@ -125,7 +125,7 @@ std::optional<LowPlace<K>> find_low_place(const BoundedJacobian<K>& jacobian, co
     return LowPlace<K>{failure->at, flat ? failure->jacobian : failure->scaled};
 }
 
-/// Text on the element's two faces on a smooth wall; empty without.
+/// Text on the element's two faces on a smooth wall; empty: none.
 template <int D>
 std::string describe_wall(const Judged<D>& judged, ElementId e) {
     const auto& walls = judged.soundness.wall_elements;

@@ -20,20 +20,19 @@ namespace camber {
 
 namespace {
 
-/// Minimum `Fit::independence`; noise of values grows by the root of its inverse. Inside meshes it is at least 0.004
-/// for degree k + 2, about 0.001 for k + 3.
+/// Minimum `Fit::independence`. Noise of values grows by the root of its inverse. Inside meshes, independence is at
+/// least 0.004 for degree k + 2 and about 0.001 for k + 3.
 constexpr double min_independence = 1e-4;
-/// Nodes requested per coefficient of degree P; more where boundary rows use the polynomial, since noise grows outside
-/// its nodes.
+/// Nodes requested per coefficient of degree P. Polynomials that boundary rows use need more, since noise grows outside
+/// their nodes.
 constexpr double nodes_per_coefficient = 4;
 template <int D>
 constexpr double nodes_per_shared_coefficient = D == 2 ? 6 : 9;
-/// Nodes per coefficient: required for degree k + 3, required for k + 2 or k + 1, requested for boundary rows without
-/// inner fits.
+/// Nodes per coefficient: required for degree k + 3, required for k + 2 or k + 1, and requested for boundary rows
+/// without inner fits.
 constexpr double surplus_nodes = 3, few_nodes = 1.3, own_nodes = 2;
 constexpr std::size_t fit_grain = 64;
 
-/// Marks rows whose polynomials are not stored.
 constexpr std::uint32_t no_slot = 0xffffffffU;
 
 template <int D>
@@ -89,7 +88,7 @@ class Recovery {
     }
 
   private:
-    /// Frame of a row's polynomials for use by other rows.
+    /// Coordinate system of a row's polynomials, stored for other rows.
     struct StoredFrame {
         Vec<D> origin;
         Mat<D> whitened_by;
@@ -163,7 +162,7 @@ class Recovery {
         work.fit.place(work.offsets, std::numeric_limits<double>::epsilon() * largest, options_.core);
     }
 
-    /// Degree to fit, minimum degree to stop, and requested number of nodes.
+    /// Degree to fit, minimum acceptable degree, and requested number of nodes.
     struct FitRequest {
         int degree, least;
         double nodes;
@@ -175,7 +174,6 @@ class Recovery {
             (slots_[row] == no_slot ? nodes_per_coefficient : nodes_per_shared_coefficient<D>)*monomials_up_to<D>(P)};
     }
 
-    /// Highest degree up to `degree` determined by the nodes.
     [[nodiscard]] static int determined(const Fit<D, P>& fit, int degree) {
         const auto nodes = static_cast<double>(fit.nodes());
         for (; degree > 0; --degree) {
@@ -186,8 +184,8 @@ class Recovery {
         return 0;
     }
 
-    /// Gathers the requested nodes around a vertex, and more until they determine a polynomial, and factorises. Returns
-    /// its degree, below the minimum if the rings end first.
+    /// Gathers the requested nodes around a vertex, and more until they determine a polynomial of sufficient degree.
+    /// Returns the degree, which is too low if the rings end first.
     int gather(Work& work, VertexId v, Reference material, const FitRequest& request) const {
         const auto grow = [&] { return work.rings.count() < options_.max_rings && work.rings.grow(); };
         work.rings.begin(v, material);
@@ -202,7 +200,7 @@ class Recovery {
         }
     }
 
-    /// Lowers the request where it fails: few nodes, or nodes in few layers.
+    /// Lowers the requested degree until the nodes determine it: they may be few, or in few layers.
     int determine(Work& work, VertexId v, std::size_t row) const {
         FitRequest request = fit_request(row);
         for (;;) {

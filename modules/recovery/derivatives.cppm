@@ -16,10 +16,10 @@ import camber.bezier;
 
 export namespace camber {
 
-/// Rows of vertex values that may jump between materials: one per reference among a vertex's elements. Rows are
-/// numbered by vertex.
+/// Rows of vertex values that may jump between materials. A vertex has one row for each reference among its elements.
+/// Rows are ordered by vertex.
 struct MaterialRows {
-    Incidence<Reference> materials;  ///< around each vertex, one per row, ascending
+    Incidence<Reference> materials;  ///< references around each vertex, one per row, ascending
 
     [[nodiscard]] std::size_t size() const { return materials.items.size(); }
     [[nodiscard]] std::size_t vertices() const { return materials.size(); }
@@ -46,8 +46,8 @@ template <int D>
 [[nodiscard]] Outcome<MaterialRows> material_rows(const LinearMesh<D>& mesh, const Incidence<ElementId>& balls,
                                                   const Execution& execution);
 
-/// 1 for rows on their material's boundary: at a face of one of its elements that no other of its elements shares.
-/// Errors: those of `neighbours`; memory; stopped.
+/// 1 for rows on their material's boundary: the vertex is on a face that only one element of the material has. Errors:
+/// those of `neighbours`; memory; stopped.
 template <int D>
 [[nodiscard]] Outcome<Buffer<std::uint8_t>> boundary_rows(const LinearMesh<D>& mesh, const Incidence<ElementId>& balls,
                                                           const MaterialRows& rows, const Execution& execution);
@@ -94,11 +94,11 @@ struct RecoveryOptions {
 };
 
 enum class RowSource : std::uint8_t {
-    own_fit,     ///< polynomial over the nodes around
-    inner_fits,  ///< on the material's boundary: mean of polynomials of inner vertices nearby
+    own_fit,     ///< polynomial fitted to the nodes around the vertex
+    inner_fits,  ///< on the material's boundary: mean of the polynomials of inner vertices nearby
 };
 
-/// Derivatives of a field, by `MaterialRows`; in field units per length.
+/// Derivatives of a field for each row of `MaterialRows`, in field units per length.
 template <int D>
 struct FieldDerivatives {
     Column<Vec<D>> gradients;
@@ -106,31 +106,31 @@ struct FieldDerivatives {
     Column<CubicForm<D>> thirds;  ///< for degree 2 only
 };
 
-/// Derivatives at the vertices, one-sided between materials.
+/// Derivatives at the vertices; between materials, one row for each side.
 template <int D>
 struct RecoveredDerivatives {
     MaterialRows rows;
     int degree = 1;
     std::vector<FieldDerivatives<D>> fields;  ///< in input order
-    Column<RowSource> sources;                ///< per row
-    /// Polynomial degree by row, at most k + 3 for fields of degree k; higher derivatives are 0.
+    Column<RowSource> sources;                ///< one per row
+    /// Polynomial degree of each row, at most k + 3 for fields of degree k; higher derivatives are 0.
     Column<std::uint8_t> polynomial_degrees;
-    std::size_t from_inner_fits = 0;  ///< rows
-    std::size_t lower_degree = 0;     ///< rows of degree below k + 2
-    std::size_t missing = 0;          ///< of these: highest derivatives are 0
+    std::size_t from_inner_fits = 0;  ///< number of rows
+    std::size_t lower_degree = 0;     ///< number of rows of degree below k + 2
+    std::size_t missing = 0;          ///< number of rows of degree below k + 1: the highest derivatives are 0
 };
 
-/// Recovers vertex derivatives of fields from nodal values: at the vertices (degree k = 1), then at the edges in the
-/// order of `mesh.edges` (k = 2). The number of values determines k; k = 1 ignores `edges` and `mid_nodes`. Fields of
-/// one call share stencils; results are bitwise those of separate calls.
+/// Recovers derivatives of fields at the vertices. Fields have values at the vertices (degree k = 1) and then at the
+/// edges, in the order of `mesh.edges` (k = 2). The number of values determines k; k = 1 ignores `edges` and
+/// `mid_nodes`. Fields of one call share stencils; results are bitwise those of separate calls.
 ///
-/// At inner vertices (of a material) a polynomial of degree k + 3 is fitted to rings of nodes, in coordinates whitened
-/// by their covariance. Boundary vertices average polynomials of inner vertices nearby. Polynomials of degree k + 2 are
-/// exact except at rows of `lower_degree`. Method: docs/algorithms/recovery.md (after Zhang and Naga, SIAM J. Sci.
-/// Comput. 26, 2005).
+/// At vertices inside a material, a polynomial of degree k + 3 is fitted to rings of nodes, in coordinates whitened by
+/// the nodes' covariance. Boundary vertices average polynomials of inner vertices nearby. Polynomials of degree k + 2
+/// are recovered exactly, except at rows of `lower_degree`. Method: docs/algorithms/recovery.md (after Zhang and Naga,
+/// SIAM J. Sci. Comput. 26, 2005).
 ///
-/// Errors: usage (numbers of values of another mesh or unequal; a value that is not finite; limits of options;
-/// derivatives out of range), input (not one reference per element; a node not at a finite place; more than two
+/// Errors: usage (numbers of values that differ or do not match the mesh; a value that is not finite; options or
+/// derivatives out of range), input (not one reference per element; a node without finite coordinates; more than two
 /// elements on a face); memory; stopped.
 template <int D>
 [[nodiscard]] Outcome<RecoveredDerivatives<D>> recover_derivatives(const QuadraticMesh<D>& mesh,
@@ -147,39 +147,40 @@ template <int D>
     return recover_derivatives<D>(QuadraticMesh<D>{mesh, {}, {}}, fields, options, execution);
 }
 
-/// Polynomial in the reference coordinates of an element: values at the lattice α/5, in the order of `multi_indices`,
-/// minus the first value.
+/// Degree of the lattice of points α/5 in an element. An element's polynomial is stored by its values there, in the
+/// order of `multi_indices`, minus the first value.
 inline constexpr int lattice_degree = 5;
 template <int D>
 using LatticeValues = std::array<float, node_count<lattice_degree, D>>;
 
-/// Fits fields within elements, from nodal values as for `recover_derivatives`: least-squares polynomials of degree k +
-/// 3 over nodes of the material, near ones weighted more; lower degrees with few nodes. Unlike vertex derivatives, they
-/// resolve layers as thin as an element. Values are those in \p curved: the same mesh with other mid nodes.
-/// docs/algorithms/solution-nodes.md.
+/// Fits least-squares polynomials to fields in each element, from nodal values as for `recover_derivatives`, of degree
+/// k + 3, or lower with few nodes. Only nodes of the element's material count, near ones with more weight. Unlike
+/// derivatives at vertices, the polynomials resolve layers as thin as an element. Returns values in the elements of \p
+/// curved, the same mesh with other mid nodes. Method: docs/algorithms/solution-nodes.md.
 template <int D>
 [[nodiscard]] Outcome<std::vector<Column<LatticeValues<D>>>> element_values(const QuadraticMesh<D>& mesh,
                                                                             std::span<const Column<double>> fields,
                                                                             const QuadraticMesh<D>& curved,
                                                                             const Execution& execution);
 
-/// Factory of evaluators, one per thread, which write values at points into a span of the same size.
+/// Creates one evaluator for each thread. An evaluator writes values at points into a span of the same size.
 template <int D>
 using FunctionOfPosition = std::function<std::function<void(std::span<const Vec<D>>, std::span<double>)>()>;
 
-/// Values in units of 2^exponent.
+/// Lattice values in units of 2^exponent.
 template <int D>
 struct FunctionValues {
     Column<LatticeValues<D>> rows;
     int exponent = 0;
 };
-/// Lattice values of a function. Errors: usage (a function without finite values in an element); memory; stopped.
+/// Samples a function at the lattices of elements. Errors: usage (a function without finite values in an element);
+/// memory; stopped.
 template <int D>
 [[nodiscard]] Outcome<FunctionValues<D>> element_values(const QuadraticMesh<D>& mesh,
                                                         const FunctionOfPosition<D>& function,
                                                         const Execution& execution);
 
-/// Exponent of the power of two that makes the range about 1; 0 for constant, empty or non-finite values.
+/// Exponent of the power of two that is about the range of the values; 0 for constant, empty or non-finite values.
 [[nodiscard]] inline int range_exponent(std::span<const double> values) {
     if (values.empty()) return 0;
     const auto [least, largest] = std::minmax_element(values.begin(), values.end());
@@ -187,7 +188,7 @@ template <int D>
     return half_range > 0 && std::isfinite(half_range) ? std::ilogb(half_range) : 0;
 }
 
-/// Scales a field by a power of two to a range of about 1. Products of derivatives stay in range, and results are
+/// Scales a field by a power of two to a range of about 1. Products of derivatives then stay in range, and results are
 /// bitwise independent of the user's unit.
 [[nodiscard]] inline Column<double> in_unit_range(const Column<double>& values) {
     const int exponent = range_exponent(values);
@@ -199,21 +200,21 @@ template <int D>
 
 enum class NodeOrder : std::uint8_t {
     plausible,            ///< no evidence against the order, or too few different values
-    by_first_element,     ///< certain: edge values are ordered by first element
-    unrelated_mid_nodes,  ///< certain: vertex values are related, edge values not related to those of their ends
+    by_first_element,     ///< certain: edge values are in the order in which elements first contain the edges
+    unrelated_mid_nodes,  ///< certain: vertex values are related, but edge values are not related to those of the
+                          ///< edge's ends
     unrelated,            ///< neighbouring values are no more alike than in random order
 };
 
-/// Verdict and its correlations: between neighbouring vertices, and of edge values with the mean of the ends (degree
-/// 2).
+/// Verdict, with correlations: between neighbouring vertices, and of edge values with the mean of the ends (degree 2).
 struct NodeOrderCheck {
     NodeOrder order = NodeOrder::plausible;
     double between_vertices = 1, between_ends_and_middle = 1;
 };
 
-/// Checks the order of vertex and edge values against the mesh. Compression by asinh((u − median)/(10⁻³ range)) limits
-/// the weight of few large values and of noise of 10⁻⁶. Method: docs/algorithms/recovery.md. Errors: numbers of values
-/// of another mesh (usage); stopped, memory.
+/// Checks that the order of vertex and edge values matches the mesh. Values are compressed by asinh((u − median)/(10⁻³
+/// range)), which limits the weight of few large values and of noise of 10⁻⁶. Method: docs/algorithms/recovery.md.
+/// Errors: usage (numbers of values that do not match the mesh); stopped, memory.
 template <int D>
 [[nodiscard]] Outcome<NodeOrderCheck> check_node_order(const QuadraticMesh<D>& mesh, const Column<double>& values,
                                                        const Execution& execution);
@@ -225,14 +226,14 @@ struct NormalGradients {
     double squares = 0;   ///< ∫ (∂u/∂n)²
 };
 
-/// Normal derivatives on facets of boundary and interfaces, by ascending reference. At a facet's corner several fields
-/// give
+/// Normal derivatives on facets of boundary and interfaces, by ascending reference. At a facet's corner, the fields f
+/// together give
 ///
 ///     sqrt(Σ_f (weight_f ∂u_f/∂n)²),
 ///
-/// with the curved facet's normal and derivatives in an adjacent element; interfaces use the larger side. Integrals sum
-/// over corners. `balls`: of elements; \p derivatives: of `recover_derivatives` on \p mesh. Errors: not one weight per
-/// field (usage); memory; stopped.
+/// with the normal of the curved facet and derivatives in an adjacent element; interfaces use the side with the larger
+/// value. Integrals are sums over corners. `balls`: elements around each vertex; \p derivatives: result of
+/// `recover_derivatives` for \p mesh. Errors: usage (not one weight per field); memory; stopped.
 template <int D>
 [[nodiscard]] Outcome<std::vector<NormalGradients>> normal_gradients(const QuadraticMesh<D>& mesh,
                                                                      const Incidence<ElementId>& balls,

@@ -17,10 +17,11 @@ namespace camber {
 
 namespace {
 
-/// Node weights are 1/(core + |y|), |y| ≤ 1 the distance from the element's middle in whitened coordinates.
+/// Weights of nodes are 1/(core + |y|), where |y| ≤ 1 is the distance from the element's middle in whitened
+/// coordinates.
 constexpr double near_core = 0.05;
 constexpr double own_surplus = 1.2;
-/// See Fit::independence.
+/// Minimum `Fit::independence`.
 constexpr double enough_independence_within = 1e-7;
 constexpr int most_rings = 5;
 constexpr std::size_t elements_at_once = 64;
@@ -53,7 +54,7 @@ class ElementFits {
     }
 
   private:
-    /// Gathers nodes for the highest degree, as far as available; factorises. Returns the determined degree.
+    /// Gathers nodes for degree P, as far as available, and factorises. Returns the degree that the nodes determine.
     int place(ElementId e) {
         rings_.begin(e);
         const auto grow = [&] { return rings_.count() < most_rings && rings_.grow(); };

@@ -1,5 +1,5 @@
-// Example of camber.recovery: recovered derivatives of a bump on a quadratic triangle lattice, compared with the exact
-// ones.
+// Example of camber.recovery: compares recovered derivatives of a bump on a lattice of quadratic triangles with the
+// exact derivatives.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -12,7 +12,6 @@ import camber.recovery;
 
 using namespace camber;
 
-/// The square [0, 1]² in 2 n² triangles.
 static LinearMesh<2> square(std::size_t n) {
     LinearMesh<2> mesh;
     Buffer<Vec<2>> points;

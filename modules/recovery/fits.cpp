@@ -29,7 +29,7 @@ void find_materials(const LinearMesh<D>& mesh, std::span<const ElementId> ball, 
     materials.clear();
     for (const ElementId e : ball) {
         const Reference material = mesh.elements.references[e];
-        // Mostly there is only one, so duplicates are removed before sorting.
+        // Mostly there is only one material, so duplicates are removed before sorting.
         if (std::find(materials.begin(), materials.end(), material) == materials.end()) materials.push_back(material);
     }
     std::sort(materials.begin(), materials.end());
@@ -160,7 +160,6 @@ double sum_of(const LanesOfPack& lanes) {
     return ((lanes[0] + lanes[1]) + (lanes[2] + lanes[3])) + ((lanes[4] + lanes[5]) + (lanes[6] + lanes[7]));
 }
 
-/// Monomials, scaled by y^0 = `first`.
 template <int D, int P>
 [[gnu::always_inline]] inline void set_monomials(const std::array<Pack, D>& y, Pack first,
                                                  std::array<Pack, monomials_up_to<D>(P)>& m) {
@@ -206,8 +205,9 @@ void Fit<D, P>::sum_moments() {
     });
 }
 
-/// G = S M S, with S so that G_ii = 1, is Uᵀ U. U_ii² is the part of the i-th monomial independent of the earlier ones.
-/// Row by row, so that the innermost loop has independent items.
+/// Factorises G = S M S = Uᵀ U, where M is the moment matrix and S makes G_ii = 1. U_ii² is the part of the i-th
+/// monomial that is independent of the earlier ones. Works row by row, so that the innermost loop has independent
+/// items.
 template <int D, int P>
 void Fit<D, P>::factorise() {
     independence_.fill(1);
@@ -234,7 +234,7 @@ void Fit<D, P>::factorise() {
     });
 }
 
-/// Adds to c the solution of Σ w² y^α (y^β δ_β − (u − p_c)) = 0.
+/// Adds to c the δ with Σ w² y^α (y^β δ_β − (u − p_c)) = 0 for all α, where p_c is the polynomial with coefficients c.
 template <int D, int P>
 void Fit<D, P>::correct(Coefficients<D, P>& c, std::size_t unknowns) const {
     std::array<double, size> x{};

@@ -16,7 +16,6 @@ namespace camber {
 
 namespace {
 
-/// Values minus their mean, and the sum of squares.
 struct Centred {
     std::vector<double> values;
     double square = 0;
@@ -39,7 +38,8 @@ double participation(const Centred& c) {
     return fourth > 0 ? c.square * c.square / fourth : 0;
 }
 
-/// Returns none if the range is below 10⁻⁴ of the largest value, where it may be noise.
+/// Values compressed as in `check_node_order`. Empty if their range is below 10⁻⁴ of the largest value, where it may be
+/// noise.
 std::optional<std::vector<double>> compressed(std::span<const double> values) {
     constexpr double least_range = 1e-4, linear = 1e-3;
     if (values.empty()) return std::nullopt;
@@ -88,8 +88,8 @@ double product(const std::vector<double>& a, const std::vector<double>& b) {
     return sum;
 }
 
-/// (u, Pu), (Pu, Pu), (Pu, P²u), (P²u, P²u) by (u, u), P the mean over neighbours: moments of the field's spectrum on
-/// the edge graph.
+/// Moments of the field's spectrum on the edge graph: (u, Pu), (Pu, Pu), (Pu, P²u) and (P²u, P²u) divided by (u, u),
+/// where P takes means over neighbours.
 constexpr std::size_t moment_count = 4;
 using Moments = std::array<double, moment_count>;
 Moments moments_of(const NeighbourMeans& means, const Centred& field) {
@@ -99,7 +99,7 @@ Moments moments_of(const NeighbourMeans& means, const Centred& field) {
     return moments;
 }
 
-/// Fisher–Yates, with SplitMix64.
+/// Fisher–Yates shuffle with SplitMix64.
 void shuffle(std::vector<double>& values, std::uint64_t& state) {
     for (std::size_t i = values.size(); i > 1; --i) {
         state += 0x9e3779b97f4a7c15ULL;
@@ -107,7 +107,7 @@ void shuffle(std::vector<double>& values, std::uint64_t& state) {
     }
 }
 
-/// True if all moments agree with those of random orders, within some deviations.
+/// True if all moments are within `most_deviations` standard deviations of those of random orders.
 bool is_like_random(const NeighbourMeans& means, Centred field, const Moments& moments) {
     constexpr int orders = 32;
     constexpr double most_deviations = 2.5;
@@ -128,7 +128,7 @@ bool is_like_random(const NeighbourMeans& means, Centred field, const Moments& m
     return true;
 }
 
-/// Edges in the order in which elements first contain them; isolated ones last.
+/// Edges in the order in which elements first contain them; edges without elements are last.
 template <int D>
 std::vector<std::size_t> edges_by_first_element(const EdgeSet<D>& edges) {
     std::vector<std::size_t> order;
@@ -146,7 +146,7 @@ std::vector<std::size_t> edges_by_first_element(const EdgeSet<D>& edges) {
 
 struct MiddleFit {
     double correlation = 1;
-    /// Σ (value − mean of the ends)², in the given order and in the order by elements.
+    /// Σ (value − mean of the ends)², in the given order and in the order of `edges_by_first_element`.
     double square = 0, square_by_element = 0;
 };
 template <int D>
@@ -165,7 +165,7 @@ MiddleFit middle_fit(const EdgeSet<D>& edges, std::span<const double> vertices, 
     return fit;
 }
 
-/// Limits between ordered and permuted fields, from measurements.
+/// Limits found by measurements.
 constexpr double least_participation = 30, of_random = 200;
 constexpr double related = 0.3, unrelated = 0.2, better_by = 3;
 

@@ -14,13 +14,13 @@ import :derivatives;
 
 namespace camber {
 
-/// Number of monomials in D variables of degree at most p: C(p + D, D).
+/// Number of monomials: C(p + D, D).
 template <int D>
 [[nodiscard]] constexpr int monomials_up_to(int p) {
     return D == 2 ? (p + 1) * (p + 2) / 2 : (p + 1) * (p + 2) * (p + 3) / 6;
 }
 
-/// y^α = y_axis times a monomial of one degree less.
+/// A monomial y^α: y_axis times the monomial `parent` of one degree less.
 template <int D>
 struct Monomial {
     std::array<int, D> exponents{};
@@ -29,8 +29,8 @@ struct Monomial {
     int axis = 0;
 };
 
-/// Index of y^α: by degree, then by the exponent of the last variable, and so on. Within a degree it matches Vec, Sym
-/// and CubicForm.
+/// Index of y^α among the monomials, which are ordered by degree, then by the exponent of the last variable, and so on.
+/// Within a degree this is the order of Vec, Sym and CubicForm.
 template <int D>
 [[nodiscard]] constexpr int place_of(const std::array<int, D>& exponents) {
     int degree = 0;
@@ -66,7 +66,7 @@ inline constexpr auto monomials = [] {
     return all;
 }();
 
-/// Index of each product of two monomials among those of degree 2 P.
+/// Index of the product of two monomials among those of degree at most 2 P.
 template <int D, int P>
 inline constexpr auto products = [] {
     constexpr std::size_t n = monomials_up_to<D>(P);
@@ -80,7 +80,7 @@ inline constexpr auto products = [] {
     return places;
 }();
 
-/// Σ y yᵀ / n for y = B x.
+/// Returns the covariance Σ y yᵀ / n of n points y = B x.
 template <int D>
 [[nodiscard]] inline Sym<D> covariance(const Mat<D>& b, std::span<const Vec<D>> points) {
     Sym<D> sum;
@@ -92,7 +92,7 @@ template <int D>
     return sum * (1 / static_cast<double>(points.size()));
 }
 
-/// Multiplies B by L⁻¹ with L Lᵀ = C. Pivots below the cancellation error of C are raised to it.
+/// Replaces B by L⁻¹ B, where L Lᵀ = C. Pivots below the cancellation error of C are raised to it.
 template <int D>
 inline void divide_by_factor(const Sym<D>& c, Mat<D>& b) {
     std::array<std::array<double, D>, D> l{};
@@ -113,9 +113,9 @@ inline void divide_by_factor(const Sym<D>& c, Mat<D>& b) {
     }
 }
 
-/// B for which y = B x has covariance 1 (about the origin), scaled to a maximum of |y| = 1. At an anisotropy of 1e8 the
-/// covariance of x loses the thin direction, so it is recomputed after whitening until it is 1. Directions no longer
-/// than `noise`, that of the coordinates, have zero rows.
+/// Returns B for which the points y = B x have covariance 1 about the origin, scaled to a maximum of |y| = 1. At an
+/// anisotropy of 1e8 the covariance of x loses the thin direction, so the covariance of y is recomputed after each
+/// whitening until it is 1. Directions no longer than the coordinates' `noise` have zero rows.
 template <int D>
 [[nodiscard]] inline Mat<D> whitening(std::span<const Vec<D>> points, double noise) {
     double largest = 0;
@@ -124,7 +124,7 @@ template <int D>
     Mat<D> b;
     if (!(largest > 0)) return b;
     for (int i = 0; i < D; ++i) b(i, i) = 1 / largest;
-    constexpr int passes = 5;  // each reduces the anisotropy by 1e7
+    constexpr int passes = 5;  // each pass reduces the anisotropy by 1e7
     for (int pass = 0; pass < passes; ++pass) {
         const Sym<D> c = covariance(b, points);
         divide_by_factor(c, b);
@@ -143,7 +143,7 @@ template <int D>
     return b;
 }
 
-/// Nodes of a field: vertices, then (degree 2) edges.
+/// Nodes of a field: vertices and, in degree 2, edges.
 template <int D>
 struct NodalMesh {
     const QuadraticMesh<D>& mesh;
@@ -165,13 +165,11 @@ class Rings {
     explicit Rings(const NodalMesh<D>& nodal) : nodal_(nodal) {}
 
     void begin(VertexId v, Reference material);
-    /// Starts with the element's vertices, in its material.
     void begin(ElementId e);
-    /// Adds nodes of elements at the last ring's vertices; false if none are new.
+    /// Adds the nodes of elements at the last ring's vertices. Returns false if none are new.
     bool grow();
 
-    [[nodiscard]] int count() const { return count_; }  ///< of rings
-    /// All nodes, initial ones first.
+    [[nodiscard]] int count() const { return count_; }  ///< number of rings
     [[nodiscard]] std::span<const std::uint32_t> nodes() const { return nodes_; }
     [[nodiscard]] std::span<const VertexId> last_vertices() const { return last_; }
 
@@ -187,30 +185,30 @@ class Rings {
     std::vector<VertexId> last_, next_;
 };
 
-/// Coefficients of the monomials of degree at most P in y.
 template <int D, int P>
 using Coefficients = std::array<double, monomials_up_to<D>(P)>;
 
-/// Weighted least squares of polynomials in whitened coordinates y = B (x − vertex): min Σ w² (p(y) − u)², w = 1/(core
-/// + |y|). The normal matrix is filled from the moments Σ w² y^{α+β}, a quarter of its number of entries, and
-/// factorised once for all fields. Monomials ascend by degree, so leading blocks are the factors of lower degrees.
+/// Weighted least squares of polynomials p in whitened coordinates y = B (x − vertex): min Σ w² (p(y) − u)², with w =
+/// 1/(core + |y|). The normal matrix is filled from the moments Σ w² y^{α+β}, which are a quarter as many as its
+/// entries, and factorised once for all fields. Monomials ascend by degree, so leading blocks of the factor are the
+/// factors for lower degrees.
 template <int D, int P>
 class Fit {
   public:
     static constexpr std::size_t size = monomials_up_to<D>(P);
     static constexpr double negligible_length = 1e-30;
 
-    /// `offsets`: x − vertex, the vertex's own first; `noise`: of the coordinates.
+    /// `offsets`: x − vertex for each node, with the vertex first; `noise`: rounding error of the coordinates.
     void place(std::span<const Vec<D>> offsets, double noise, double core);
 
     [[nodiscard]] const Mat<D>& whitened_by() const { return whitened_by_; }
     [[nodiscard]] std::size_t nodes() const { return nodes_; }
-    /// Minimum over the monomials up to this degree: share of the squared length independent of earlier ones. 0 if the
-    /// nodes cannot distinguish them.
+    /// Share of a monomial's squared length that is independent of earlier monomials: the minimum over monomials up to
+    /// this degree. 0 if the nodes cannot distinguish them.
     [[nodiscard]] double independence(int degree) const { return independence_[static_cast<std::size_t>(degree)]; }
 
-    /// Polynomial of this degree, for one value per node; higher coefficients are 0. One step of iterative refinement
-    /// restores the digits lost in the normal equations.
+    /// Returns the polynomial of this degree for one value per node; higher coefficients are 0. One step of iterative
+    /// refinement restores the digits lost in the normal equations.
     [[nodiscard]] Coefficients<D, P> solve(std::span<const double> values, int degree);
 
   private:
@@ -229,17 +227,17 @@ class Fit {
     std::vector<Block> blocks_;
     std::vector<Lanes> values_;
     std::array<double, monomials_up_to<D>(2 * P)> moments_{};
-    std::array<double, size> scale_{};                     ///< per monomial; makes the matrix's diagonal 1
-    std::array<std::array<double, size>, size> factor_{};  ///< U, upper triangle; 1 / U_ii on the diagonal
+    std::array<double, size> scale_{};                     ///< scales monomials for a diagonal of 1
+    std::array<std::array<double, size>, size> factor_{};  ///< U in the upper triangle, with 1 / U_ii on the diagonal
     std::array<double, P + 1> independence_{};
 };
 
-/// u − u(vertex) in units of its maximum: fourth powers of 1e200 would overflow.
+/// Unit of scaled values, the maximum of |u − u(vertex)|: fourth powers of 1e200 would overflow.
 struct Unit {
     double half = 0;  ///< half the maximum difference, which may overflow
     [[nodiscard]] double times(double x) const { return x * half * 2; }
 };
-/// Scales values to [−1, 1]; the first is the vertex's.
+/// Subtracts the first value, which is the vertex's, and scales values to [−1, 1].
 [[nodiscard]] inline Unit scale(std::span<double> values) {
     const double first = values[0] / 2;
     Unit unit;
@@ -259,7 +257,7 @@ struct Derivatives {
     CubicForm<D> third;
 };
 
-/// ∂^α p(y) = Σ_{β ≥ α} c_β β!/(β − α)! y^{β − α}.
+/// Returns ∂^α p(y) = Σ_{β ≥ α} c_β β!/(β − α)! y^{β − α}.
 template <int D, int P>
 [[nodiscard]] double derivative(const Coefficients<D, P>& c, const std::array<int, D>& alpha, const Vec<D>& y) {
     double sum = 0;
@@ -267,7 +265,7 @@ template <int D, int P>
         const auto& beta = monomials<D, P>[b].exponents;
         double term = c[b];
         for (int i = 0; i < D; ++i) {
-            for (int k = 0; k < alpha[i]; ++k) term *= beta[i] - k;  // 0 where β_i < α_i
+            for (int k = 0; k < alpha[i]; ++k) term *= beta[i] - k;  // 0 if β_i < α_i
             for (int k = alpha[i]; k < beta[i]; ++k) term *= y[i];
         }
         sum += term;
@@ -286,7 +284,7 @@ template <int D, int P>
     return at;
 }
 
-/// At y = 0: α! c_α.
+/// Returns α! c_α, the derivatives at y = 0.
 template <int D, int P>
 [[nodiscard]] Derivatives<D> derivatives_at_origin(const Coefficients<D, P>& c) {
     constexpr std::array factorials{1.0, 1.0, 2.0, 6.0};
@@ -302,13 +300,12 @@ template <int D, int P>
     return at;
 }
 
-/// Derivatives by x for y = B x: Bᵀ g, Bᵀ H B, T[B·, B·, B·].
+/// Converts derivatives by y = B x to derivatives by x: Bᵀ g, Bᵀ H B, T[B·, B·, B·].
 template <int D>
 [[nodiscard]] Derivatives<D> pulled_back(const Derivatives<D>& by_y, const Mat<D>& b) {
     return {transposed_times(b, by_y.gradient), congruence(transposed(b), by_y.hessian), pulled_back(by_y.third, b)};
 }
 
-/// Offsets of edge nodes from the chords' middles.
 template <int D>
 using EdgeOffsets = std::array<Vec<D>, edges_per_simplex<D>>;
 template <int D>
@@ -322,7 +319,7 @@ template <int D>
     return offsets;
 }
 
-/// F(λ) = Σ λ_v x_v + Σ 4 λ_i λ_j offset of edge i–j.
+/// Returns Σ λ_v x_v + Σ 4 λ_i λ_j d_ij, where λ is `at` and d_ij the offset of edge i–j.
 template <int D>
 [[nodiscard]] Vec<D> position_within(const LinearMesh<D>& mesh, ElementId e, const EdgeOffsets<D>& offsets,
                                      const std::array<double, D + 1>& at) {
@@ -361,20 +358,20 @@ template <int D, int P>
 
 template <int D>
 struct CheckedNodes {
-    int degree = 1;  ///< from the numbers of values
+    int degree = 1;  ///< determined by the numbers of values
     Incidence<ElementId> balls;
 
     [[nodiscard]] NodalMesh<D> of(const QuadraticMesh<D>& mesh) const { return {mesh, balls, degree}; }
 };
 
-/// Errors: usage (numbers of values that do not match the mesh or differ; a value that is not finite, with the node),
-/// input (missing data for degree 2; not one reference per element; a node not at a finite place, with the node).
+/// Errors, with the node if it is known: usage (numbers of values that differ or do not match the mesh; a value that is
+/// not finite), input (missing data for degree 2; not one reference per element; a node without finite coordinates).
 template <int D>
 [[nodiscard]] Outcome<CheckedNodes<D>> checked_nodes(const QuadraticMesh<D>& mesh,
                                                      std::span<const Column<double>> fields,
                                                      const Execution& execution);
 
-/// Errors: usage (derivatives out of range), with the vertex.
+/// Errors: usage (derivatives out of range at the named vertex).
 template <int D>
 [[nodiscard]] Outcome<Done> check_results(const RecoveredDerivatives<D>& recovered, const Execution& execution);
 

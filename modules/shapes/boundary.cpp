@@ -48,11 +48,10 @@ Outcome<std::vector<std::size_t>> elements_near_facets(const LinearMesh<D>& mesh
         });
 }
 
-/// Elements and vertices that may have facets.
 template <int D>
 struct NearFacets {
     LinearMesh<D> mesh;
-    Buffer<std::uint8_t> marked;  ///< for each vertex: 1: may have facets
+    Buffer<std::uint8_t> marked;  ///< by vertex, 1: it may have facets
 };
 
 template <int D>

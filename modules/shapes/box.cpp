@@ -383,8 +383,8 @@ double prisms(const ShellOptions<D>& o) {
     return D * facets * (counts.rows + o.inner_layer.count + o.outer_layer.count);
 }
 
-/// Estimate for points on spheres at distances of a simplex height. 2D (Euler): two triangles per inner point, one per
-/// boundary point. 3D: ratios measured on shells with 10^3 to 1.5·10^5 elements.
+/// Estimated number of elements, for points on spheres at distances of a simplex height. 2D (Euler): two triangles per
+/// inner point, one per boundary point. 3D: ratios measured on shells with 10^3 to 1.5·10^5 elements.
 template <int D>
 double unstructured(const ShellOptions<D>& o) {
     constexpr double an_inner_point = D == 2 ? 2 : 6.2, a_wall_point = D == 2 ? 1 : 3.1;

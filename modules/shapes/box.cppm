@@ -70,7 +70,7 @@ struct BoxOptions {
     }();  ///< per axis: last over first cell length (geometric series)
     double warp = 0;         ///< x_i moves by warp (high_i − low_i) ∏ sin(2π u_j), u in the unit box
     double jitter = 0.2;     ///< maximum random move along each axis, in cell sizes; sides stay plane
-    std::uint64_t seed = 1;  ///< of random diagonals and jitter
+    std::uint64_t seed = 1;  ///< seed of random diagonals and jitter
 
     [[nodiscard]] static constexpr auto options() {
         using S = BoxOptions;
@@ -321,7 +321,7 @@ class ShapeRows {
     /// Errors: usage (an element without positive volume); memory, stopped.
     [[nodiscard]] virtual Outcome<ShapeRun<D>> run(std::size_t first, std::size_t last,
                                                    const Execution& execution) const = 0;
-    /// Only corners, feature edges and ridges.
+    /// The mesh has only corners, feature edges and ridges.
     [[nodiscard]] virtual Outcome<LinearMesh<D>> lists() const = 0;
 
   protected:
@@ -340,7 +340,8 @@ template <int D>
 [[nodiscard]] Outcome<std::unique_ptr<const ShapeRows<D>>> rows_of_shape(const ShellOptions<D>& options,
                                                                          const Execution& execution = {});
 
-/// For valid options. Exact for boxes, channels and prism shells, within a few per cent for unstructured shells.
+/// Number of elements for valid options. Exact for boxes, channels and prism shells, within a few per cent for
+/// unstructured shells.
 template <int D>
 [[nodiscard]] double expected_elements(const ShellOptions<D>& options);
 template <int D>

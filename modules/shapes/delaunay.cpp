@@ -83,8 +83,8 @@ T lifted(const std::array<std::array<T, 3>, 4>& d, const std::array<T, 4>& squar
            squares[3] * minor(0, 1, 2);
 }
 
-/// 1: p is inside the circumsphere of a positive tetrahedron, 0: on it, −1: outside. Uses doubles if the sign is
-/// certain, else exact integers (at most 24 · 2^(69 + 47.6) < 2^122).
+/// Same for the circumsphere of a tetrahedron. Uses doubles if the sign is certain, else exact integers (at most 24 ·
+/// 2^(69 + 47.6) < 2^122).
 int in_sphere(const std::array<const GridPoint<3>*, 4>& s, const GridPoint<3>& p) {
     std::array<std::array<double, 3>, 4> d{};
     std::array<double, 4> squares{};
@@ -111,7 +111,6 @@ int in_sphere(const std::array<const GridPoint<3>*, 4>& s, const GridPoint<3>& p
     return sign(lifted(exact, exact_squares));
 }
 
-/// Position on a Z-curve.
 template <int D>
 std::uint64_t z_order(const GridPoint<D>& p) {
     std::uint64_t key = 0;
@@ -240,7 +239,7 @@ class Triangulation {
         return orientation(corners(all)) != 0;
     }
 
-    /// Compares all pairs of faces.
+    /// Links neighbours by comparing all pairs of faces.
     void link_all() {
         const auto face = [&](Index cell, int opposite) {
             std::array<Index, D + 1> key = cells_[cell].vertices;
@@ -389,7 +388,6 @@ Outcome<Buffer<SimplexVertices<D>>> delaunay(std::span<const Vec<D>> points, con
 
 namespace {
 
-/// Random orthonormal axes (Gram–Schmidt).
 std::array<Vec<3>, 3> random_axes(const Noise& noise) {
     std::uint64_t draw = 0;
     const auto direction = [&] {

@@ -116,7 +116,7 @@ Outcome<Done> check_cells(const std::array<int, N>& cells) {
     return Done{};
 }
 
-/// Vertices with x varying fastest.
+/// Adds vertices; x varies fastest.
 template <int D>
 std::vector<VertexId> add_lattice(MeshParts<D>& parts, const std::array<int, D>& cells, const Vec<D>& high) {
     std::vector<VertexId> vertices;

@@ -8,18 +8,18 @@ import :box;
 
 export namespace camber {
 
-/// Unit square in quadrilaterals; every third one is cut into two triangles. Facet references: see `BoxOptions`.
-/// Errors, also of the next three: usage (no cells, over 1e8 vertices).
+/// Unit square in quadrilaterals; every third one is cut into two triangles. Facet references, except for surfaces and
+/// shells, are as in `BoxOptions`. Errors, also of the next three functions: usage (no cells, over 1e8 vertices).
 [[nodiscard]] Outcome<Mesh<2>> generate_plate(const std::array<int, 2>& cells);
 
 /// Same as a standalone surface mesh at z = 0; facet reference 1.
 [[nodiscard]] Outcome<Mesh<3>> generate_plate_in_space(const std::array<int, 2>& cells);
 
-/// Unit cube in hexahedra. Facet references: see `BoxOptions`.
+/// Unit cube in hexahedra.
 [[nodiscard]] Outcome<Mesh<3>> generate_hexahedra(const std::array<int, 3>& cells);
 
 /// Unit cube: hexahedra in the lower half, then a layer of tetrahedra with pyramids on the hexahedra, then tetrahedra.
-/// Facet references: see `BoxOptions`. Errors also: usage (fewer than three cells along z).
+/// Further errors: usage (fewer than three cells along z).
 [[nodiscard]] Outcome<Mesh<3>> generate_pyramids(const std::array<int, 3>& cells);
 
 /// Shell with prism layers on the inner sphere (`inner_layer`, heights along rays) and tetrahedra above. All references

@@ -143,7 +143,6 @@ struct PrismPlaces {
     [[nodiscard]] Vec<D> regular(std::size_t v) const {
         return radii[v / directions.size()] * directions[v % directions.size()];
     }
-    /// Position with jitter.
     [[nodiscard]] Vec<D> moved(std::size_t v) const {
         const double radius = radii[v / directions.size()];
         const double shift = sizes.jitter * sizes.inner_size * radius / sizes.inner_radius;
@@ -162,8 +161,8 @@ struct PrismPlaces {
 
 /// A row of prisms between two levels (copies of the base vertices).
 struct PrismRow {
-    std::size_t bottom = 0, top = 0;  ///< levels
-    Noise noise;                      ///< for the cuts
+    std::size_t bottom = 0, top = 0;  ///< level numbers
+    Noise noise;                      ///< random numbers for the cuts
     std::size_t drawn_for = 0;        ///< base vertex v has random number `drawn_for` + v
     Reference material = 1;
 };
@@ -262,7 +261,8 @@ class PrismRows : public ShapeRows<D> {
     /// Points of ascending levels, level by level.
     [[nodiscard]] virtual Outcome<Buffer<Vec<D>>> points(std::span<const std::size_t> levels,
                                                          const Execution& execution) const = 0;
-    /// Reference of an element face, none unless the row owns it as a facet. All vertices of the face may have facets.
+    /// Reference of an element face; none unless the row owns it as a facet. Precondition: all vertices of the face may
+    /// have facets.
     [[nodiscard]] virtual std::optional<Reference> facet_reference(const PrismRow& row,
                                                                    const SimplexVertices<D - 1>& face) const = 0;
     [[nodiscard]] virtual bool may_have_facets(VertexId v) const = 0;

@@ -146,7 +146,6 @@ Outcome<LinearMesh<D>> generate(const ShellOptions<D>& options, const Execution&
 
 namespace {
 
-/// Number of points on a sphere (2D: circle) for this edge length.
 template <int D>
 std::size_t points_on_sphere(double radius, double size) {
     const double cover = D == 2 ? 2 * std::numbers::pi * radius / size
@@ -267,7 +266,8 @@ Outcome<Done> triangulate(ShellCore<D>& core, const Noise& noise) {
     return Done{};
 }
 
-/// Spreads points, then shakes until no element is flat or the iteration limit is reached. The best mesh is the result.
+/// Spreads points, then moves vertices of flat elements until none is flat or the iteration limit is reached. The best
+/// mesh is the result.
 template <int D>
 Outcome<Done> improve(ShellCore<D>& core, const ShellSizes& sizes, const Noise& noise, const Execution& execution) {
     constexpr int spreads = 8, max_jitter_rounds = 30;

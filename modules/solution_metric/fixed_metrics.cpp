@@ -124,7 +124,7 @@ Outcome<Column<LogMetric<D>>> fixed_metric(const LinearMesh<D>& mesh, std::span<
 
 namespace {
 
-/// Normal, tangents and principal curvatures of one smooth side at a vertex.
+/// Curvatures of one smooth side at a vertex.
 template <int D>
 struct Curved {
     Vec<D> normal;
@@ -150,7 +150,7 @@ Vec<D> side_normal(const LinearMesh<D>& mesh, Side side) {
     return normalised(sum);
 }
 
-/// Matrix of a least-squares fit, with a dynamic size so that Eigen's decomposition is compiled only once.
+/// Matrix of a least-squares fit; its dynamic size lets Eigen's decomposition be compiled only once.
 constexpr int most_unknowns = 5;
 using Equations = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, Eigen::Dynamic, most_unknowns>;
 using Unknowns = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, most_unknowns, 1>;
@@ -164,7 +164,7 @@ bool solve(const Equations& a, const Eigen::VectorXd& b, Unknowns& x) {
     return true;
 }
 
-/// Least-squares quadratic through a vertex, fitted to two rings of vertices of its patch.
+/// Least-squares quadratic through a vertex and two rings of vertices of its patch.
 template <int D>
 class Fit {
     static constexpr int slopes = D - 1, unknowns = slopes + sym_size<D - 1>;
@@ -222,8 +222,7 @@ class Fit {
         }
         Unknowns x;
         if (!solve(a, b, x)) return shape;
-        // The surface h = a·x + ½ xᵀSx has the curvature S/(1 + |a|²)^{3/2}, which is S up to second order in the small
-        // slope a.
+        // The curvature of h = a·x + ½ xᵀSx is S/(1 + |a|²)^{3/2}, which is S to first order in the small slope a.
         for (std::size_t k = 0; k < shape.size(); ++k) shape[k] = x(slopes + static_cast<Eigen::Index>(k)) / radius;
         return shape;
     }
@@ -254,7 +253,7 @@ FacetJet<D> jet_at(const QuadraticMesh<D>& mesh, FacetId f, VertexId v) {
     return jet;
 }
 
-/// Area-weighted mean of the facets' second fundamental forms at a vertex, in the tangents of the facets' mean normal.
+/// Area-weighted mean of the facets' second fundamental forms at a vertex, in the tangents of their mean normal.
 template <int D>
 Curved<D> curved_of_facets(const QuadraticMesh<D>& mesh, VertexId v, Side side) {
     Vec<D> sum;
@@ -309,8 +308,8 @@ LogMetric<D> metric_of(const Curved<D>& curved, const ChordOptions& options, dou
     return log_metric_of_sizes(sizes, axes);
 }
 
-/// Computes metrics of all vertices with sides. `make_curved()` is called once per chunk of vertices; it returns a
-/// function that computes the curvatures of a vertex and side.
+/// `make_curved()` is called once per chunk of vertices and returns a function that computes the curvatures of a vertex
+/// and side.
 template <int D>
 Outcome<MetricsAtVertices<D>> metrics_of_sides(const Incidence<FacetId>& balls, const Column<std::uint32_t>& patches,
                                                const ChordOptions& options, double largest, const Execution& execution,

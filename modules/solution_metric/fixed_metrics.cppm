@@ -13,7 +13,7 @@ import camber.metric;
 
 export namespace camber {
 
-/// Metrics at some vertices. Several metrics at the same vertex are intersected.
+/// Metrics at some vertices. Several at the same vertex are intersected.
 template <int D>
 struct MetricsAtVertices {
     Column<VertexId> vertices;
@@ -48,8 +48,8 @@ struct ReferenceSize {
     friend bool operator==(const ReferenceSize&, const ReferenceSize&) = default;
 };
 
-/// Isotropic metrics with the specified sizes; at each vertex the smallest size applies. Errors (usage): a size that is
-/// not a positive length; a reference without simplices.
+/// Isotropic metrics of the specified sizes, the smallest at each vertex. Errors (usage): a size that is not a positive
+/// length; a reference without simplices.
 template <int D>
 [[nodiscard]] Outcome<MetricsAtVertices<D>> sizes_by_reference(const LinearMesh<D>& mesh,
                                                                std::span<const ReferenceSize> sizes);
@@ -59,8 +59,8 @@ inline constexpr std::uint32_t no_patch = 0xffffffffU;
 
 struct ChordOptions {
     double chord_error = 0;    ///< δ: largest distance of a chord's middle from the surface; 0: unlimited
-    double angle = 0;          ///< α: largest turn of the surface along a chord (degrees); 0: unlimited
-    double normal_ratio = 10;  ///< size along the normal over the smallest tangential size
+    double angle = 0;          ///< α: largest turn of the surface along a chord, degrees; 0: unlimited
+    double normal_ratio = 10;  ///< size along the normal, divided by the smallest tangential size
 
     [[nodiscard]] static constexpr auto options() {
         using S = ChordOptions;
@@ -80,17 +80,14 @@ struct ChordOptions {
     friend bool operator==(const ChordOptions&, const ChordOptions&) = default;
 };
 
-/// Metrics at the vertices of facets that resolve the curvature of the boundary. A chord of length h deviates from a
-/// circle of curvature κ by h²κ/8. So the sizes along the principal directions, with curvatures κ_i, are
+/// Metrics that resolve the curvature of facets, at their vertices. For principal curvatures κ_i the sizes are
 ///
-///     h_i = min(sqrt(8 δ/|κ_i|), α/|κ_i|).
+///     h_i = min(sqrt(8 δ/|κ_i|), α/|κ_i|),
 ///
-/// The size along the normal is `normal_ratio` times the smallest h_i. No size exceeds `largest`. `patches` numbers the
-/// smooth patch of each facet (`Features::patches` of camber.surface; `no_patch` is ignored). Each patch at a vertex
-/// gives a metric from its own curvatures; the metrics are intersected. On quadratic meshes curvatures are
-/// area-weighted means over the facets at the vertex. On straight meshes they are those of the quadratic fitted to two
-/// rings of patch vertices, by least squares with weights 1/r²; zero if there are too few vertices. Errors (usage):
-/// options out of range; not one patch per facet; stopped.
+/// along the normal `normal_ratio` times the smallest h_i, and none exceeds `largest`. `patches` numbers each facet's
+/// smooth patch (`Features::patches` of camber.surface; `no_patch` is ignored). The metrics of all patches at a vertex
+/// are intersected. Curvatures: docs/algorithms/metric-from-solution.md. Errors (usage): options out of range; not one
+/// patch per facet; stopped.
 template <int D>
 [[nodiscard]] Outcome<MetricsAtVertices<D>> chord_metrics(const LinearMesh<D>& mesh,
                                                           const Column<std::uint32_t>& patches,
@@ -114,21 +111,20 @@ struct GapOptions {
 
 /// Metrics for thin parts of the domain, at the vertices of facets. A ray enters the domain along the mean normal of
 /// one patch's facets (`patches` as in `chord_metrics`), on both sides if both have elements. Facets of `no_patch` send
-/// no ray but can be hit. The first facet hit, at distance t, is across a gap if its normal is within 45 degrees of the
-/// ray; otherwise the two walls form a corner. The size is t/`elements` along the normal and `largest` along the wall.
-/// Metrics of several rays at a vertex are intersected. Vertices with t/`elements` ≥ `largest` have no metric.
+/// no ray but can be hit. The first facet hit, at distance t, bounds a gap if its normal is within 45 degrees of the
+/// ray; otherwise both walls form a corner. The size is t/`elements` along the normal and `largest` along the wall,
+/// intersected over the rays. Vertices with t/`elements` ≥ `largest` have no metric.
 ///
-/// Facets at the vertex, or within 1 degree of the ray, are never hit. Sharp edges have no metric, and sizes fall to 0
-/// towards them (see `min_size`). Facets count as straight and should bound the whole domain: a ray that leaves
-/// elsewhere hits nothing. Errors (usage): options out of range; `largest` is not a length; not one patch per facet;
-/// memory; stopped.
+/// Facets at the vertex, or within 1 degree of the ray, are never hit. Towards sharp edges sizes fall to 0 (see
+/// `min_size`). Facets count as straight and should bound the whole domain: a ray that leaves elsewhere hits nothing.
+/// Errors (usage): options out of range; `largest` is not a length; not one patch per facet; memory; stopped.
 template <int D>
 [[nodiscard]] Outcome<MetricsAtVertices<D>> gap_metrics(const LinearMesh<D>& mesh, const Column<std::uint32_t>& patches,
                                                         const GapOptions& options, double largest,
                                                         const Execution& execution);
 
-/// Intersects all given metrics with the isotropic size `largest`. Errors (usage): columns of another mesh; vertices or
-/// sizes out of range; stopped.
+/// Intersects all metrics and the isotropic size `largest`. Errors (usage): columns of another mesh; vertices or sizes
+/// out of range; stopped.
 template <int D>
 [[nodiscard]] Outcome<Column<LogMetric<D>>> fixed_metric(const LinearMesh<D>& mesh,
                                                          std::span<const MetricsAtVertices<D>> at_some,
@@ -142,7 +138,7 @@ namespace camber {
 /// Facets of one patch around a vertex.
 using Side = std::span<const FacetId>;
 
-/// Normal of a facet times its length (2D) or twice its area (3D), from the edges at a corner.
+/// Normal of a facet times its length (2D) or twice its area (3D), from its edges at a corner.
 [[nodiscard]] inline Vec<2> area_normal(const std::array<Vec<2>, 1>& columns) {
     return {{columns[0][1], -columns[0][0]}};
 }
@@ -173,7 +169,7 @@ template <int D>
     return dot(n, side) < 0 ? -n : n;
 }
 
-/// Calls `visit(side)` for each side in `ball`, in ascending order of patches; `facets` is a buffer.
+/// Calls `visit(side)` for each side in `ball`, by ascending patch; `facets` is a buffer.
 template <class Visit>
 void each_side(std::span<const FacetId> ball, const Column<std::uint32_t>& patches, std::vector<FacetId>& facets,
                Visit&& visit) {

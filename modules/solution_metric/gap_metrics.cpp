@@ -18,15 +18,15 @@ namespace camber {
 
 namespace {
 
-/// Facets are extended by this fraction for hits, since rays along a boundary edge would pass between facets. Rounding
-/// is far smaller.
+/// Facets are extended by this fraction, since rays along a boundary edge could pass between them. Rounding is far
+/// smaller.
 constexpr double margin = 1e-4;
 
 template <int D>
 struct Walls {
     Buffer<Vec<D>> normals;                                     ///< unit normals; 0 for facets without area
-    Buffer<std::array<std::optional<Reference>, 2>> materials;  ///< references of the elements on both sides: against
-                                                                ///< the normal, along the normal
+    Buffer<std::array<std::optional<Reference>, 2>> materials;  ///< of the elements on both sides: against the normal,
+                                                                ///< along the normal
     BoxTree<D> tree;
 };
 
@@ -76,8 +76,8 @@ Outcome<Walls<D>> make_walls(const LinearMesh<D>& mesh, const Incidence<FacetId>
     return walls;
 }
 
-/// Barycentric coordinates of the point where the line along x through the origin crosses a segment (2D) or triangle.
-/// `across` are the corners' coordinates normal to the line.
+/// Barycentric coordinates of the point where a line crosses a segment (2D) or triangle; `across` are the corners'
+/// coordinates normal to the line.
 std::array<double, 2> shares(const std::array<Vec<1>, 2>& across) {
     const double all = across[1][0] - across[0][0];
     return {across[1][0] / all, -across[0][0] / all};
@@ -100,8 +100,8 @@ class Gaps {
   public:
     Gaps(const LinearMesh<D>& mesh, const Walls<D>& walls) : mesh_(mesh), walls_(walls) {}
 
-    /// Finds the rays of one patch's facets at a vertex: one for each adjacent material, two if both sides have the
-    /// same material.
+    /// Finds the rays of one patch's facets at a vertex: one per adjacent material, two if it is the same on both
+    /// sides.
     void find_rays(Side side, std::vector<Ray<D>>& rays) const {
         rays.clear();
         for (const FacetId f : side) {
@@ -122,7 +122,7 @@ class Gaps {
         for (Ray<D>& ray : rays) ray.normal = normalised(ray.normal);
     }
 
-    /// Returns the distance to the facet across a gap, if it is less than `within`.
+    /// Distance to the facet across a gap, if less than `within`.
     [[nodiscard]] std::optional<double> thickness(VertexId from, const Ray<D>& ray, Side side, double within) const {
         constexpr double facing = 0.7;  // cos 45°
         if (!(norm_squared(ray.normal) > 0)) return std::nullopt;
@@ -142,13 +142,13 @@ class Gaps {
   private:
     static constexpr double never = std::numeric_limits<double>::infinity();
 
-    /// True if the side of the facet that faces the ray's start has the ray's material. Rays outside the domain meet
-    /// facets with another material, or none, on that side.
+    /// True if the near side of the facet has the ray's material. A ray outside the domain meets facets with another
+    /// material, or none, on that side.
     [[nodiscard]] bool is_visible_from_inside(std::size_t f, const Ray<D>& ray) const {
         return walls_.materials[f][dot(walls_.normals[f], ray.normal) > 0 ? 0 : 1] == ray.material;
     }
-    /// Points closer than this distance coincide. At a crack a ray does not hit the other side where it begins; where
-    /// it ends, the side facing the ray is hit before the other side.
+    /// Points closer than this coincide, so that at a crack a ray does not hit the other side where it begins, and hits
+    /// the near side first where it ends.
     [[nodiscard]] double place_size(Side side) const {
         double longest = 0;
         for (const FacetId f : side) {

@@ -19,8 +19,7 @@ namespace {
 
 constexpr double tiny = 1e-290;  // smallest |T|, so that logs are finite
 
-/// Lower bounds of yᵀQy in coordinates y, where v = G y: |T(y)|^{2/3} and floor |v|². `log_bound` is the log of the
-/// larger one.
+/// Lower bounds of yᵀQy in coordinates y, v = G y: |T(y)|^{2/3} and floor |v|².
 template <int D>
 struct Bounded {
     CubicForm<D> specified;
@@ -71,8 +70,8 @@ std::array<Vec<D>, D - 1> across(const Vec<D>& y) {
     }
 }
 
-/// Newton step on the unit sphere towards a maximum of |T(y)|, with gradient 3 T[y,y,·] and Hessian 6 T[y,·,·] − 3 T(y)
-/// in the tangent plane at y. If the Hessian has the wrong sign, the step follows the gradient.
+/// Newton step on the unit sphere to a maximum of |T(y)|: gradient 3 T[y,y,·], Hessian 6 T[y,·,·] − 3 T(y) in the
+/// tangent plane at y. It follows the gradient if the Hessian has the wrong sign.
 template <int D>
 Vec<D> step_to_largest(const CubicForm<D>& t, const Vec<D>& y) {
     const Sym<D> along = contracted(t, y);
@@ -117,8 +116,7 @@ class Search {
     }
 
     /// Diagonal bound in the eigenvectors of T:T: minimises Σ l_i subject to (l_i + l_j + l_k)/2 ≥ log|T_ijk|. A cost
-    /// of 0.1 on the largest l selects one of several solutions: for n³ + 3 n t² a smaller size along n allows a larger
-    /// one along t.
+    /// of 0.1 on the largest l selects one of several solutions: for n³ + 3 n t² sizes along n and t can be traded.
     void bound_by_entries() {
         constexpr int rounds = 5;
         EntryProgram program = entry_program();
@@ -200,7 +198,7 @@ class Search {
         grow_by(most);
     }
 
-    /// Log-eigenvalues and axes of Q = G⁻ᵀ G⁻¹, from the singular values of G.
+    /// Q = G⁻ᵀ G⁻¹, from the singular values of G.
     [[nodiscard]] EigenSystem<D> logs() const {
         EigenSystem<D> out = left_singular(bounded_.to_space);
         for (double& x : out.values.c) x = -2 * log(x);
@@ -208,7 +206,7 @@ class Search {
     }
 
   private:
-    /// Linear program with the unknowns l_1 … l_n and their maximum.
+    /// Linear program for l_1 … l_n and their maximum.
     using EntryProgram = SmallLinearProgram<D + 1, (cubic_size<D> + D + 1 + pack_size - 1) / pack_size>;
     [[nodiscard]] static EntryProgram entry_program() {
         constexpr double share = 0.1, lowest = -1e4;
@@ -244,7 +242,7 @@ class Search {
         }
         return twice;
     }
-    /// Sets the floor from the maximum anisotropy, for Q scaled by e^most.
+    /// Sets the floor of Q, scaled by e^most, from the maximum anisotropy.
     void set_floor(double most) {
         const Vec<D> roots = left_singular(bounded_.to_space).values;
         const double shortest = *std::min_element(roots.c.begin(), roots.c.end());
@@ -262,8 +260,8 @@ class Search {
         for (int i = 0; i < table; ++i) most = std::max(most, program_.least_of(i));
         return most;
     }
-    /// Calls `visit(y)` at maxima of |T| near those directions of the table that have locally maximal bounds of at
-    /// least `least`, and at the axes of the floor.
+    /// Calls `visit(y)` at maxima of |T|, found from directions with locally maximal bounds of at least `least`, and at
+    /// axes of the floor.
     void each_near_largest(double least, int steps, const auto& visit) {
         constexpr double around = 0.955;  // cosine of 1.5 times the spacing of directions
         std::array<int, table> tried{};
@@ -286,7 +284,7 @@ class Search {
         for (int i = 0; i < D; ++i)
             if (log(std::max(floor.values[i], tiny)) >= least) visit(floor.vectors.column[i]);
     }
-    /// Adds constraints ("cuts") at the maxima of |T|, replacing the oldest ones; returns the largest bound.
+    /// Adds constraints at the maxima of |T|, replacing the oldest; returns the largest bound.
     double cut() {
         double most = largest_of_table();
         for (int c = 0; c < std::min(cuts_, most_cuts); ++c) set_cut(c);
@@ -306,7 +304,7 @@ class Search {
         program_.set_row(table + c, quadratic_row(cut_at_[c]));
         program_.set_least(table + c, bounded_.log_bound(cut_at_[c]));
     }
-    /// Solves the linear program for L and updates Q ← Q^{1/2} e^L Q^{1/2}, G ← G e^{−L/2}. Returns |L|.
+    /// Solves the program for L, and updates Q ← Q^{1/2} e^L Q^{1/2}, G ← G e^{−L/2}; returns |L|.
     double step() {
         Sym<D> l;
         l.c = program_.solve();
@@ -439,7 +437,7 @@ CubicForm<D> in_reference(const ElementMap<D>& map, const Sym<D>& hessian, const
     return out;
 }
 
-/// Transforms Q̂ to Q = J⁻ᵀ Q̂ J⁻¹, from the singular values of J Q̂^{−1/2}.
+/// Q = J⁻ᵀ Q̂ J⁻¹, from the singular values of J Q̂^{−1/2}.
 template <int D>
 LocalModel<D> in_space(const LocalModel<D>& model, const Mat<D>& jacobian, const ModelOptions& options) {
     if (model.kind == ModelKind::zero || det(jacobian) == 0) return zero_model<D>();

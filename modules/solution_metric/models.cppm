@@ -35,9 +35,8 @@ template <int D>
     return row;
 }
 
-/// Evenly spread unit directions; y and −y count as one direction. The first n(n+1)/2 form the initial basis: their yyᵀ
-/// are independent and sum to a multiple of the identity (2D: three directions at 60 degrees; 3D: axes of an
-/// icosahedron).
+/// Evenly spread unit directions, one of each pair y and −y. The first n(n+1)/2 form the initial basis: their yyᵀ are
+/// independent and sum to a multiple of the identity (2D: at 60 degrees; 3D: axes of an icosahedron).
 template <int D>
 struct Directions {
     static constexpr int packs = D == 2 ? 6 : 16;
@@ -87,9 +86,9 @@ struct Directions {
     }
 };
 
-/// Linear program min cᵀx subject to a_i·x ≥ b_i, with P packs of rows a_i and U ≤ 6 unknowns. The simplex method
-/// solves the dual, max Σ b_i μ_i with Σ μ_i a_i = c, μ ≥ 0. Only b changes between programs, so the last basis remains
-/// feasible and few pivots are needed. Unused rows have b = no_row.
+/// Linear program min cᵀx subject to a_i·x ≥ b_i, with P packs of rows and U ≤ 6 unknowns. The simplex method solves
+/// the dual, max Σ b_i μ_i with Σ μ_i a_i = c, μ ≥ 0. Only b changes between programs, so the last basis stays
+/// feasible. Unused rows have b = no_row.
 template <int U, int P>
 class SmallLinearProgram {
   public:
@@ -140,7 +139,6 @@ class SmallLinearProgram {
         int row = 0;
         double amount = 0;
     };
-    /// Returns the most violated row and its violation.
     [[nodiscard]] Missing most_violated(const Unknowns& x) const {
         Pack most = packed(-std::numeric_limits<double>::max());
         Mask where{};
@@ -158,7 +156,7 @@ class SmallLinearProgram {
             if (most[lane] > most[best]) best = lane;
         return {static_cast<int>(where[best]) * pack_size + best, most[best]};
     }
-    /// Exchanges the row `entering` with the basis row whose μ vanishes first. Returns false if no μ vanishes.
+    /// Exchanges a row with the basis row whose μ vanishes first; returns false if none vanishes.
     [[nodiscard]] bool enter(int entering) {
         const Unknowns a = row(entering);
         Unknowns along{}, weight{};
@@ -200,8 +198,8 @@ export namespace camber {
 
 enum class CubicBound : std::uint8_t {
     optimal,   ///< determinant within 1 % of the minimum
-    diagonal,  ///< bound of the entries of T in the eigenvectors of T:T; 4 times faster, determinant mostly 1 to 1.5
-               ///< times the minimum
+    diagonal,  ///< from the entries in the eigenvectors of T:T; 4 times faster, determinant mostly 1 to 1.5 times the
+               ///< minimum
 };
 [[nodiscard]] constexpr auto words(CubicBound) {
     return words_of(Word{CubicBound::optimal, "optimal"}, Word{CubicBound::diagonal, "diagonal"});
@@ -209,9 +207,9 @@ enum class CubicBound : std::uint8_t {
 
 struct ModelOptions {
     CubicBound bound = CubicBound::optimal;
-    /// Anisotropy limit of a model. If derivatives vanish or are rounding errors in some directions, Q is raised there
-    /// to its largest eigenvalue over the square of this limit. Rounding of third derivatives alone gives an anisotropy
-    /// of 2e5 with meaningless axes.
+    /// Anisotropy limit of a model. If derivatives vanish or are rounding errors along some axes, Q is raised there to
+    /// its largest eigenvalue over the square of this limit. Rounding of third derivatives gives an anisotropy of 2e5
+    /// with meaningless axes.
     double max_anisotropy = 1e5;
 
     [[nodiscard]] static constexpr auto options() {
@@ -230,12 +228,12 @@ struct ModelOptions {
 
 enum class ModelKind : std::uint8_t {
     regular,
-    floored,  ///< eigenvalues raised to the anisotropy limit
+    floored,  ///< some eigenvalues were raised
     zero,     ///< all derivatives are 0, so any size is sufficient
 };
 
-/// Local error model Q with (|d^{k+1}u(v)|)^{2/(k+1)} ≤ vᵀQv: Q = R diag(e^{λ_i}) Rᵀ, stored as log-eigenvalues λ_i and
-/// axes R, in any unit of u. A zero model has λ_i = −∞, R = I.
+/// Local error model Q, with (|d^{k+1}u(v)|)^{2/(k+1)} ≤ vᵀQv in any unit of u. It is stored as log-eigenvalues λ_i and
+/// axes R: Q = R diag(e^{λ_i}) Rᵀ. Zero model: λ_i = −∞, R = I.
 template <int D>
 struct LocalModel {
     EigenSystem<D> logs;
@@ -262,7 +260,7 @@ template <int D>
     return model;
 }
 
-/// Model of degree k = 1: Q = |H|, the Hessian with absolute eigenvalues.
+/// Degree k = 1: Q = |H|, the Hessian with absolute eigenvalues.
 template <int D>
 [[nodiscard]] inline LocalModel<D> hessian_model(Sym<D> hessian, const ModelOptions& options) {
     double scale = 0;
@@ -274,25 +272,21 @@ template <int D>
     return floored(model, options.max_anisotropy);
 }
 
-/// Models of degree k = 2: the Q of minimum determinant with |T[v,v,v]|^{2/3} ≤ vᵀQv for all v. Its unit ball is the
-/// largest ellipsoid in {|T| ≤ 1}. Log-simplex method (Coulaud and Loseille, "Very high order anisotropic metric-based
-/// mesh adaptation in 3D", Procedia Engineering 163, 2016). In coordinates y = Q^{1/2} v of the current Q it repeats
+/// Degree k = 2: the Q of minimum determinant with |T[v,v,v]|^{2/3} ≤ vᵀQv for all v. The log-simplex method (Coulaud
+/// and Loseille, "Very high order anisotropic metric-based mesh adaptation in 3D", Procedia Engineering 163, 2016)
+/// solves a sequence of linear programs; see docs/algorithms/metric-from-solution.md. In coordinates y = Q^{1/2} v of
+/// the current Q,
 ///
-///     min tr L subject to yᵀLy ≥ ⅔ log|T(y)| for directions |y| = 1; Q ← Q^{1/2} e^L Q^{1/2}
+///     min tr L, yᵀLy ≥ ⅔ log|T(y)| for directions |y| = 1; Q ← Q^{1/2} e^L Q^{1/2}
 ///
-/// until L vanishes. Since e^{yᵀLy} ≤ yᵀe^Ly (Jensen), bounds of L also hold for e^L. Directions are evenly spread in
-/// the current coordinates, so any anisotropy is resolved. Near the end, maxima of |T| on the sphere (found by Newton's
-/// method) become constraints too. They also scale Q, so that the bound holds for all v.
-///
-/// The start is diagonal in the eigenvectors of T:T, (T:T)_ij = Σ_ab T_iab T_jab. It minimises Σ l_i subject to (l_i +
-/// l_j + l_k)/2 ≥ log|T_ijk|, repeated in the new coordinates. `CubicBound::diagonal` returns this start.
+/// until L vanishes. `CubicBound::diagonal` returns the start of this sequence.
 ///
 /// Use one object for many models, since it holds tables. T may have any scale.
 template <int D>
 class CubicModels {
   public:
     explicit CubicModels(const ModelOptions& options);
-    /// Returns the model of T, which must be finite.
+    /// T must be finite.
     [[nodiscard]] LocalModel<D> operator()(const CubicForm<D>& t) const;
 
   private:
@@ -306,8 +300,8 @@ struct LocalModels {
     std::size_t zero = 0, floored = 0;  ///< number of zero and of floored models
 };
 
-/// Models of degree k = 1 and 2, one per row of derivatives. Errors: a row that is not finite (input, entity
-/// "derivatives, row N"); options out of range (usage); memory; stopped.
+/// Models of degree 1 and 2 from rows of derivatives. Errors: a row that is not finite (input, entity "derivatives, row
+/// N"); options out of range (usage); memory; stopped.
 template <int D>
 [[nodiscard]] Outcome<LocalModels<D>> hessian_models(const Column<Sym<D>>& hessians, const ModelOptions& options,
                                                      const Execution& execution);
@@ -315,9 +309,8 @@ template <int D>
 [[nodiscard]] Outcome<LocalModels<D>> cubic_models(const Column<CubicForm<D>>& thirds, const ModelOptions& options,
                                                    const Execution& execution);
 
-/// Returns for each element the mean of the rows (vectors, Hessians, third derivatives) at its vertices, the linear
-/// interpolation at the centroid. `row_of(e, i)` is the row of element e at its local vertex i. Errors: memory;
-/// stopped.
+/// Means of the rows (vectors, Hessians, third derivatives) at each element's vertices: linear interpolation at the
+/// centroid. `row_of(e, i)` is the row of element e at local vertex i. Errors: memory; stopped.
 template <class Row, int D, class RowOf>
 [[nodiscard]] Outcome<Column<Row>> element_means(const LinearMesh<D>& mesh, const Column<Row>& rows, RowOf&& row_of,
                                                  const Execution& execution) {
@@ -331,7 +324,7 @@ template <class Row, int D, class RowOf>
     return Column<Row>(std::move(*means));
 }
 
-/// The same with one row per vertex. Errors: another number of rows (usage); memory; stopped.
+/// Element means from one row per vertex. Errors: another number of rows (usage); memory; stopped.
 template <class Row, int D>
 [[nodiscard]] Outcome<Column<Row>> element_means(const LinearMesh<D>& mesh, const Column<Row>& at_vertices,
                                                  const Execution& execution) {
@@ -341,15 +334,10 @@ template <class Row, int D>
     return element_means(mesh, at_vertices, row_of, execution);
 }
 
-/// Models of curved elements from their derivatives at centroids (`element_means`). An element interpolates u∘F on the
-/// reference element, where the map F has the Jacobian J at the centroid and constant second derivatives F_ab:
-///
-///     k = 1: Ĥ_ab = H[J_a, J_b] + ∇u·F_ab
-///     k = 2: T̂_abc = T[J_a, J_b, J_c] + H[F_ab, J_c] + H[F_bc, J_a] + H[F_ca, J_b]
-///
-/// The model Q = J⁻ᵀ Q̂ J⁻¹ includes the effect of element curvature on the error. On straight elements it equals the
-/// model of H or T. Elements with det J = 0 at the centroid have the zero model. Errors: those of `cubic_models` with
-/// elements as rows; not one row per element (usage).
+/// Models of curved elements from their derivatives at centroids (`element_means`). They include the effect of element
+/// curvature on the error, with the Jacobian at the centroid (docs/algorithms/metric-from-solution.md). On straight
+/// elements they equal `hessian_models` and `cubic_models`. Elements with det J = 0 have the zero model. Errors: those
+/// of `cubic_models`, with elements as rows; not one row per element (usage).
 template <int D>
 [[nodiscard]] Outcome<LocalModels<D>> curved_hessian_models(const QuadraticMesh<D>& mesh,
                                                             const Column<Vec<D>>& gradients,

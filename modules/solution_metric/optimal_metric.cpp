@@ -85,13 +85,13 @@ Outcome<double> log_of_sum(std::size_t n, const Execution& execution, const auto
     return sum->value();
 }
 
-/// First guess of −s, from the metric without size bounds: log C = log Σ exp(½ Σλ P/(P + n)) w − n s/2.
+/// First guess of −s, without the size bound: log C = log Σ exp(½ Σλ P/(P + n)) w − n s/2.
 template <int D>
 Outcome<double> first_guess(const Column<LocalModel<D>>& models, double power, double log_target,
                             const Execution& execution, const auto& weight) {
     const double share = std::isinf(power) ? 0.5 : 0.5 * power / (power + D);
     const auto sum = log_of_sum<D>(models.size(), execution, [&](LogSum& s, std::size_t i) {
-        // Eigenvalues are limited to e^−28 of the largest, so that the log is finite if derivatives vanish along an
+        // Eigenvalues are raised to e^−28 times the largest, so that the log is finite if derivatives vanish along an
         // axis. There the size bound applies.
         constexpr double deepest = 28;
         const auto& values = models[i].logs.values.c;
@@ -104,7 +104,7 @@ Outcome<double> first_guess(const Column<LocalModel<D>>& models, double power, d
     return 2.0 / D * (log_target - *sum);
 }
 
-/// Scale s at which elements with one metric each have the target complexity.
+/// Scale s for the target complexity, with one metric per element.
 template <int D>
 Outcome<double> scale_of_elements(const LinearMesh<D>& mesh, const Column<LocalModel<D>>& models, double power,
                                   double log_target, double largest, const Execution& execution) {
@@ -159,7 +159,7 @@ class BallMean {
     Sym<D> plain_;
 };
 
-/// Intersects the mean models of all materials around a vertex, so that at interfaces the finer one applies.
+/// Intersects the mean models of the materials around a vertex: at interfaces the finer one applies.
 template <int D>
 LocalModel<D> model_at_vertex(const LinearMesh<D>& mesh, std::span<const ElementId> ball,
                               const Column<LocalModel<D>>& raised) {
@@ -238,7 +238,6 @@ Outcome<Column<LocalModel<D>>> models_at_vertices(const LinearMesh<D>& mesh, con
 
 namespace {
 
-/// Computes the composed metric for each common scale of the fields.
 template <int D>
 class Composition {
   public:

@@ -22,8 +22,8 @@ struct ScaleFound {
 };
 
 /// Solves evaluate(t) = target for an increasing function, by the secant method from `from`, within the bracket by
-/// bisection. `slope` is about the function's slope if no size is at a bound. Errors: those of `evaluate`, which
-/// returns an Outcome<double>.
+/// bisection. `slope` is the function's slope if no size is at a bound. Errors: those of `evaluate`, an
+/// Outcome<double>.
 [[nodiscard]] Outcome<ScaleFound> search_scale(double from, double target, double slope, double tolerance,
                                                int most_evaluations, const auto& evaluate) {
     constexpr double infinity = std::numeric_limits<double>::infinity();
@@ -59,14 +59,14 @@ struct ScaleFound {
 
 export namespace camber {
 
-/// Error that the norm measures: of the values (L^p) or of the gradient (W^{1,p}).
+/// Measured error: of values (L^p) or gradients (W^{1,p}).
 enum class ErrorQuantity : std::uint8_t { values, gradients };
 [[nodiscard]] constexpr auto words(ErrorQuantity) {
     return words_of(Word{ErrorQuantity::values, "values"}, Word{ErrorQuantity::gradients, "gradients"});
 }
 
 struct NormOptions {
-    int degree = 2;  ///< degree k of the elements: 1 with Hessian models, 2 with third derivatives
+    int degree = 2;  ///< k: 1 for Hessian models, 2 for third derivatives
     double p = 2;    ///< exponent of the norm; 0: maximum error, p = ∞
     ErrorQuantity error_of = ErrorQuantity::values;
 
@@ -80,20 +80,18 @@ struct NormOptions {
     friend bool operator==(const NormOptions&, const NormOptions&) = default;
 };
 
-/// Power P = p(k + 1), for gradients pk: the p-th power of the error scales with the P-th power of the size.
+/// P = p(k + 1), for gradients pk: the p-th power of the error scales with the P-th power of the size.
 [[nodiscard]] inline double power_of(const NormOptions& o) {
     if (o.p == 0) return std::numeric_limits<double>::infinity();
     return o.p * (o.error_of == ErrorQuantity::values ? o.degree + 1 : o.degree);
 }
 
-/// Optimal metric M = Q'/ε at a point, with sizes up to `largest`:
+/// Optimal metric M = Q'/ε at a point (docs/algorithms/metric-from-solution.md), with sizes up to `largest`:
 ///
 ///     Q' = max(Q, ε/largest²) along the axes of Q, ε = e^s det(Q')^{1/(P+n)}.
 ///
-/// Without the bound, M = e^{−s} det(Q)^{−1/(P+n)} Q minimises ‖·‖_p for its complexity (Loseille and Alauzet,
-/// "Continuous mesh framework I", SIAM J. Numer. Anal. 49, 2011). With the bound, ε^{P/2} ∝ sqrt det M still holds:
-/// functions of one variable get one-dimensional optimal sizes, constant regions the largest size. s is the same at all
-/// points; P = ∞ means ε = e^s.
+/// It minimises ‖·‖_p for its complexity (Loseille and Alauzet, "Continuous mesh framework I", SIAM J. Numer. Anal. 49,
+/// 2011). s is the same at all points; P = ∞: ε = e^s.
 template <int D>
 struct OptimalSizes {
     Vec<D> metric_logs;  ///< log-eigenvalues of M
@@ -129,21 +127,21 @@ struct OptimalMetric {
 struct MetricTarget {
     NormOptions norm;
     double complexity = 0;
-    /// Largest size, in model units. The domain's diameter has an effect only if derivatives vanish.
+    /// Largest size, in model units. The diameter matters only if derivatives vanish.
     double largest = 0;
 };
 
-/// Computes the optimal metric of vertex models, with complexity within 1e-6 of the target. Errors: all models are zero
-/// ("the field is constant"); a complexity not above that of the largest size; columns of another mesh; options out of
-/// range (usage); stopped.
+/// Optimal metric of vertex models, with complexity within 1e-6 of the target. Errors: all models are zero ("the field
+/// is constant"); a complexity not above that of the largest size; columns of another mesh; options out of range
+/// (usage); stopped.
 template <int D>
 [[nodiscard]] Outcome<OptimalMetric<D>> optimal_metric(const LinearMesh<D>& mesh, const Column<LocalModel<D>>& models,
                                                        const MetricTarget& target, const Execution& execution);
 
-/// Computes vertex models as volume-weighted log-Euclidean means of the element models in vertex balls. Models are
-/// first turned to the axes of the mean (`turn_between`), so that layers with turning axes keep their anisotropy. The
-/// log of a zero model is −∞. So element models are first raised to the model that gives the largest size in the
-/// optimal metric for the target. Vertices without elements have the zero model. Errors: those of `optimal_metric`.
+/// Vertex models: volume-weighted log-Euclidean ball means of element models, turned to the axes of the mean
+/// (`turn_between`), so that layers with turning axes keep their anisotropy. Since the log of a zero model is −∞,
+/// elements are first raised to the largest size in the target's optimal metric. Vertices without elements have the
+/// zero model. Errors: those of `optimal_metric`.
 template <int D>
 [[nodiscard]] Outcome<Column<LocalModel<D>>> models_at_vertices(const LinearMesh<D>& mesh,
                                                                 const Incidence<ElementId>& balls,
@@ -168,14 +166,14 @@ enum class TargetQuantity : std::uint8_t {
                     Word{TargetQuantity::elements, "elements"});
 }
 
-/// Number of elements per complexity, measured on adapted meshes: 2.4 to 2.8 triangles, 12 to 15 tetrahedra
-/// (bench/results/solution-metrics.md). Regular unit simplices would give 4/√3 and 6√2. But regular tetrahedra do not
-/// fill space, and edges have unit length only on average.
+/// Elements per complexity, measured on adapted meshes: 2.4 to 2.8 triangles, 12 to 15 tetrahedra
+/// (bench/results/solution-metrics.md). Regular unit simplices would give 4/√3 and 6√2, but regular tetrahedra do not
+/// fill space.
 template <int D>
 [[nodiscard]] constexpr double elements_per_complexity() {
     return D == 2 ? 2.6 : 12.5;
 }
-/// Number of elements per vertex of a large mesh: 2 triangles (Euler), 5.7 tetrahedra (measured).
+/// Elements per vertex of a large mesh: 2 triangles (Euler), 5.7 tetrahedra (measured).
 template <int D>
 [[nodiscard]] constexpr double elements_per_vertex() {
     return D == 2 ? 2 : 5.7;
@@ -224,13 +222,13 @@ template <int D>
 struct SolutionMetric {
     Column<LogMetric<D>> log_metrics;   ///< one per vertex
     double requested = 0, reached = 0;  ///< target and reached complexity
-    double fixed_complexity = 0;        ///< complexity of fixed metrics, largest size and gradation without any field
-    /// True if the metric without fields reaches the target complexity; it is then `log_metrics`.
+    double fixed_complexity = 0;        ///< complexity without any field: fixed metrics, largest size, gradation
+    /// True if the metric without any field reaches the target complexity and is the result.
     bool is_fixed_sufficient = false;
-    bool is_reached = false;        ///< complexity within the tolerance
-    bool is_graded = true;          ///< false if a gradation stopped early
-    int evaluations = 0;            ///< number of computed complexities, including those of gradations
-    int gradations = 0;             ///< number of gradations
+    bool is_reached = false;  ///< complexity within the tolerance
+    bool is_graded = true;    ///< false if a gradation stopped early
+    int evaluations = 0;
+    int gradations = 0;
     double at_min = 0, at_max = 0;  ///< fractions of vertices at the smallest and at the largest size
 };
 
@@ -238,13 +236,12 @@ struct SolutionMetric {
 ///
 ///  1. each field's `optimal_metric` with its share of N,
 ///  2. their intersection,
-///  3. intersection with `fixed` (one metric per vertex, from `fixed_metric`; may be empty) and the bounds,
+///  3. intersection with `fixed` (one metric per vertex, see `fixed_metric`; may be empty) and the bounds,
 ///  4. gradation.
 ///
-/// The secant method on logarithms changes the scales s of all fields by the same −t until the metric after step 4 has
-/// complexity N. It starts from the t at which the metric after step 3 has complexity N, so few gradations are needed.
-/// Errors: those of `optimal_metric` and `apply_gradation`; models and metrics of another mesh; options out of range;
-/// no field (usage); stopped.
+/// The secant method on logarithms changes the scales s of all fields by the same −t until step 4 gives N. It starts
+/// where step 3 gives N. Errors: those of `optimal_metric` and `apply_gradation`; models and metrics of another mesh;
+/// options out of range; no field (usage); stopped.
 template <int D>
 [[nodiscard]] Outcome<SolutionMetric<D>> make_solution_metric(const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
                                                               std::span<const SolutionField<D>> fields,

@@ -15,8 +15,8 @@ namespace {
 
 enum class EntityClass : std::uint8_t { element, facet, vertex, node, edge };
 
-/// Texts. %e element, %E elements, %f facet, %F facets, # the other entity's number, %> the far end of a boundary edge
-/// (empty in 2D, where it is a vertex).
+/// Texts for a defect. %e: element, %E: elements, %f: facet, %F: facets, #: number of the other entity, %>: far end of
+/// a boundary edge (empty in 2D, where the edge is a vertex).
 struct Wording {
     const char* key;
     Severity severity;
@@ -28,7 +28,6 @@ struct Wording {
 // The texts below contain these numbers.
 static_assert(min_length == 1e-60 && max_length == 1e60);
 
-/// In the order of Defect.
 constexpr std::array<Wording, defect_count> wordings{{
     {"repeated_elements", Severity::mended, EntityClass::element, "lists the vertices of %e # again",
      "list the vertices of an earlier one again", "remove it"},

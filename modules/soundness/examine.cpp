@@ -1,4 +1,4 @@
-// Examines a mesh: all checks, scale, nodes and vertices.
+// Runs all checks; checks of scale, nodes and vertices.
 module;
 #include <algorithm>
 #include <array>
@@ -89,7 +89,8 @@ bool is_distant(const Vec<D>& p) {
     return std::any_of(p.c.begin(), p.c.end(), [](double x) { return std::abs(x) > max_length; });
 }
 
-/// True if the extent is below the minimum in every coordinate, but not 0: coincident vertices are another defect.
+/// True if the simplex is smaller than `min_length` in every coordinate, but not 0: coincident vertices are another
+/// defect.
 template <int D, std::size_t N>
 bool is_tiny(const Column<Vec<D>>& points, const std::array<VertexId, N>& simplex) {
     double extent = 0;
@@ -124,7 +125,7 @@ Outcome<Done> examine_scale(const LinearMesh<D>& mesh, Examination<D>& x, const 
 
 namespace {
 
-/// Edges with coincident ends are on a slit or have duplicate vertices, which are reported separately.
+/// True if the ends coincide: the edges are on a slit, or have duplicate vertices, which are other defects.
 template <int D>
 bool same_ends(const QuadraticMesh<D>& mesh, std::size_t e, std::size_t f) {
     const auto& points = mesh.linear.points;
@@ -163,7 +164,7 @@ Outcome<Done> examine_nodes(const QuadraticMesh<D>& mesh, Examination<D>& x, con
 
 namespace {
 
-/// Boundary faces at a vertex: any, and any that is not listed.
+/// Boundary faces at a vertex: `any` if there are some, `unlisted` if one is not listed.
 struct AtBoundary {
     bool any = false, unlisted = false;
 };
@@ -181,7 +182,7 @@ AtBoundary at_boundary(const LinearMesh<D>& mesh, const Examination<D>& x, std::
     return at;
 }
 
-/// Sides of a slit: all boundary faces at both vertices are listed, and no entity contains both.
+/// True if the vertices are on two sides of a slit: all boundary faces at them are listed, and no entity contains both.
 template <int D>
 bool is_slit(const LinearMesh<D>& mesh, const Examination<D>& x, std::size_t v, std::size_t twin) {
     for (const ElementId e : x.elements_of[v])
@@ -205,13 +206,12 @@ bool is_inside(const Vec<3>& p, const std::array<Vec<3>, 3>& s, double slack) {
     for (int i = 0; i < 3; ++i) {
         const Vec<3>&a = s[i], &b = s[(i + 1) % 3];
         if (distance(p, a) <= slack) return false;
-        // Height over this side, as a length.
+        // The height over this side is compared as a length.
         if (dot(cross(b - a, p - a), normal) < -slack * area * distance(a, b)) return false;
     }
     return true;
 }
 
-/// An unlisted face and its element.
 template <int D>
 struct OpenFace {
     SimplexVertices<D - 1> vertices;
@@ -219,7 +219,7 @@ struct OpenFace {
     double slack = 0;  ///< contact tolerance, far below intended gaps
 };
 
-/// Scales by the power of two that brings the slack close to 1: no overflow, no rounding.
+/// Scales coordinates by the power of two that brings the slack close to 1, to avoid overflow without rounding.
 template <int D>
 bool is_inside(const LinearMesh<D>& mesh, const Vec<D>& p, const OpenFace<D>& face) {
     if (!(face.slack > 0)) return false;
@@ -251,7 +251,7 @@ std::vector<OpenFace<D>> open_faces(const LinearMesh<D>& mesh, const Examination
     return faces;
 }
 
-/// Vertices of unlisted faces inside others: the mesh is not conforming there.
+/// Finds vertices of unlisted faces inside other unlisted faces: the mesh is not conforming there.
 template <int D>
 Outcome<Finding> find_hanging(const LinearMesh<D>& mesh, const Examination<D>& x, const Execution& execution) {
     const std::vector<OpenFace<D>> faces = open_faces(mesh, x);

@@ -1,4 +1,4 @@
-// Examines faces, facets, the orientation of elements, and walls.
+// Examines faces, facets, the orientation of elements, and smooth walls.
 module;
 #include <algorithm>
 #include <array>
@@ -17,7 +17,7 @@ namespace camber {
 
 namespace {
 
-/// Boundary faces; without elements, the facets.
+/// Boundary faces of the elements; without elements, the facets.
 template <int D>
 Column<SimplexVertices<D - 1>> boundary_of(const LinearMesh<D>& mesh, const Examination<D>& x) {
     Buffer<SimplexVertices<D - 1>> faces;
@@ -33,7 +33,7 @@ Column<SimplexVertices<D - 1>> boundary_of(const LinearMesh<D>& mesh, const Exam
     return faces;
 }
 
-/// Defective edges to higher vertices, and the end of the first.
+/// Number of defective edges from a vertex to higher vertices, and the end of the first edge.
 struct DefectiveEdges {
     std::uint32_t count = 0;
     VertexId first_end;
@@ -43,13 +43,14 @@ struct DefectiveEdges {
     }
 };
 
-/// Edges with more than two faces or only one around a vertex. `pinched`: several fans without such edges.
+/// Edges at a vertex with more than two boundary faces (`crowded`) or only one (`open`). `pinched`: the faces form
+/// several fans without crowded edges.
 struct Link {
     DefectiveEdges crowded, open;
     bool pinched = false;
 };
 
-/// 2D: a vertex should have two edges.
+/// 2D: a vertex should have two boundary edges.
 Link link_of(const Column<SimplexVertices<1>>&, std::span<const FacetId> around, VertexId v) {
     Link link;
     link.pinched = around.size() > 2;
@@ -57,7 +58,7 @@ Link link_of(const Column<SimplexVertices<1>>&, std::span<const FacetId> around,
     return link;
 }
 
-/// 3D: opposite sides must form one path or ring.
+/// 3D: the sides opposite the vertex must form one path or ring.
 Link link_of(const Column<SimplexVertices<2>>& faces, std::span<const FacetId> around, VertexId v) {
     std::vector<std::array<VertexId, 2>> sides;
     std::vector<VertexId> ends;
@@ -83,7 +84,7 @@ Link link_of(const Column<SimplexVertices<2>>& faces, std::span<const FacetId> a
         run = next;
     }
     if (any_crowded || around.empty()) return link;
-    // Each end has at most two sides; the walk from the first side goes in both directions.
+    // Each end belongs to at most two sides, so a walk from the first side goes in both directions.
     std::vector<std::size_t> reached{0};
     std::vector<bool> visited(sides.size(), false);
     visited[0] = true;
@@ -130,7 +131,7 @@ Outcome<Done> examine_boundary(const LinearMesh<D>& mesh, Examination<D>& x, con
 
 namespace {
 
-/// First earlier simplex with the same vertices.
+/// For each simplex, the first earlier simplex with the same vertices.
 template <class Id, std::size_t N>
 Outcome<Buffer<std::uint32_t>> twins(const Column<std::array<VertexId, N>>& simplices, const Incidence<Id>& around,
                                      const Execution& execution) {
@@ -143,7 +144,7 @@ Outcome<Buffer<std::uint32_t>> twins(const Column<std::array<VertexId, N>>& simp
     });
 }
 
-/// Neighbours that count, at each face of each element.
+/// Neighbours across each face of each element, without repeated elements.
 template <int D>
 Outcome<Buffer<std::array<std::uint32_t, D + 1>>> across(const LinearMesh<D>& mesh, const Examination<D>& x,
                                                          const Execution& execution) {
@@ -173,7 +174,6 @@ bool is_listed(const LinearMesh<D>& mesh, const Examination<D>& x, const Simplex
     return std::any_of(around.begin(), around.end(), [&](FacetId f) { return has_all(mesh.facets.vertices[f], face); });
 }
 
-/// Bits of unlisted faces whose neighbour satisfies the predicate.
 template <int D, class Predicate>
 std::uint8_t unlisted_faces(const LinearMesh<D>& mesh, const Examination<D>& x, std::size_t e, Predicate&& predicate) {
     std::uint8_t bits = 0;
@@ -197,7 +197,6 @@ std::array<std::uint32_t, 2> elements_beside(const LinearMesh<D>& mesh, const Ex
     return sides;
 }
 
-/// Repeated and contradicting simplices.
 template <int K>
 Outcome<std::array<Finding, 2>> repeats(const Simplices<K>& simplices, const Buffer<std::uint32_t>& twin,
                                         const Execution& execution) {
@@ -295,7 +294,7 @@ Outcome<Done> examine_faces(const LinearMesh<D>& mesh, Examination<D>& x, const 
 
 namespace {
 
-/// True for consistent orientation: outward faces have opposite orders.
+/// True if neighbours have consistent orientation: their outward faces have opposite vertex orders.
 template <int D>
 bool is_consistently_oriented(const SimplexVertices<D>& element, int opposite, const SimplexVertices<D>& other) {
     const auto own_face = face_of<D>(element, opposite);
@@ -311,8 +310,8 @@ bool is_consistently_oriented(const SimplexVertices<D>& element, int opposite, c
     return inversions % 2 == 1;
 }
 
-/// Orients each connected piece consistently, with positive total volume. 1: element to reverse. Non-orientable pieces
-/// (Möbius strips) keep a seam; they do not occur in dimension D.
+/// Orients each connected piece consistently, with positive total volume. Returns 1 for an element to reverse.
+/// Non-orientable pieces (Möbius strips) would keep a seam; they do not occur in dimension D.
 template <int D>
 Buffer<std::uint8_t> turns(const LinearMesh<D>& mesh, const Buffer<double>& volumes, const Examination<D>& x) {
     constexpr std::uint8_t unvisited = 2;
@@ -343,7 +342,7 @@ Buffer<std::uint8_t> turns(const LinearMesh<D>& mesh, const Buffer<double>& volu
     return turned;
 }
 
-/// True if an element is negative or inconsistent with a neighbour.
+/// True if an element is negative, or its orientation is inconsistent with a neighbour's.
 template <int D>
 bool is_candidate(const LinearMesh<D>& mesh, const Buffer<double>& volumes, const Examination<D>& x, std::size_t e) {
     if (!x.element_counts(e)) return false;
@@ -388,7 +387,7 @@ Outcome<Done> examine_orientation(const LinearMesh<D>& mesh, const Buffer<double
 
 namespace {
 
-/// Intersection of two faces of an element: an edge; 2D: a vertex and an invalid id.
+/// Intersection of two faces of an element: an edge; in 2D a vertex and an invalid id.
 using Hinge = std::array<VertexId, 2>;
 
 template <int D>
@@ -400,7 +399,8 @@ Hinge hinge_between(const SimplexVertices<D>& element, int i, int j) {
     return hinge;
 }
 
-/// Sorted listed ridges, lower vertex first; in 2D listed corners and ends of ridges. Other listed edges are smooth.
+/// Sorted list of listed ridges, lower vertex first; in 2D of listed corners and ends of ridges. Other listed edges are
+/// smooth.
 template <int D>
 std::vector<Hinge> listed_features(const LinearMesh<D>& mesh) {
     std::vector<Hinge> features;
@@ -419,7 +419,7 @@ std::vector<Hinge> listed_features(const LinearMesh<D>& mesh) {
     return features;
 }
 
-/// Length or twice the area, outwards for a positive element.
+/// Normal with the face's length (3D: twice the area), outward for a positive element.
 Vec<2> normal_of(const Column<Vec<2>>& points, const SimplexVertices<1>& face) {
     const Vec<2> along = points[face[1]] - points[face[0]];
     return {{along[1], -along[0]}};
@@ -428,7 +428,7 @@ Vec<3> normal_of(const Column<Vec<3>>& points, const SimplexVertices<2>& face) {
     return cross(points[face[1]] - points[face[0]], points[face[2]] - points[face[0]]);
 }
 
-/// True if nonzero vectors differ by less than the angle.
+/// True if the vectors are not zero and the cosine of their angle exceeds `cosine`.
 template <int D>
 bool turns_less(const Vec<D>& a, const Vec<D>& b, double cosine) {
     const double size = norm(a) * norm(b);
@@ -444,7 +444,7 @@ class Walls {
           cosine_(cos(options.ridge_angle_degrees * std::numbers::pi / 180)),
           features_(listed_features(mesh)) {}
 
-    /// Shared entity of two faces on one wall.
+    /// Entity shared by two faces of the element on one smooth wall, if there are such faces.
     [[nodiscard]] std::optional<Hinge> hinge(std::size_t e) const {
         if (!x_.element_counts(e)) return {};
         for (int i = 0; i < D; ++i)
@@ -468,7 +468,6 @@ class Walls {
         return reference(first) == reference(second) && !is_feature(at) && facets_at(at) <= 2;
     }
 
-    /// Reference of the face's facet, if listed.
     [[nodiscard]] std::optional<Reference> reference(const SimplexVertices<D - 1>& face) const {
         for (const FacetId f : x_.facets_of[least_connected(face, x_.facets_of)])
             if (has_all(mesh_.facets.vertices[f], face)) return mesh_.facets.references[f];
@@ -480,7 +479,7 @@ class Walls {
         return std::binary_search(features_.begin(), features_.end(), at);
     }
 
-    /// A wall ends where other walls meet it.
+    /// Number of facets at the hinge. A wall ends where this number exceeds two.
     [[nodiscard]] std::size_t facets_at(const Hinge& at) const {
         const auto around = x_.facets_of[at[0]];
         return static_cast<std::size_t>(std::count_if(around.begin(), around.end(), [&](FacetId f) {

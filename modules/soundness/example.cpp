@@ -1,5 +1,5 @@
-// Example of camber.soundness: a square of four triangles, one reversed, without boundary facets. `examine` reports
-// this, `prepare` corrects it.
+// Example of camber.soundness: a square of four triangles, one of them reversed, without boundary facets. `examine`
+// reports these defects, `prepare` corrects them.
 #include <cstdio>
 #include <string>
 #include <utility>

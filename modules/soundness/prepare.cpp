@@ -19,7 +19,7 @@ namespace {
 
 constexpr std::uint32_t dropped = no_element;
 
-/// New numbers of preserved items.
+/// New numbers of the items that are not dropped.
 Buffer<std::uint32_t> renumbered(const Buffer<std::uint32_t>& twins) {
     Buffer<std::uint32_t> numbers(twins.size());
     std::uint32_t next = 0;
@@ -29,7 +29,7 @@ Buffer<std::uint32_t> renumbered(const Buffer<std::uint32_t>& twins) {
 
 template <class T>
 Column<T> selected(const Column<T>& items, const Buffer<std::uint32_t>& numbers) {
-    if (items.empty()) return items;  // optional column
+    if (items.empty()) return items;  // the column is optional
     Buffer<T> out;
     out.reserve(items.size());
     for (std::size_t i = 0; i < items.size(); ++i)
@@ -37,7 +37,7 @@ Column<T> selected(const Column<T>& items, const Buffer<std::uint32_t>& numbers)
     return out;
 }
 
-/// A dropped item is replaced by its twin.
+/// Renumbers indices. A dropped item is replaced by its twin.
 Column<std::uint32_t> indices(const Column<std::uint32_t>& old, const Buffer<std::uint32_t>& numbers,
                               const Buffer<std::uint32_t>& twins) {
     Buffer<std::uint32_t> out;
@@ -47,7 +47,7 @@ Column<std::uint32_t> indices(const Column<std::uint32_t>& old, const Buffer<std
     return out;
 }
 
-/// Local edges after the swap of the first two vertices.
+/// Previous local edge for each local edge, after a swap of the first two vertices.
 template <int K>
 inline constexpr auto edges_after_swap = [] {
     std::array<int, edges_per_simplex<K>> from{};
@@ -62,7 +62,6 @@ inline constexpr auto edges_after_swap = [] {
     return from;
 }();
 
-/// Changes of a mesh, in new numbers.
 template <int D>
 struct Plan {
     Buffer<std::uint32_t> elements, facets;  ///< new numbers
@@ -70,7 +69,6 @@ struct Plan {
     Buffer<Reference> added_references;
 };
 
-/// References of facets and of named facet groups.
 template <int D>
 std::vector<Reference> references_in_use(const LinearMesh<D>& mesh) {
     std::vector<Reference> used(mesh.facets.references.begin(), mesh.facets.references.end());
@@ -89,7 +87,7 @@ Reference unused_reference(const std::vector<Reference>& used) {
     return free;
 }
 
-/// Element faces without facets: bits by element.
+/// Element faces that need facets: bits for each element.
 struct MissingFaces {
     const Buffer<std::uint8_t>& bits;
     Defect defect;
@@ -126,7 +124,6 @@ Column<T> joined(Column<T> items, const Buffer<T>& more) {
     return all;
 }
 
-/// Plans the corrections, and adds the notices.
 template <int D>
 Plan<D> plan(const LinearMesh<D>& mesh, const Examination<D>& x, std::vector<std::string>& notices) {
     const Soundness& s = x.soundness;
@@ -180,7 +177,7 @@ LinearMesh<D> mended(LinearMesh<D> mesh, const Examination<D>& x, const Plan<D>&
     return mesh;
 }
 
-/// No new edges: added facets are element faces.
+/// Adds no edges, because added facets are faces of elements.
 template <int D>
 EdgeSet<D> mended(EdgeSet<D> edges, const Examination<D>& x, const Plan<D>& work) {
     if (any(x.turned)) {
@@ -235,7 +232,7 @@ LinearMesh<D> without_isolated(LinearMesh<D> mesh, const Examination<D>& x) {
     return mesh;
 }
 
-/// Also removes edges used only by stray facets.
+/// Also removes edges that only stray facets use.
 template <int D>
 Outcome<QuadraticMesh<D>> without_isolated(QuadraticMesh<D> mesh, const Examination<D>& x, const Execution& execution) {
     LinearMesh<D> linear = without_isolated(std::move(mesh.linear), x);
@@ -260,7 +257,7 @@ Outcome<Mesh<D>> without_isolated(Mesh<D> mesh, const Examination<D>& x, const E
         .map([](QuadraticMesh<D> result) { return as_mesh(std::move(result)); });
 }
 
-/// Examines the mesh, after removal of stray facets.
+/// Removes stray facets, if any, and examines the resulting mesh.
 template <int D>
 Outcome<Examination<D>> examined(Mesh<D>& mesh, std::vector<std::string>& notices, const Execution& execution) {
     auto x = examine_all(mesh, execution);

@@ -16,7 +16,7 @@ import camber.validity;
 
 export namespace camber {
 
-/// Defects of a straight mesh, or the straight part of a quadratic one.
+/// Defects of a straight mesh, or of the straight part of a quadratic one.
 enum class Defect : std::uint8_t {
     repeated_element,       ///< same vertices and reference as an earlier one
     contradicting_element,  ///< same vertices as an earlier one, another reference
@@ -28,53 +28,53 @@ enum class Defect : std::uint8_t {
     distant_node,       ///< the same for a mid node (P2)
     tiny_element,       ///< smaller than `min_length` in each coordinate: products underflow
     tiny_facet,         ///< see tiny_element
-    hanging_vertex,     ///< inside an unlisted boundary face
-    duplicate_vertex,   ///< coincides with an earlier one, not across a slit
+    hanging_vertex,     ///< lies inside an unlisted boundary face
+    duplicate_vertex,   ///< coincides with an earlier vertex, not across a slit
     reversed_element,   ///< vertex order has the wrong orientation
-    tangled_element,    ///< on the same side of faces as most neighbours: inverted or overlapping
+    tangled_element,    ///< negative in the orientation of its neighbours: inverted or overlapping
     flat_element,       ///< straight volume is zero to rounding
-    missing_facet,      ///< element with an unlisted boundary face, others are listed
-    no_facets,          ///< the same if no facet is listed
-    missing_interface,  ///< element with an unlisted face to another reference
+    missing_facet,      ///< has an unlisted boundary face; other ones are listed
+    no_facets,          ///< has a boundary face, but no facet is listed
+    missing_interface,  ///< has an unlisted face to another reference
     unused_vertex,      ///< not in an element, facet or feature edge
-    slit_vertex,        ///< coincides with an earlier one across a slit, with listed boundary on both sides
-    coincident_node,    ///< mid node at a vertex, or at the node of an edge with other ends (P2)
+    slit_vertex,        ///< coincides with an earlier vertex across a slit, with listed boundary on both sides
+    coincident_node,    ///< mid node at the position of a vertex, or of the node of an edge with other ends (P2)
     inner_facet,        ///< between two elements of the same reference
-    open_edge,          ///< edge of one boundary face: the boundary is not closed (2D: vertex)
+    open_edge,          ///< edge of only one boundary face: the boundary is not closed (2D: vertex)
     crowded_edge,       ///< edge of more than two boundary faces (3D)
     pinched_vertex,     ///< boundary faces at the vertex form several fans
     isolated_edge,      ///< feature edge without element and facet (3D)
-    wall_element,       ///< two faces on one smooth wall: invalid if curved
+    wall_element,       ///< has two faces on one smooth wall: invalid if the wall is curved
 };
 inline constexpr std::size_t defect_count = 27;
 
 /// Severity of a defect.
 enum class Severity : std::uint8_t {
     fatal,     ///< not usable for Camber or a solver
-    blocking,  ///< the elements concerned are invalid; others are not affected
+    blocking,  ///< only the elements concerned are invalid
     mended,    ///< an error that `prepare` corrects
     harmless,  ///< no problem for solvers; `prepare` corrects it if required
 };
 
-/// Number of entities with a defect; `first`: number in the file, from 1.
+/// Number of entities with a defect; `first`: number of the first one in the file, from 1.
 struct Finding {
     std::size_t count = 0;
     std::size_t first = 0;  ///< 0: none
-    std::size_t other = 0;  ///< earlier twin, second end of the edge, or element with the face
+    std::size_t other = 0;  ///< number of the earlier twin, second end of the edge, or element with the face
     friend bool operator==(const Finding&, const Finding&) = default;
 };
 
-/// Two faces on one smooth wall. If it is curved, they meet at 180 degrees, so that det J vanishes there for all node
-/// positions (an edge swap is required).
+/// An element with two faces on one smooth wall (boundary or interface). On a curved wall they meet at 180 degrees, so
+/// det J vanishes there for all node positions: an edge swap is required.
 struct WallElement {
     ElementId element;
-    std::array<VertexId, 2> hinge;  ///< shared edge; 2D: a vertex, and an invalid id
+    std::array<VertexId, 2> hinge;  ///< shared edge; in 2D a vertex and an invalid id
     friend bool operator==(const WallElement&, const WallElement&) = default;
 };
 
 struct ExamineOptions {
-    /// Maximum angle (degrees) between faces of one smooth wall. Different references, listed ridges, and in 2D listed
-    /// corners and ends of ridges separate walls.
+    /// Maximum angle (degrees) between faces of one smooth wall. Different references and listed ridges (2D: listed
+    /// corners and ends of ridges) also separate walls.
     double ridge_angle_degrees = 40;
 };
 
@@ -86,24 +86,24 @@ struct Soundness {
     std::vector<WallElement> wall_elements = {};  ///< by ascending element
 
     [[nodiscard]] const Finding& operator[](Defect defect) const { return findings[static_cast<std::size_t>(defect)]; }
-    /// True if not empty and all defects are harmless.
+    /// True if the mesh is not empty and all defects are harmless.
     [[nodiscard]] bool sound() const;
     friend bool operator==(const Soundness&, const Soundness&) = default;
 };
 
 [[nodiscard]] Severity severity(Defect defect);
-/// JSON name, such as "stray_facets".
+/// Name in JSON, such as "stray_facets".
 [[nodiscard]] const char* key(Defect defect);
-/// Without a full stop: "2 triangles are a face of no tetrahedron (the first: triangle 7)".
+/// Returns a sentence without a full stop: "2 triangles are a face of no tetrahedron (the first: triangle 7)".
 [[nodiscard]] std::string sentence(const Soundness& soundness, Defect defect);
-/// Error for the first fatal defect, if any.
+/// Returns the error for the first fatal defect, if any.
 [[nodiscard]] std::optional<Error> refusal(const Soundness& soundness);
 
 /// Checks all defects, in linear time and memory except for hanging vertices. Vertex ids must be in range and distinct
-/// within a simplex, points finite (decoders guarantee it). Without elements, facets are checked as a surface. Repeated
-/// elements and facets count once, without other defects. Quadratic elements are reversed if their curved volume is
-/// negative; `validate` checks validity. Node numbers: vertices, then edges. Errors: unsupported (not simplices of
-/// degree 1 or 2), memory, stopped.
+/// within a simplex, and coordinates finite (decoders guarantee this). Without elements, facets are checked as a
+/// surface. Repeated elements and facets have no other defects. Quadratic elements are reversed if their curved volume
+/// is negative; `validate` checks validity. Nodes are numbered as vertices, then edges. Errors: unsupported (not
+/// simplices of degree 1 or 2), memory, stopped.
 template <int D>
 [[nodiscard]] Outcome<Soundness> examine(const Mesh<D>& mesh, const ExamineOptions& options,
                                          const Execution& execution);
@@ -122,7 +122,7 @@ template <int D>
         return det(p[1] - p[0], p[2] - p[0], p[3] - p[0]) / 6;
 }
 
-/// Signed mean ratio: 12 (3V)^(2/3) / Σ l², in 2D 4 √3 A / Σ l². 1: regular, 0: flat.
+/// Signed mean ratio: 12 (3V)^(2/3) / Σ l², in 2D 4 √3 A / Σ l². 1 for regular simplices, 0 for flat ones.
 template <int D>
 [[nodiscard]] double mean_ratio(const std::array<Vec<D>, D + 1>& corners) {
     double longest = 0;
@@ -151,10 +151,10 @@ struct Prepared {
 /// Makes unambiguous corrections, and rejects unusable meshes:
 /// - drops repeated elements and facets;
 /// - drops stray facets, if there are elements;
-/// - swaps the first two vertices of reversed elements. Tangled ones get the orientation of their neighbours, so that
-///   all checks see a negative volume; no order is right;
-/// - adds facets for unlisted boundary and interface faces. Each kind gets a new reference, after those of facets and
-///   named facet groups.
+/// - swaps the first two vertices of reversed elements. Tangled elements get the orientation of their neighbours, so
+///   that all checks see a negative volume: no vertex order is right;
+/// - adds facets for unlisted boundary and interface faces. Each of these two kinds gets a new reference, after those
+///   of facets and named facet groups.
 ///
 /// Vertices, their order, and nodes of curved edges do not change. Sound meshes are returned unchanged. Errors: input
 /// (the fatal defects of `Soundness`, an empty mesh), unsupported (not simplices of degree 1 or 2), memory, stopped.
@@ -165,22 +165,22 @@ template <int D>
 
 namespace camber {
 
-/// Special values instead of an entity.
+/// Special values: no entity, and several entities.
 inline constexpr std::uint32_t no_element = 0xffffffffU;
 inline constexpr std::uint32_t several = 0xfffffffeU;
 
-/// Results of `examine`, for `prepare`.
 template <int D>
 struct Examination {
     Soundness soundness;
-    Incidence<ElementId> elements_of;  ///< by vertex
+    Incidence<ElementId> elements_of;  ///< around vertices
     Incidence<FacetId> facets_of;
     Buffer<std::uint32_t> element_twins;  ///< first earlier element with the same vertices, if any
     Buffer<std::uint32_t> facet_twins;
-    Buffer<std::array<std::uint32_t, D + 1>> neighbours;  ///< across each face: element or special value
-    Buffer<std::array<std::uint32_t, 2>> sides;           ///< elements at the facet
-    Buffer<std::uint8_t> unlisted;                        ///< bit i: face i is on the boundary, without facet
-    Buffer<std::uint8_t> interfaces;                      ///< bit i: unlisted interface face; set in the lower element
+    Buffer<std::array<std::uint32_t, D + 1>> neighbours;  ///< element across each face, or a special value
+    Buffer<std::array<std::uint32_t, 2>> sides;
+    Buffer<std::uint8_t> unlisted;                        ///< bit i: face i is on the boundary and not listed
+    Buffer<std::uint8_t> interfaces;                      ///< bit i: face i is an unlisted interface; set in the
+                                                          ///< element with the lower number
     Buffer<std::uint8_t> turned;                          ///< 1: reversed
 
     [[nodiscard]] bool element_counts(std::size_t e) const { return element_twins[e] == no_element; }
@@ -188,7 +188,7 @@ struct Examination {
     [[nodiscard]] Finding& operator[](Defect defect) { return soundness.findings[static_cast<std::size_t>(defect)]; }
 };
 
-/// Opposite local vertex i; outward normal for a positive element.
+/// Face opposite a local vertex; its normal points outward for a positive element.
 template <int D>
 [[nodiscard]] inline SimplexVertices<D - 1> face_of(const SimplexVertices<D>& element, int opposite) {
     SimplexVertices<D - 1> face;
@@ -207,14 +207,13 @@ template <std::size_t N, std::size_t M>
     return std::all_of(part.begin(), part.end(), [&](VertexId v) { return has(whole, v); });
 }
 
-/// Vertex with the fewest incident items.
 template <std::size_t N, class Item>
 [[nodiscard]] inline VertexId least_connected(const std::array<VertexId, N>& simplex, const Incidence<Item>& around) {
     return *std::min_element(simplex.begin(), simplex.end(),
                              [&](VertexId a, VertexId b) { return around[a].size() < around[b].size(); });
 }
 
-/// Chosen i in [0, n): number and first.
+/// Counts the chosen i in [0, n), and stores the first.
 template <class Chosen>
 [[nodiscard]] Outcome<Finding> count(const Execution& execution, std::size_t n, Chosen&& chosen) {
     return reduce_each(
@@ -229,7 +228,7 @@ template <class Chosen>
         });
 }
 
-/// Coincident points share it.
+/// Hash bucket; coincident points have the same bucket.
 template <int D>
 [[nodiscard]] inline std::size_t bucket_of(const Vec<D>& p, std::size_t buckets) {
     std::uint64_t h = 0;
@@ -240,8 +239,8 @@ template <int D>
     return static_cast<std::size_t>(h % buckets);
 }
 
-/// For each i in [0, n): first earlier item at the same position that counts(i) and meets(i, earlier) accept, or none.
-/// A limited number of tests per position keeps it linear.
+/// For each i in [0, n) that counts(i) accepts: the first earlier item at the same position that meets(i, earlier)
+/// accepts, or `no_element`. A limited number of tests per position keeps the time linear.
 template <class Point, class Counts, class Meets>
 [[nodiscard]] Outcome<Buffer<std::uint32_t>> coincident(std::size_t n, Point&& point, Counts&& counts, Meets&& meets,
                                                         const Execution& execution) {
@@ -273,27 +272,27 @@ template <class Point, class Counts, class Meets>
     });
 }
 
-/// Twins, neighbours, sides of facets; unlisted faces and interfaces.
+/// Finds twins, neighbours, sides of facets, and unlisted boundary and interface faces.
 template <int D>
 [[nodiscard]] Outcome<Done> examine_faces(const LinearMesh<D>& mesh, Examination<D>& examination,
                                           const Execution& execution);
 
-/// Reversed, tangled and flat elements, from signed volumes (exact sign; 0: flat to rounding).
+/// Finds reversed, tangled and flat elements. `volumes`: signed volumes with exact sign; 0: flat to rounding.
 template <int D>
 [[nodiscard]] Outcome<Done> examine_orientation(const LinearMesh<D>& mesh, const Buffer<double>& volumes,
                                                 Examination<D>& examination, const Execution& execution);
 
-/// Vertices, elements and facets outside the length range.
+/// Finds vertices, elements and facets outside the length range.
 template <int D>
 [[nodiscard]] Outcome<Done> examine_scale(const LinearMesh<D>& mesh, Examination<D>& examination,
                                           const Execution& execution);
 
-/// Unused, coincident and hanging vertices.
+/// Finds unused, coincident and hanging vertices, and isolated feature edges.
 template <int D>
 [[nodiscard]] Outcome<Done> examine_vertices(const LinearMesh<D>& mesh, Examination<D>& examination,
                                              const Execution& execution);
 
-/// Open, crowded and pinched boundary, also of surface meshes.
+/// Finds open, crowded and pinched parts of the boundary, also of surface meshes.
 template <int D>
 [[nodiscard]] Outcome<Done> examine_boundary(const LinearMesh<D>& mesh, Examination<D>& examination,
                                              const Execution& execution);
@@ -302,12 +301,11 @@ template <int D>
 [[nodiscard]] Outcome<Done> examine_walls(const LinearMesh<D>& mesh, const ExamineOptions& options,
                                           Examination<D>& examination, const Execution& execution);
 
-/// Mid nodes outside the length range, and coincident ones.
+/// Finds mid nodes outside the length range, and coincident ones.
 template <int D>
 [[nodiscard]] Outcome<Done> examine_nodes(const QuadraticMesh<D>& mesh, Examination<D>& examination,
                                           const Execution& execution);
 
-/// Runs all checks.
 template <int D>
 [[nodiscard]] Outcome<Examination<D>> examine_all(const Mesh<D>& mesh, const Execution& execution,
                                                   const ExamineOptions& options = {});

@@ -198,7 +198,7 @@ class AnalyticModel final : public GeometryModel<D> {
     [[nodiscard]] bool prescribes_any() const override { return true; }
 
   private:
-    /// Row of the hint's entity, else of its reference; −1: none.
+    /// Row of the table for the hint's entity, else for its reference; −1: none.
     [[nodiscard]] std::int64_t row_of(const SurfaceHint& hint) const {
         const auto& surfaces = geometry_.surfaces;
         if (hint.entity.kind == GeometryKind::surface)

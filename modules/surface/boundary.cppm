@@ -21,12 +21,12 @@ import :surrogate;
 
 export namespace camber {
 
-/// Largest distance of a boundary vertex from its surface or curve, over the shortest boundary edge at it; beyond it
-/// the vertex is off.
+/// Largest distance of a boundary vertex from its surface or curve, relative to the vertex's shortest boundary edge.
+/// Beyond this limit the vertex is off.
 inline constexpr double off_limit = 0.05;
 
-/// Largest share of vertices of one surface or curve that may be off. More mean that the mesh was made on another
-/// surface.
+/// Largest share of the vertices of one surface or curve that may be off. A larger share means that the mesh was made
+/// on another surface.
 inline constexpr double off_vertices = 0.02;
 
 [[nodiscard]] inline std::string three_digits(double number) {
@@ -35,7 +35,6 @@ inline constexpr double off_vertices = 0.02;
     return {digits.data(), end.ptr};
 }
 
-/// Lengths of the boundary edges at a vertex.
 struct EdgeLengthsAt {
     double shortest = 0, longest = 0;
 };
@@ -51,10 +50,10 @@ template <int D>
     return out;
 }
 
-/// Vertices of a mesh on one surface or curve, and how many are off.
+/// Number of mesh vertices on one surface or curve, and of those that are off it.
 struct VertexFit {
     std::size_t vertices = 0, off = 0;
-    std::size_t lost = 0;            ///< off by more than half of their longest edge
+    std::size_t lost = 0;            ///< vertices off by more than half of their longest edge
     double largest = 0, length = 0;  ///< distance and shortest edge of the farthest vertex
     VertexId farthest = {};
 
@@ -66,7 +65,7 @@ struct VertexFit {
         const std::size_t is_lost = far <= half * edges.longest ? 0 : 1;
         add({0, 1, is_lost, far, edges.shortest, v});
     }
-    /// The lowest of equally far vertices is reported, in any order.
+    /// Reports the lowest of equally far vertices, for any order of calls.
     void add(const VertexFit& others) {
         vertices += others.vertices;
         off += others.off;
@@ -77,8 +76,8 @@ struct VertexFit {
         length = others.length;
         farthest = others.farthest;
     }
-    /// True if too many vertices are off. Fewer than `facet_vertices` are accepted: a mesher may have merged a small
-    /// edge.
+    /// True if too many vertices are off. Fewer off vertices than `facet_vertices` are accepted: a mesher may have
+    /// merged a small edge.
     [[nodiscard]] bool is_refused(std::size_t facet_vertices) const {
         return off >= facet_vertices && static_cast<double>(off) > off_vertices * static_cast<double>(vertices);
     }
@@ -90,7 +89,7 @@ struct VertexFit {
     }
 };
 
-/// Largest distance of a vertex from another boundary, over the facet's longest edge.
+/// Largest distance of a vertex from another boundary, relative to the longest edge of its facet.
 inline constexpr double fit_tolerance = 0.1;
 
 struct FitError {
@@ -98,7 +97,7 @@ struct FitError {
     VertexId vertex = {};
     Reference reference = 0;
 };
-/// For equal distances, returns the lower vertex.
+/// Returns the larger distance; of equal distances, that of the lower vertex.
 [[nodiscard]] inline FitError worse(const FitError& a, const FitError& b) {
     if (a.distance != b.distance) return a.distance > b.distance ? a : b;
     return b.distance > 0 && b.vertex < a.vertex ? b : a;
@@ -110,7 +109,7 @@ struct BoundaryFit {
     std::size_t facets = 0, off = 0;
     FitError worst;
 
-    /// A misfit with distance 0 is on the surface.
+    /// Adds a facet; its distance is 0 if it is on the surface.
     void add(const FitError& fit_error) {
         ++facets;
         off += fit_error.distance > 0 ? 1 : 0;
@@ -121,7 +120,7 @@ struct BoundaryFit {
         off += others.off;
         worst = worse(worst, others.worst);
     }
-    /// The worst misfit, if too many facets are off or it is too far.
+    /// The largest distance, if it is too large or too many facets are off.
     [[nodiscard]] std::optional<FitError> refused() const {
         constexpr std::size_t most = 100;
         constexpr double farthest = 0.5 / fit_tolerance;
@@ -130,21 +129,21 @@ struct BoundaryFit {
     }
 };
 
-/// Returns the middle of a boundary edge on the geometry. Ends that are off the geometry by more than `off_limit` of
-/// the chord (mean, as vectors) would get cusps. The node is then within this limit of the curve parallel to the
-/// geometry through the ends. It is also within a quarter of the chord from the chord's middle: the edge turns by at
-/// most 90 degrees. An edge never leaves an end backwards.
+/// Returns the node of a boundary edge: its middle on the geometry. If the ends are off the geometry by more than
+/// `off_limit` of the chord (vector mean), that node would make cusps. The node is then within this limit of the curve
+/// through the ends that is parallel to the geometry. It is also within a quarter of the chord from the chord's middle,
+/// so the edge turns by at most 90 degrees. An edge never leaves an end backwards.
 template <int D>
 [[nodiscard]] Vec<D> node_without_cusp(const GeometryModel<D>& geometry, const EdgeSite<D>& edge);
 
-/// Computes the mid nodes of all edges: boundary edges on the geometry, volume edges unchanged.
+/// Computes the mid nodes of all edges. Volume edges keep their nodes; boundary edges get, by kind of geometry:
 ///
 /// - Surrogate of this mesh: the middle of the edge's curve. Other surrogates: the projected chord middle (ridges: onto
 ///   ridge curves).
-/// - Analytic: the chord's middle projected onto the surface of the edge's facets, or the curve of two surfaces. Beside
-///   a curved surface, facets without a surface count as planes.
-/// - Mixed: by reference. Between a surface and a flat patch: onto the curve of both. Between a surface and a curved
-///   patch: the ridge node of the surrogate, projected onto the surface.
+/// - Analytic: the chord's middle projected onto the surface of the edge's facets, or onto the curve of two surfaces.
+///   Beside a curved surface, facets without a surface count as planes.
+/// - Mixed: the reference selects the geometry. Between a surface and a flat patch: on the curve of both. Between a
+///   surface and a curved patch: the ridge node of the surrogate, projected onto the surface.
 /// - Straight: chord middles.
 ///
 /// Edges of flat patches and ridges between planes keep the chord's middle bit for bit. Required edges, and edges of
@@ -153,10 +152,10 @@ template <int D>
 [[nodiscard]] Outcome<Buffer<LagrangeNode<D>>> boundary_nodes(const QuadraticMesh<D>& mesh, const Features<D>& features,
                                                               const Geometry<D>& geometry, const Execution& execution);
 
-/// Moves nodes of edges in planes (of the geometry, or flat patches) by the in-plane part of `shifts` (one an edge).
-/// Other nodes are fixed. On a curved surface, a node off the middle of its curve costs an order of approximation. On
-/// ridges, and on all boundary edges in 2D, it could only slide along the curve. Required edges are fixed. Errors: as
-/// `boundary_nodes`; wrong row counts (internal).
+/// Moves nodes of edges in planes (of the geometry, or flat patches) by the in-plane part of `shifts` (one per edge).
+/// Required edges and all other nodes are fixed. On a curved surface, a node off the middle of its curve costs an order
+/// of approximation. On ridges, and on all boundary edges in 2D, a node could only slide along the curve. Errors: those
+/// of `boundary_nodes`; wrong row counts (internal).
 template <int D>
 [[nodiscard]] Outcome<Buffer<LagrangeNode<D>>> slid_nodes(const QuadraticMesh<D>& mesh,
                                                           const Column<LagrangeNode<D>>& nodes,
@@ -169,9 +168,9 @@ struct BoundaryDistance {
     FacetId worst = {};
 };
 
-/// Projects the lattice of tenths of each curved facet (66 points; 11 in 2D). Facets in a flat patch count 0 within
-/// that plane's tolerance. In a mixed geometry the reference selects the surface or the surrogate. Facets without a
-/// surface are measured from their own plane. Errors: as `boundary_nodes`.
+/// Projects points of each curved facet at tenths of barycentric coordinates (66 points; 11 in 2D). Distances within
+/// the tolerance of a flat patch's plane count as 0. In a mixed geometry the reference selects the surface or the
+/// surrogate. Facets without a surface are measured from their own plane. Errors: those of `boundary_nodes`.
 template <int D>
 [[nodiscard]] Outcome<BoundaryDistance> boundary_distance(const QuadraticMesh<D>& mesh,
                                                           std::span<const LagrangeNode<D>> mid_nodes,
@@ -180,8 +179,8 @@ template <int D>
 
 /// Largest distances that count as on the geometry, as shares of the local boundary edge length.
 struct BoundaryTolerance {
-    double nodes = 1e-5;     ///< mid node: share of its edge's chord
-    double vertices = 0.05;  ///< share of the longest boundary edge there; input is inexact
+    double nodes = 1e-5;     ///< of a mid node, over its edge's chord
+    double vertices = 0.05;  ///< of a vertex, over its longest boundary edge; input is inexact
 
     [[nodiscard]] static constexpr auto options() {
         using S = BoundaryTolerance;
@@ -199,11 +198,11 @@ struct BoundaryTolerance {
 /// Boundary entities of one kind that are off the geometry.
 template <class Id>
 struct OffGeometry {
-    std::size_t measured = 0;  ///< have a geometry
-    std::size_t off = 0;       ///< beyond the tolerance
-    double largest = 0;        ///< model units
-    double share = 0;          ///< over the edge length
-    Id worst = {};             ///< entity with that share; invalid: all 0
+    std::size_t measured = 0;  ///< entities with a geometry
+    std::size_t off = 0;       ///< entities beyond the tolerance
+    double largest = 0;        ///< largest distance, in model units
+    double share = 0;          ///< largest distance over the edge length
+    Id worst = {};             ///< entity with this share; invalid if all distances are 0
 };
 
 struct BoundaryDeviation {
@@ -211,21 +210,21 @@ struct BoundaryDeviation {
     OffGeometry<VertexId> vertices;
 };
 
-/// Measures boundary nodes and vertices against a tolerance. Rounding of coordinates does not count.
+/// Measures boundary nodes and vertices against a tolerance. Distances within the rounding of coordinates are not off.
 ///
-/// `kinds` (one an edge): nodes of kind `surface` and `ridge` are measured, `fixed` nodes and required vertices are
+/// `kinds` (one per edge): nodes of kind `surface` and `ridge` are measured, `fixed` nodes and required vertices are
 /// not.
 ///
-/// `own_nodes` (one an edge; empty if the input was straight): the geometry of edges for which `geometry` prescribes no
-/// surface. Errors: wrong row counts (internal), stopped.
+/// `own_nodes` (one per edge; empty if the input was straight): the geometry of edges for which `geometry` prescribes
+/// no surface. Errors: wrong row counts (internal), stopped.
 template <int D>
 [[nodiscard]] Outcome<BoundaryDeviation> boundary_deviation(
     const QuadraticMesh<D>& mesh, std::span<const EdgeKind> kinds, const Geometry<D>& geometry,
     std::span<const LagrangeNode<D>> own_nodes, const BoundaryTolerance& tolerance, const Execution& execution);
 
-/// Computes the largest distance of `boundary_distance` alone. Skips points that are provably nearer than another, and
-/// facets of which 21 points (2D: 6) are within 0.8 of another facet's largest distance. The result is the same up to
-/// rounding where the distance is smooth, as between a facet and its surface. Errors: as `boundary_nodes`.
+/// Computes only the largest distance of `boundary_distance`. Skips points that are provably nearer than another point,
+/// and facets whose 21 test points (2D: 6) are within 0.8 of another facet's largest distance. The result is the same
+/// up to rounding where the distance is smooth, as between a facet and its surface. Errors: those of `boundary_nodes`.
 template <int D>
 [[nodiscard]] Outcome<LargestDistance> largest_boundary_distance(const QuadraticMesh<D>& mesh,
                                                                  std::span<const LagrangeNode<D>> mid_nodes,
@@ -240,15 +239,15 @@ struct NearBoundary {
     double largest = 0;
 };
 
-/// Faster: skips facets whose nodes are close to those of `near`.
+/// Faster: skips facets whose nodes are close to those of `near`, whose largest distance is known.
 template <int D>
 [[nodiscard]] Outcome<LargestDistance> largest_boundary_distance(
     const QuadraticMesh<D>& mesh, std::span<const LagrangeNode<D>> mid_nodes, const Features<D>& features,
     const Geometry<D>& geometry, const NearBoundary<D>& near, const Execution& execution);
 
 /// Curves of a mesh across which the surface is smooth (3D only): listed edges, edges between two entities of the
-/// mesher's model, and listed edges inside the volume. The geometry does not know such a curve, so it keeps its shape
-/// in the mesh.
+/// mesher's model, and listed edges inside the volume. The geometry does not know these curves, so their shape in the
+/// mesh is preserved.
 template <int D>
 struct EmbeddedCurves {
     struct Piece {
@@ -256,27 +255,26 @@ struct EmbeddedCurves {
         Reference reference = 0;
     };
     Column<Piece> pieces;
-    Column<EdgeId> edges;      ///< original edges, one a piece
-    BoxTree<D> tree;           ///< over control points
-    Column<VertexId> corners;  ///< original vertices where a curve turns, rising
+    Column<EdgeId> edges;      ///< mesh edge of each piece
+    BoxTree<D> tree;           ///< over boxes of control points
+    Column<VertexId> corners;  ///< mesh vertices where a curve turns, ascending
 };
 
-/// Finds the embedded curves. `nodes`: one a unique edge, or empty. With nodes a piece is the edge's own curve. Without
-/// nodes, pieces on a surface of the geometry are as smooth as the surrogate's ridge curves, others are straight.
-/// Corners turn by more than 40 degrees, or beside a straight edge by more than rounding. Errors: as `find_features`
-/// and `build_surrogate`.
+/// Finds the embedded curves. `nodes`: one per unique edge, or empty. With nodes a piece is the edge's own curve.
+/// Without nodes, pieces on a surface of the geometry are as smooth as the surrogate's ridge curves, and other pieces
+/// are straight. Curves have corners where they turn by more than 40 degrees, or, beside a straight edge, by more than
+/// rounding. Errors: those of `find_features` and `build_surrogate`.
 template <int D>
 [[nodiscard]] Outcome<EmbeddedCurves<D>> find_embedded_curves(const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
                                                               const Features<D>& features, const Geometry<D>& geometry,
                                                               std::span<const LagrangeNode<D>> nodes,
                                                               const Execution& execution);
 
-/// Closest point of all curves with that reference.
 template <int D>
 [[nodiscard]] std::optional<Vec<D>> closest_on_curves(const EmbeddedCurves<D>& curves, Reference reference,
                                                       const Vec<D>& p);
 
-/// Moves nodes (one a unique edge) of curve edges on the boundary to the middles of their pieces, projected onto the
+/// Moves nodes (one per unique edge) of curve edges on the boundary to the middles of their pieces, projected onto the
 /// geometry's surface. Required edges and edges inside the volume are unchanged. Errors: stopped.
 template <int D>
 [[nodiscard]] Outcome<Buffer<LagrangeNode<D>>> nodes_on_curves(const QuadraticMesh<D>& mesh,
@@ -297,11 +295,11 @@ enum class DistanceDirections : std::uint8_t { boundary, both };
     return words_of(Word{DistanceDirections::boundary, "boundary"}, Word{DistanceDirections::both, "both"});
 }
 
-/// Curved facets for closest-point searches, raised to degree 3 (exact).
+/// Curved facets for closest-point searches, exactly converted to degree 3.
 template <int D>
 struct CurvedBoundary {
     Column<CubicSimplex<D - 1, D>> facets;
-    BoxTree<D> tree;  ///< over control points
+    BoxTree<D> tree;  ///< over boxes of control points
 };
 template <int D>
 [[nodiscard]] Outcome<CurvedBoundary<D>> curved_boundary(const QuadraticMesh<D>& mesh,
@@ -315,33 +313,35 @@ struct BoundaryFoot {
     Vec<D> point;
     double distance_squared = std::numeric_limits<double>::infinity();
 };
-/// Closest point; of equally near facets the lowest. `near`: a nearby facet, if known. Invalid facet: there are none.
+/// Closest point, on the lowest of equally near facets. `near`: a nearby facet, if known. The result has an invalid
+/// facet if the boundary is empty.
 template <int D>
 [[nodiscard]] BoundaryFoot<D> closest_on(const CurvedBoundary<D>& boundary, const Vec<D>& p, FacetId near = {});
 
-/// Samples `GeometryModel::surface_points` and `on_edge` on a lattice of each facet and each edge between two surfaces.
-/// Parts of the geometry without facets are not sampled. Errors: `features` of another mesh (internal), stopped.
+/// Samples the geometry over a mesh: `GeometryModel::surface_points` on a lattice of each facet, `on_edge` on each edge
+/// between two surfaces. Parts of the geometry without facets are not sampled. Errors: `features` of another mesh
+/// (internal), stopped.
 template <int D>
 [[nodiscard]] Outcome<GeometrySamples<D>> sample_over_mesh(const QuadraticMesh<D>& mesh, const Features<D>& features,
                                                            const Geometry<D>& geometry, const Execution& execution);
 
-/// Distances from points of one side to the nearest of the other (model units).
+/// Distances from points of the boundary to the geometry, or the reverse (model units).
 template <int D>
 struct DirectedDistance {
     std::size_t samples = 0;
     double largest = 0, mean = 0;  ///< mean by area or length
-    Vec<D> from, to;               ///< pair with the largest distance
-    FacetId facet = {};            ///< its facet; for a curve, one beside it
+    Vec<D> from, to;               ///< points with the largest distance
+    FacetId facet = {};            ///< facet of these points; for a curve, a facet beside it
 };
 
-/// Distances of one surface or curve. Facets without a surface are measured from their own plane.
+/// Distances of one surface or curve, or of facets without a surface.
 template <int D>
 struct EntityDistances {
     GeometryEntity entity;
-    std::size_t pieces = 0;             ///< facets, or edges of a curve
-    std::vector<Reference> references;  ///< references of these facets, or beside the curve; rising
-    double measure = 0;                 ///< straight area or length
-    bool is_flat = false;               ///< a plane or line where it has facets
+    std::size_t pieces = 0;             ///< number of facets, or of edges of a curve
+    std::vector<Reference> references;  ///< ascending references of these facets, or of facets beside the curve
+    double measure = 0;                 ///< area or length of the straight pieces
+    bool is_flat = false;               ///< true for a plane or line, where it has facets
     DirectedDistance<D> to_geometry, to_boundary;
 };
 
@@ -349,14 +349,14 @@ template <int D>
 struct GeometryDistances {
     std::vector<EntityDistances<D>> entities;      ///< surfaces, then curves
     DirectedDistance<D> to_geometry, to_boundary;  ///< all surfaces
-    /// One a facet: largest distance from the geometry, and from the geometry's points whose closest facet it is (0:
-    /// none).
+    /// One per facet: largest distance from the geometry, and largest distance of the geometry's samples whose closest
+    /// facet it is (0: none).
     Column<double> of_facets, to_facets;
 };
 
-/// From the boundary: facets are sampled as by `boundary_distance`, edges on curves at tenths. From the geometry: each
-/// sample to the closest curved facet; samples of a curve to the closest edge on it, if any. Errors: `features` or
-/// `mid_nodes` of another mesh (internal), stopped.
+/// From the boundary, facets are sampled as by `boundary_distance`, edges on curves at tenths of their parameter. From
+/// the geometry, each sample is measured to the closest curved facet, samples of a curve to its closest mesh edge, if
+/// any. Errors: `features` or `mid_nodes` of another mesh (internal), stopped.
 template <int D>
 [[nodiscard]] Outcome<GeometryDistances<D>> two_sided_distances(
     const QuadraticMesh<D>& mesh, std::span<const LagrangeNode<D>> mid_nodes, const Features<D>& features,

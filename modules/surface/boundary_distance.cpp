@@ -16,7 +16,8 @@ namespace {
 
 template <int D>
 constexpr const auto& lattice = facet_lattice<10, D>;
-/// Test points for skipping facets: at one of them each of these distances reaches 0.92 of its maximum.
+/// Test points for skipping facets. Each of these distances over an edge's parameter s reaches 0.92 of its maximum at
+/// one of the test points.
 /// - s (1 − s): a straight edge
 /// - s (s − 1/2) (s − 1): a quadratic edge
 /// - s (1 − s) (s − 1/2)²: an arc through its top
@@ -52,7 +53,6 @@ struct Samples {
     double largest = 0, mean = 0;
 };
 
-/// Distances from the geometry, or from the facet's plane if it has no surface.
 template <int D>
 Samples distances(const Geometry<D>& geometry, const CurvedFacet<D>& facet) {
     constexpr std::size_t n = lattice<D>.size();
@@ -120,7 +120,6 @@ Outcome<BoundaryDistance> boundary_distance(const QuadraticMesh<D>& mesh, std::s
 
 namespace {
 
-/// Bound on the rounding of a point and its projection.
 template <int D>
 double rounding_of(const Vec<D>& p) {
     return 64 * std::numeric_limits<double>::epsilon() * norm(p);
@@ -129,7 +128,7 @@ double rounding_of(const Vec<D>& p) {
 template <class Id, int D>
 void count_off(OffGeometry<Id>& to, Id id, const Vec<D>& at, double away, double length, double tolerance) {
     constexpr double far = std::numeric_limits<double>::infinity();
-    if (std::isnan(away)) away = far;  // the geometry has no point
+    if (std::isnan(away)) away = far;  // the geometry has no closest point
     const double share = length > 0 ? away / length : (away > rounding_of(at) ? far : 0);
     ++to.measured;
     to.off += share > tolerance && away > rounding_of(at) ? 1 : 0;
@@ -156,7 +155,7 @@ double longest_edge(std::span<const FacetSite<D>> facets) {
     return longest;
 }
 
-/// Distance from the geometry, or from the input's node if that is the geometry.
+/// Distance of a node from the geometry, or from the input's node if no surface is prescribed.
 template <int D>
 double node_distance(const EdgeSite<D>& site, const Vec<D>& node, const Geometry<D>& geometry,
                      std::span<const LagrangeNode<D>> own_nodes) {
@@ -219,7 +218,7 @@ Outcome<BoundaryDeviation> boundary_deviation(const QuadraticMesh<D>& mesh, std:
 
 namespace {
 
-/// Facet: invalid if none exceeds the initial distance.
+/// The facet is invalid if no distance exceeds the initial one.
 struct FarthestFacet {
     LargestDistance distance;
     FacetId facet = {};
@@ -234,7 +233,7 @@ class MeasuredFacets {
 
     [[nodiscard]] CurvedFacet<D> facet(std::size_t f) const { return curved_facet<D>(mesh_, mid_nodes_, FacetId(f)); }
 
-    /// Finds the largest distance above `least` by measure(total, f).
+    /// Finds the largest distance above `least`; measure(total, f) measures facet f.
     template <class Measure>
     [[nodiscard]] Outcome<FarthestFacet> farthest(double least, const Measure& measure,
                                                   const Execution& execution) const {
@@ -257,7 +256,8 @@ class MeasuredFacets {
         add<D>(total, geometry_, facet(f), at);
     }
 
-    /// Skips facets f with !may_exceed(f, largest so far), and facets that are near at `coarse_lattice`.
+    /// Skips facets f with !may_exceed(f, largest distance so far), and facets that are near the geometry at the points
+    /// of `coarse_lattice`.
     template <class MayExceed>
     [[nodiscard]] Outcome<LargestDistance> largest(const MayExceed& may_exceed, const Execution& execution) const {
         // The facet with the farthest middle gives a bound that excludes most points of other facets.
@@ -290,7 +290,8 @@ class MeasuredFacets {
     const Geometry<D>& geometry_;
 };
 
-/// Upper bound on the distance at equal barycentric coordinates; infinity if vertices differ. Σ 2 ξ_i ξ_j ≤ (D − 1)/D.
+/// Upper bound on the distance between points with equal barycentric coordinates; infinity if vertices differ. Σ 2 ξ_i
+/// ξ_j is at most (D − 1)/D.
 template <int D>
 double distance_bound(const QuadraticSimplex<D - 1, D>& a, const QuadraticSimplex<D - 1, D>& b) {
     double largest = 0;

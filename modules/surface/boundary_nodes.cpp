@@ -21,8 +21,10 @@ namespace camber {
 
 template <int D>
 Vec<D> node_without_cusp(const GeometryModel<D>& geometry, const EdgeSite<D>& edge) {
-    constexpr double right_angle = 0.25;  // largest bow/chord of a quadratic edge that turns by 90 degrees
-    constexpr double forwards = 0.2;      // largest slide/chord with nonzero end tangents
+    constexpr double right_angle = 0.25;  // largest distance of the node from the chord's middle, over the chord, for a
+                                          // quadratic edge that turns by 90 degrees
+    constexpr double forwards = 0.2;      // largest shift of the node along the chord, over the chord, for which the
+                                          // end tangents are not zero
     const Vec<D> node = geometry.middle_of(edge), middle = edge.middle();
     const Vec<D> chord = edge.ends[1] - edge.ends[0];
     const double length = norm(chord), limit = off_limit * length;
@@ -64,7 +66,7 @@ Outcome<Buffer<LagrangeNode<D>>> boundary_nodes(const QuadraticMesh<D>& mesh, co
 
 namespace {
 
-/// The plane of all facets at a surface edge, in which its node may slide.
+/// The plane of all facets at a surface edge, in which the edge's node may slide.
 template <int D>
 std::optional<Plane<D>> plane_of(const LinearMesh<D>& mesh, const EdgeSet<D>& edges, const Incidence<FacetId>& shells,
                                  const Features<D>& features, const Geometry<D>& geometry, std::size_t e) {
@@ -118,7 +120,6 @@ std::vector<EmbeddedEdge> embedded_edges(const LinearMesh<3>& mesh, const EdgeSe
 
 namespace {
 
-/// Surrogate whose ridge curves include the embedded curves.
 Outcome<Surrogate<3>> surrogate_with_curves(LinearMesh<3> mesh, EdgeSet<3> edges, const Features<3>& features,
                                             std::span<const EmbeddedEdge> embedded, const Execution& execution) {
     Buffer<EdgeId> sharp;
@@ -152,7 +153,6 @@ CubicSimplex<1, 3> bent_piece(const Vec<3>& a, const Vec<3>& node, const Vec<3>&
     return {{a, a + share * (control - a), b + share * (control - b), b}};
 }
 
-/// Vertices at which a curve turns.
 Buffer<VertexId> corners_of_curves(const LinearMesh<3>& mesh, const EdgeSet<3>& edges,
                                    std::span<const EmbeddedEdge> embedded, std::span<const std::uint8_t> is_straight) {
     struct End {
@@ -174,7 +174,7 @@ Buffer<VertexId> corners_of_curves(const LinearMesh<3>& mesh, const EdgeSet<3>& 
     for (std::size_t i = 0; i + 1 < at.size(); ++i) {
         const auto& [v, one, of_straight] = at[i];
         const auto& [w, other, beside_straight] = at[i + 1];
-        if (v != w) continue;  // a vertex of more than two is a corner anyway
+        if (v != w) continue;  // a vertex of more than two curve edges is a corner anyway
         const double lengths = norm(one) * norm(other);
         const bool turns = -dot(one, other) < cosine * lengths;
         if (turns || ((of_straight || beside_straight) && norm(cross(one, other)) > rounding * lengths))

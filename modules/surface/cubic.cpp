@@ -15,7 +15,7 @@ namespace camber {
 
 namespace {
 
-/// Index of β + e_i of degree N, for each β of degree N − 1 and each i.
+/// Position of the multi-index β + e_i of degree N, for each β of degree N − 1 and each i.
 template <int N, int K>
 constexpr auto raised = [] {
     std::array<std::array<int, K + 1>, node_count<N - 1, K>> table{};
@@ -37,7 +37,7 @@ std::array<Vec<D>, node_count<N - 1, K>> reduced(const std::array<Vec<D>, node_c
     return out;
 }
 
-/// In a net of degree 1 the point of ξ_i has index i.
+/// Point of a net of degree 1, where the control point of ξ_i has index i.
 template <int K, int D>
 Vec<D> combined(const std::array<Vec<D>, K + 1>& net, const Barycentric<K>& xi) {
     Vec<D> p;
@@ -52,7 +52,7 @@ CubicExpansion<K, D> expand(const CubicSimplex<K, D>& simplex, const Barycentric
     const auto quadratic = reduced<3, K, D>(simplex.control, xi);
     const auto linear = reduced<2, K, D>(quadratic, xi);
     const auto second = [&](int i, int j) {
-        return quadratic[raised<2, K>[i][j]];  // a net of degree 1 has the order of its coordinates
+        return quadratic[raised<2, K>[i][j]];  // in a net of degree 1, control points have the order of the coordinates
     };
     CubicExpansion<K, D> out;
     out.point = combined<K, D>(linear, xi);
@@ -132,7 +132,8 @@ struct Model {
     }
 };
 
-/// With r = F − p: g_a = r·F_a, H_ab = F_a·F_b + r·F_ab. The last term is omitted if H would be indefinite.
+/// Quadratic model of ½|r|², r = F − p, with g_a = r·F_a and H_ab = F_a·F_b + r·F_ab. The last term is omitted if H
+/// would be indefinite.
 template <int K, int D>
 Model<K> model_at(const CubicExpansion<K, D>& x) {
     Model<K> m;
@@ -152,7 +153,7 @@ Model<K> model_at(const CubicExpansion<K, D>& x) {
     }
 }
 
-/// Minimum on the segment from `from` to `from + along`, as a step δ.
+/// Minimum of the model on the segment from `from` to `from + along`, as a step.
 template <int K>
 std::array<double, K> min_on_segment(const Model<K>& m, const std::array<double, K>& from,
                                      const std::array<double, K>& along) {
@@ -172,7 +173,7 @@ std::array<double, K> min_on_segment(const Model<K>& m, const std::array<double,
     return d;
 }
 
-/// Step from u to the minimum over the simplex.
+/// Step from u to the minimum of the model over the simplex.
 std::array<double, 1> min_step(const Model<1>& m, const std::array<double, 1>& u) {
     return min_on_segment<1>(m, {-u[0]}, {1});
 }
@@ -190,7 +191,7 @@ std::array<double, 2> min_step(const Model<2>& m, const std::array<double, 2>& u
     return best;
 }
 
-/// Applies a step; sets coordinates within rounding of the boundary onto it and keeps the sum 1.
+/// Applies a step. Coordinates within rounding of the boundary are set onto the boundary; the sum stays 1.
 template <int K>
 Barycentric<K> moved(const Barycentric<K>& xi, const std::array<double, K>& d, double factor) {
     constexpr double rim = 1e-15;
@@ -205,7 +206,7 @@ Barycentric<K> moved(const Barycentric<K>& xi, const std::array<double, K>& d, d
     return out;
 }
 
-/// Control differences of F_a, 3 (c_{α+e_a} − c_{α+e_0}) for α of degree 2: F_a is in their hull.
+/// Control points of the derivative F_a, whose hull contains F_a: 3 (c_{α+e_a} − c_{α+e_0}) for α of degree 2.
 template <int K, int D>
 std::array<std::array<Vec<D>, K>, node_count<2, K>> control_gradients(const CubicSimplex<K, D>& simplex) {
     std::array<std::array<Vec<D>, K>, node_count<2, K>> out{};
@@ -220,7 +221,8 @@ std::array<std::array<Vec<D>, K>, node_count<2, K>> control_gradients(const Cubi
     }
     return out;
 }
-/// Control differences of F_ab, 2 (g_{α+e_b} − g_{α+e_0}) for corners α: F_ab is in their hull.
+/// Control points of the derivative F_ab, whose hull contains F_ab: 2 (g_{α+e_b} − g_{α+e_0}) for corners α, with the
+/// control points g of F_a.
 template <int K, int D>
 std::array<std::array<Vec<D>, K>, K> control_hessian(
     const std::array<std::array<Vec<D>, K>, node_count<2, K>>& gradients, std::size_t corner) {
@@ -237,7 +239,7 @@ std::array<std::array<Vec<D>, K>, K> control_hessian(
     return out;
 }
 
-/// Columns L⁻¹: in these coordinates the mean JᵀJ = L Lᵀ is the identity.
+/// Matrix L⁻¹ to coordinates in which the mean JᵀJ = L Lᵀ is the identity.
 template <int K>
 using Whitening = std::array<std::array<double, K>, K>;  // lower triangular
 template <int K, int D>
@@ -249,7 +251,7 @@ std::optional<Whitening<K>> whitening_of(const std::array<Vec<D>, K>& first) {
     if constexpr (K == 2) {
         const double b = dot(first[0], first[1]);
         const double rest = norm_squared(first[1]) - b * b / a;
-        constexpr double flat = 1e-6;  // relative to the square; below it rounding would decide
+        constexpr double flat = 1e-6;  // relative to the squared length; below it rounding would decide
         if (!(rest > flat * norm_squared(first[1]))) return std::nullopt;
         w[1][1] = 1 / std::sqrt(rest);
         w[1][0] = -b / a * w[1][1];
@@ -264,8 +266,9 @@ std::array<Vec<D>, K> whitened(const Whitening<K>& w, const std::array<Vec<D>, K
     return out;
 }
 
-/// True if ½|F − p|² is convex over the simplex. For orthonormal mean J, its Hessian JᵀJ + Σ r·F'' is at least (1 −
-/// max‖ΔJ‖)² − max|r| max‖F''‖ (over control points).
+/// True if ½|F − p|² is certainly convex over the simplex. In coordinates where the mean J is orthonormal, its Hessian
+/// JᵀJ + Σ r·F'' is at least (1 − max‖ΔJ‖)² − max|r| max‖F''‖. ΔJ is the difference from the mean; maxima are over
+/// control points.
 template <int K, int D>
 bool is_distance_convex(const CubicSimplex<K, D>& simplex, const Vec<D>& p) {
     const auto gradients = control_gradients<K, D>(simplex);
@@ -378,7 +381,8 @@ namespace {
 
 using PointPack = std::array<Pack, 3>;
 
-/// F − P_300 in powers of u = ξ_1, v = ξ_2: 3!/((3−i−j)! i! j!) times the differences Δ_1^i Δ_2^j.
+/// Coefficients of F − P_300 for the powers u^i v^j of u = ξ_1, v = ξ_2: 3!/((3−i−j)! i! j!) times the differences
+/// Δ_1^i Δ_2^j.
 struct Powers {
     Vec<3> origin;
     Vec<3> u, v, uu, uv, vv, uuu, uuv, uvv, vvv;
@@ -412,7 +416,7 @@ Powers powers_of(const CubicSimplex<2, 3>& simplex) {
     return r;
 }
 
-/// Half the squared distance: gradient, second derivatives without and with r · F_ab.
+/// Derivatives of half the squared distance: gradient g; second derivatives m without, and h with, the term r · F_ab.
 struct ModelPack {
     Pack gu{}, gv{};
     Pack muu{}, muv{}, mvv{};
@@ -439,10 +443,10 @@ struct ModelPack {
     return m;
 }
 
-/// NaN if the method does not converge well inside.
+/// Distances by Newton's method; NaN where it does not converge well inside the triangle.
 [[nodiscard, gnu::always_inline]] inline Pack distances_of(const Powers& f, Pack u, Pack v, const PointPack& p) {
     constexpr int max_steps = 8;
-    constexpr double last_step = 1e-7;  // the next step would be its square
+    constexpr double last_step = 1e-7;  // the next step would be about the square of this one
     constexpr double margin = 0.05;     // largest overshoot of a step outside the triangle
     PointPack r = residual(f, u, v, p);
     const Pack first = dot(r, r);
@@ -451,7 +455,7 @@ struct ModelPack {
     for (int step = 0; step < max_steps && any(open); ++step) {
         const ModelPack m = model_pack_at(f, u, v, r);
         const Pack determinant = m.huu * m.hvv - m.huv * m.huv;
-        // `closest_from` takes another step if the second derivatives are not positive definite.
+        // If the second derivatives are not positive definite, `closest_from` takes another step than this method.
         sound &= (m.huu > 0.05 * m.muu) & (determinant > 0.05 * (m.muu * m.mvv - m.muv * m.muv));
         const Pack du = (m.huv * m.gv - m.hvv * m.gu) / determinant;
         const Pack dv = (m.huv * m.gu - m.huu * m.gv) / determinant;

@@ -18,7 +18,7 @@ namespace camber {
 
 namespace {
 
-/// Pieces of a quadratic facet cut at its nodes; the middle piece last.
+/// Corners of the pieces of a quadratic facet cut at its nodes; the middle piece last.
 template <int K>
 constexpr std::array<std::array<Barycentric<K>, 2>, 2> pieces_of_facet{
     {{{{1, 0}, {0.5, 0.5}}}, {{{0.5, 0.5}, {0, 1}}}}};
@@ -29,8 +29,9 @@ constexpr std::array<std::array<Barycentric<2>, 3>, 4> pieces_of_facet<2>{
      {{{0.5, 0, 0.5}, {0, 0.5, 0.5}, {0, 0, 1}}},
      {{{0, 0.5, 0.5}, {0.5, 0, 0.5}, {0.5, 0.5, 0}}}}};
 
-/// The boundary of a quadratic mesh as a straight mesh of half the size. Vertices keep their numbers; nodes of boundary
-/// edges follow, by rising edge. Pieces of facet f start at f × pieces and inherit features, notes and listed breaks.
+/// The boundary of a quadratic mesh, cut at its nodes into a straight mesh. Vertices keep their numbers; nodes of
+/// boundary edges follow, in the order of edges. Pieces of facet f start at f × pieces. They inherit the features, and
+/// the file's directions and breaks.
 template <int D>
 struct CutBoundary {
     static constexpr std::size_t pieces = pieces_of_facet<D - 1>.size();
@@ -45,10 +46,10 @@ struct UncutBoundary {
     const LinearMesh<D>& mesh;
     const EdgeSet<D>& edges;
     const Features<D>& features;
-    std::vector<EdgeId> rows;           ///< boundary edges, rising
-    std::vector<VertexId> middle_of{};  ///< vertex of each edge's node
+    std::vector<EdgeId> rows;           ///< boundary edges, ascending
+    std::vector<VertexId> middle_of{};  ///< vertex made of each edge's node
 
-    /// `place`: a corner or the middle of an edge.
+    /// `place`: a corner of f or the middle of an edge.
     [[nodiscard]] VertexId vertex_at(FacetId f, const Barycentric<D - 1>& place) const {
         const auto at = [&](int i) { return place[static_cast<std::size_t>(i)]; };
         for (int i = 0; i < D; ++i)
@@ -71,7 +72,7 @@ UncutBoundary<D> uncut_boundary(const LinearMesh<D>& mesh, const EdgeSet<D>& edg
     return out;
 }
 
-/// Copies listed breaks: vertices in 2D, both halves of an edge in 3D.
+/// Copies the breaks that the file lists: vertices in 2D, both halves of an edge in 3D.
 void list_breaks(const UncutBoundary<2>& uncut_boundary, LinearMesh<2>& pieces) {
     Buffer<VertexId> corners(uncut_boundary.mesh.corners.begin(), uncut_boundary.mesh.corners.end());
     for (const std::uint32_t f : uncut_boundary.mesh.ridges)
@@ -154,7 +155,7 @@ Features<D> features_of_pieces(const UncutBoundary<D>& uncut_boundary, const Lin
     return out;
 }
 
-/// Errors: as `unique_edges`, stopped.
+/// Errors: those of `unique_edges`, stopped.
 template <int D>
 Outcome<CutBoundary<D>> cut_at_nodes(const LinearMesh<D>& mesh, const EdgeSet<D>& edges, const Features<D>& features,
                                      std::span<const LagrangeNode<D>> nodes, const Execution& execution) {
@@ -189,7 +190,7 @@ bool sides_agree(const LinearMesh<D>& mesh, const std::array<FacetId, 2>& facets
     return is_forward(facets[0]) != is_forward(facets[1]);
 }
 
-/// Turns (radians) of a patch at three points of each inner edge (2D: at each vertex).
+/// Angles (radians) between adjacent facets of a patch, at three points of each inner edge (2D: at each vertex).
 struct Kinks {
     double squares = 0, largest = 0;
     std::size_t count = 0;
@@ -246,7 +247,6 @@ Outcome<std::vector<AdjacentFacets>> adjacent_facets_of(const LinearMesh<2>& mes
     return out;
 }
 
-/// One entry a patch. Errors: stopped.
 template <int D>
 Outcome<std::vector<Kinks>> kinks_of(const LinearMesh<D>& mesh, const EdgeSet<D>& edges, const Features<D>& features,
                                      const NormalOfFacet<D>& normal, const Execution& execution) {
@@ -275,8 +275,8 @@ Outcome<std::vector<Kinks>> kinks_of(const LinearMesh<D>& mesh, const EdgeSet<D>
     return of_patches;
 }
 
-/// Inner control points (4m − b)/3 and (4m − a)/3 of the quadratic edge through m at 1/2; exactly straight if m is the
-/// midpoint.
+/// Inner control points (4m − b)/3 and (4m − a)/3 of the quadratic edge from a to b through m; exactly straight if m is
+/// the midpoint.
 template <int D>
 std::array<Vec<D>, 2> raised(const Vec<D>& a, const Vec<D>& m, const Vec<D>& b) {
     const Vec<D> third = (b - a) / 3;
@@ -331,7 +331,7 @@ std::array<Vec<D>, edges_per_simplex<D - 1>> nodes_of_piece(const CubicSimplex<D
     return nodes;
 }
 
-/// One flag a patch: some node is off the surrogate's edge middle, and some node is off its chord's middle.
+/// One flag per patch; 1: some node is off the surrogate's edge middle, and some node is off its chord's middle.
 template <int D>
 std::vector<std::uint8_t> patches_with_curves(const BoundaryCurves<D>& mesh, const Surrogate<D>& surrogate) {
     constexpr double same = 1e-6;  // relative to the chord
@@ -351,7 +351,7 @@ std::vector<std::uint8_t> patches_with_curves(const BoundaryCurves<D>& mesh, con
     return found;
 }
 
-/// Nodes of the file on edges of patches with curves, elsewhere edge middles of `straight`.
+/// Nodes of the file on edges of patches with curves; on other edges the edge middles of `straight`.
 template <int D>
 Buffer<LagrangeNode<D>> interpolated_nodes(const BoundaryCurves<D>& mesh, const Surrogate<D>& straight,
                                            std::span<const std::uint8_t> own) {
@@ -369,11 +369,11 @@ Vec<2> straight_normal(const std::array<Vec<2>, 2>& c) {
 }
 Vec<3> straight_normal(const std::array<Vec<3>, 3>& c) { return normalised(cross(c[1] - c[0], c[2] - c[0])); }
 
-/// One flag a patch: its curves do not belong to a smooth surface.
+/// One flag per patch; 1: its curves do not belong to a smooth surface.
 template <int D>
 Outcome<std::vector<std::uint8_t>> kinked_patches(const BoundaryCurves<D>& mesh, std::span<const std::uint8_t> own,
                                                   const Execution& execution) {
-    constexpr double most = 0.25;  // relative to the turns of straight facets
+    constexpr double most = 0.25;  // relative to the turns between straight facets
     const auto of_curves = kinks_of<D>(
         mesh.linear, mesh.edges, mesh.features,
         [&](FacetId f, const Barycentric<D - 1>& xi) { return normal_at<D>(own_facet(mesh, f), xi); },
@@ -392,7 +392,7 @@ Outcome<std::vector<std::uint8_t>> kinked_patches(const BoundaryCurves<D>& mesh,
     return kinked;
 }
 
-/// Replaces the pieces of these patches by parts of the mesh's own facets.
+/// Replaces the pieces of kinked patches by parts of the mesh's own facets.
 template <int D>
 Outcome<Done> restore_own_facets(const BoundaryCurves<D>& mesh, const CutBoundary<D>& cut,
                                  std::span<const std::uint8_t> kinked, Surrogate<D>& surrogate,

@@ -101,7 +101,7 @@ template <int D>
 struct PiecesOfEntities {
     struct Entity {
         GeometryEntity entity;
-        std::vector<std::uint32_t> pieces;  ///< rising
+        std::vector<std::uint32_t> pieces;  ///< ascending
     };
     std::vector<Entity> surfaces, curves;
     Incidence<FacetId> shells;
@@ -115,7 +115,7 @@ struct PiecesOfEntities {
     }
 };
 
-/// This lattice contains the centroid and the edge middles.
+/// The facet lattice of this degree contains the centroid and the edge middles.
 constexpr int facet_degree = 6, edge_samples = 10;
 
 template <int D, class Predicate>
@@ -231,7 +231,7 @@ constexpr int edge_intervals = 10;
 template <int D>
 constexpr const auto& tenths = facet_lattice<10, D>;
 
-/// Contribution of one piece: largest distance with its points, weighted sum.
+/// Distances of one piece: the largest with its points, and the weighted sum.
 template <int D>
 struct Part {
     double largest = 0, sum = 0, weight = 0;
@@ -272,7 +272,6 @@ struct DistanceProblem {
     const Geometry<D>& geometry;
 };
 
-/// Samples a facet as `boundary_distance` does.
 template <int D>
 Part<D> measure_facet(const DistanceProblem<D>& q, const GeometryEntity& entity, std::size_t f) {
     constexpr std::size_t n = tenths<D>.size();
@@ -298,7 +297,7 @@ Part<D> measure_facet(const DistanceProblem<D>& q, const GeometryEntity& entity,
     return part;
 }
 
-/// Samples an edge at tenths against its curve.
+/// Measures an edge from its curve, at tenths of the parameter.
 template <int D>
 Part<D> measure_edge(const DistanceProblem<D>& q, const PiecesOfEntities<D>& on, std::size_t e) {
     const EdgeSite<D> site = on.site(q.mesh, q.features, e);
@@ -321,7 +320,7 @@ Part<D> measure_edge(const DistanceProblem<D>& q, const PiecesOfEntities<D>& on,
     return part;
 }
 
-/// Edges of a curve for searches, raised to degree 3.
+/// Mesh edges of a curve, as cubics for closest-point searches.
 template <int D>
 struct CurvedEdges {
     std::vector<CubicSimplex<1, D>> curves;
@@ -395,7 +394,6 @@ std::vector<Reference> references_of(const QuadraticMesh<D>& mesh, const std::ve
     return references;
 }
 
-/// Distances from the boundary, one entry an entity.
 template <int D>
 class Measuring {
   public:

@@ -36,7 +36,7 @@ class DisjointSets {
     std::vector<std::uint32_t> parent_;
 };
 
-/// Numbers the sets from 0.
+/// Returns the number of each member's set, from 0, and the number of sets.
 std::pair<Buffer<std::uint32_t>, std::size_t> numbered(DisjointSets& sets, std::size_t n) {
     Buffer<std::uint32_t> numbers(n);
     std::size_t count = 0;
@@ -47,7 +47,8 @@ std::pair<Buffer<std::uint32_t>, std::size_t> numbered(DisjointSets& sets, std::
     return {std::move(numbers), count};
 }
 
-/// Scales by a power of two to a largest coordinate near 1: digits stay, products neither vanish nor overflow.
+/// Scales a vector by a power of two so that its largest coordinate is near 1. Digits are preserved; products neither
+/// vanish nor overflow.
 template <int D>
 Vec<D> near_one(Vec<D> direction) {
     double largest = 0;
@@ -58,7 +59,7 @@ Vec<D> near_one(Vec<D> direction) {
     return direction;
 }
 
-/// True if the angle exceeds that of `cosine`; false for zero vectors.
+/// True if the angle between two vectors exceeds that of `cosine`; false for zero vectors.
 template <int D>
 bool turns(const Vec<D>& from, const Vec<D>& to, double cosine) {
     const Vec<D> a = near_one(from), b = near_one(to);
@@ -68,7 +69,7 @@ bool turns(const Vec<D>& from, const Vec<D>& to, double cosine) {
 
 double cosine_of(double degrees) { return cos(degrees * std::numbers::pi / 180); }
 
-/// Component of the third vertex perpendicular to the edge.
+/// Direction from an edge to the facet's third vertex, perpendicular to the edge.
 Vec<3> away_from_edge(const LinearMesh<3>& mesh, FacetId f, const std::array<VertexId, 2>& edge) {
     const Vec<3> a = mesh.points[edge[0]];
     const Vec<3> e = near_one(mesh.points[edge[1]] - a);
@@ -112,8 +113,8 @@ Break break_at(const LinearMesh<3>& mesh, const std::array<VertexId, 2>& edge, s
     return turns(d0, -d1, limits.mild) ? Break::mild : Break::smooth;
 }
 
-/// Applies listed edges: listed ridges on the boundary are sharp at any angle, mild turns at other listed edges are
-/// sharp.
+/// Applies edges that the file lists: its ridges on the boundary are sharp at any angle, mild turns at its other edges
+/// are sharp.
 void apply_listed_edges(const LinearMesh<3>& mesh, const EdgeSet<3>& edges, Buffer<Break>& breaks) {
     for (const EdgeId e : edges.of_edges)
         if (breaks[e.index()] == Break::mild) breaks[e.index()] = Break::sharp;
@@ -129,7 +130,7 @@ bool is_coarse(const EdgeSet<3>& edges, const Buffer<Break>& breaks, FacetId f) 
     return std::all_of(of.begin(), of.end(), [&](EdgeId e) { return breaks[e.index()] == Break::mild; });
 }
 
-/// Removes mild edges that meet no other ridge: these are folds between thin triangles.
+/// Makes mild ridges that meet no other ridge smooth: they are folds between thin triangles.
 void drop_isolated_edges(const LinearMesh<3>& mesh, const EdgeSet<3>& edges, std::span<const EdgeId> of_facets,
                          const Buffer<Break>& breaks, Buffer<EdgeKind>& kinds) {
     std::vector<std::uint8_t> ridges(mesh.points.size(), 0);
@@ -177,7 +178,7 @@ constexpr EdgeKind curve_kind = D == 3 ? EdgeKind::ridge : EdgeKind::surface;
 
 VertexId other_end(const std::array<VertexId, 2>& edge, VertexId v) { return edge[0] == v ? edge[1] : edge[0]; }
 
-/// Number of curve edges at a vertex, and the list positions of the first two.
+/// Number of curve edges at a vertex, and positions of the first two in the list of curve edges.
 struct CurveEdges {
     std::uint32_t count = 0;
     std::array<std::uint32_t, 2> places{};
@@ -219,8 +220,8 @@ std::array<Vec<3>, 2> directions_at(const LinearMesh<3>& mesh, FacetId f, std::s
 }
 
 /// Finds tips of cones among vertices without ridges. The integral of unit directions over a triangle's angle at a
-/// vertex is (a + b) tan(θ/2). The sum is 0 at a vertex of a plane and along the axis at a tip, for any facet
-/// orientation. All edges leave a tip to that side with a sine above `limit`, that of the ridge angle.
+/// vertex is (a + b) tan(θ/2). The sum over triangles is 0 at a vertex of a plane and along the axis at a tip, for any
+/// facet orientation. All edges leave a tip towards this sum, with a sine above `limit`, the sine of the ridge angle.
 std::vector<std::uint8_t> find_tips(const LinearMesh<3>& mesh, const std::vector<CurveEdges>& around, double limit) {
     std::vector<Vec<3>> means(mesh.points.size());
     const auto each_corner = [&](auto&& use) {
@@ -271,7 +272,7 @@ struct ClassifiedEdges {
     const Buffer<EdgeKind>& kinds;
 };
 
-/// Walks around v from facet f, away from `from` (invalid: either way), to a ridge or f.
+/// Walks around v from facet f, away from the edge `from` (invalid: either way), until a ridge or f.
 Sheet sheet_from(const ClassifiedEdges<3>& of_mesh, const FacetsAtVertex& at, VertexId v, FacetId f, EdgeId from) {
     const auto& [edges, shells, kinds] = of_mesh;
     Sheet sheet;
@@ -291,8 +292,8 @@ Sheet sheet_from(const ClassifiedEdges<3>& of_mesh, const FacetsAtVertex& at, Ve
     return sheet;
 }
 
-/// True if all sheets at v end at its two ridges, or there is one sheet and no ridge. Otherwise another surface touches
-/// v, such as a baffle tip on a wall.
+/// True if all sheets of smoothly connected facets at v end at its two ridges, or if v has one sheet and no ridge.
+/// Otherwise another surface touches v, such as a baffle tip on a wall.
 bool is_bounded_by_ridges(const ClassifiedEdges<3>& edges, const FacetsAtVertex& at, VertexId v,
                           std::span<const EdgeId> ridges) {
     if (ridges.empty()) return sheet_from(edges, at, v, at.one, {}).facets == at.count;
@@ -349,7 +350,6 @@ DisjointSets chains(const std::vector<CurveEdges>& around, const Buffer<VertexKi
     return sets;
 }
 
-/// One an edge: its curve, or `no_feature`.
 Outcome<Buffer<std::uint32_t>> curves_by_edge(std::span<const std::uint32_t> numbers, std::span<const EdgeId> on_curves,
                                               std::size_t edges, const Execution& execution) {
     auto curves = map_each(execution, edges, [](std::size_t) { return no_feature; });
@@ -369,7 +369,7 @@ std::pair<Buffer<std::uint32_t>, std::size_t> find_patches(const LinearMesh<3>& 
     return numbered(sets, mesh.facets.size());
 }
 
-/// 2D: patches are curves, renumbered in the order of facets.
+/// In 2D patches are curves, renumbered in the order of facets.
 std::pair<Buffer<std::uint32_t>, std::size_t> find_patches(const LinearMesh<2>& mesh, const EdgeSet<2>& edges,
                                                            const Incidence<FacetId>& shells,
                                                            std::span<const EdgeId> of_facets, const Buffer<EdgeKind>&,
@@ -455,7 +455,8 @@ Vec<D> farthest(std::span<const Vec<D>> points, Measure&& measure) {
     return best;
 }
 
-/// Normal from the two or three points that are farthest apart; bitwise equal components give exact zeros.
+/// Normal of the line (3D: plane) through the points that are farthest apart. Bitwise equal components give exact
+/// zeros.
 Vec<2> spanned_normal(std::span<const Vec<2>> points) {
     const Vec<2> a = farthest(points, [&](const Vec<2>& p) { return norm_squared(p - points[0]); });
     const Vec<2> b = farthest(points, [&](const Vec<2>& p) { return norm_squared(p - a); });

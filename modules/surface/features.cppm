@@ -14,7 +14,7 @@ export namespace camber {
 
 template <int D>
 struct FeatureOptions {
-    double ridge_angle_degrees = 40;  ///< 2D: larger turns make a vertex a corner
+    double ridge_angle_degrees = 40;  ///< in 2D, larger turns make a vertex a corner
     /// Larger turns of a ridge curve (degrees) make a vertex a corner (3D).
     double corner_angle_degrees = 40;
 
@@ -37,13 +37,13 @@ inline constexpr std::uint32_t no_feature = 0xffffffffU;
 /// 3D. Ridges are edges of facets in any of these cases:
 /// - The file lists the edge among `ridges`.
 /// - It does not have exactly two facets.
-/// - Their references differ.
-/// - They turn by more than the ridge angle. At unlisted edges of a coarse mesh, turns below 1.5 times this angle do
-///   not count: around a facet with three such edges, or at an edge that meets no other ridge.
+/// - Its facets have different references.
+/// - Its facets turn by more than the ridge angle. At unlisted edges of a coarse mesh, turns below 1.5 times this angle
+///   do not count: around a facet with three such edges, or at an edge that meets no other ridge.
 ///
 /// Other listed edges are of kind `surface`. Corners are vertices in any of these cases:
 /// - The file lists the vertex.
-/// - It has ridges, but not exactly two, or they turn by more than the corner angle.
+/// - It has ridges, but not exactly two, or its two ridges turn by more than the corner angle.
 /// - It has no ridge and is the tip of a cone: all edges of its facets leave the plane across their mean direction, to
 ///   one side, by more than the ridge angle.
 /// - Surfaces touch there, as at the end of a baffle's rim on a wall. Some sheet (facets connected across edges other
@@ -51,15 +51,17 @@ inline constexpr std::uint32_t no_feature = 0xffffffffU;
 ///
 /// Patches are sets of facets connected across edges other than ridges. Curves are chains of ridges between corners.
 ///
-/// 2D. Facets are edges of kind `surface`. Corners are vertices that the file lists (or a facet of which it lists among
-/// `ridges`), without exactly two facets, with facets of different references, or with a turn above the ridge angle.
+/// 2D. Facets are edges of kind `surface`. Corners are vertices in any of these cases:
+/// - The file lists the vertex, or one of its facets among `ridges`.
+/// - It does not have exactly two facets, or their references differ, or they turn by more than the ridge angle.
+///
 /// Patches and curves are the chains of facets between corners.
 template <int D>
 struct Features {
-    Column<EdgeKind> edge_kinds;      ///< one a unique edge
-    Column<VertexKind> vertex_kinds;  ///< one a vertex
-    Column<std::uint32_t> patches;    ///< one a facet, from 0
-    Column<std::uint32_t> curves;     ///< one a unique edge, from 0; or `no_feature`
+    Column<EdgeKind> edge_kinds;      ///< one per unique edge
+    Column<VertexKind> vertex_kinds;  ///< one per vertex
+    Column<std::uint32_t> patches;    ///< one per facet, from 0
+    Column<std::uint32_t> curves;     ///< one per unique edge, from 0; or `no_feature`
     std::size_t patch_count = 0, curve_count = 0;
     std::size_t surface_edges = 0, ridge_edges = 0, corners = 0;
 
@@ -84,10 +86,10 @@ template <int D>
 struct FlatPatch {
     Vec<D> point, normal;
     double tolerance = 0;  ///< points nearer to the plane are on it
-    int axis = -1;         ///< axis of an exactly axis-aligned normal: its coordinate is constant
+    int axis = -1;         ///< axis of an exactly axis-aligned normal
 
     [[nodiscard]] inline bool is_flat() const { return norm_squared(normal) > 0; }
-    /// Signed distance; 0 within the tolerance.
+    /// Signed distance from the plane; 0 within the tolerance.
     [[nodiscard]] inline double height(const Vec<D>& p) const {
         const double h = axis >= 0 ? p[static_cast<std::size_t>(axis)] - point[static_cast<std::size_t>(axis)]
                                    : dot(p - point, normal);
@@ -102,7 +104,7 @@ struct FlatPatch {
     friend bool operator==(const FlatPatch&, const FlatPatch&) = default;
 };
 
-/// One row a patch. Errors: stopped.
+/// Finds the plane of each patch. Errors: stopped.
 template <int D>
 [[nodiscard]] Outcome<Buffer<FlatPatch<D>>> flat_patches(const LinearMesh<D>& mesh, const Features<D>& features,
                                                          const Execution& execution);
@@ -128,16 +130,16 @@ struct MeshBoundary {
 };
 
 /// Smooth sides of vertices. A fan is a set of facets around a vertex, connected across edges other than ridges. A
-/// vertex inside a patch has one fan, a ridge vertex one a side, even within one patch. A pointed fan has no tangent
-/// plane: a facet turns from the angle-weighted mean normal by more than 20° (between two ridges 40°). Corners, tips of
-/// cones, and their halves beside a plane are pointed.
+/// vertex inside a patch has one fan, a ridge vertex one fan per side, even within one patch. A pointed fan has no
+/// tangent plane: a facet turns from the angle-weighted mean normal by more than 20° (between two ridges 40°). Corners,
+/// tips of cones, and their halves beside a plane are pointed.
 struct Fans {
     Column<std::array<std::uint32_t, 3>> of_facets;  ///< fan of each facet corner
-    Incidence<FacetId> facets;                       ///< facets of each fan
-    Column<VertexId> vertices;                       ///< vertex of each fan
-    Column<std::array<FacetId, 3>> neighbours;       ///< across the edge opposite each corner; invalid at ridges
-    Column<std::int8_t> signs;                       ///< ±1: orientation relative to the patch
-    Column<std::uint8_t> pointed;                    ///< one a fan; 1: no tangent plane
+    Incidence<FacetId> facets;
+    Column<VertexId> vertices;
+    Column<std::array<FacetId, 3>> neighbours;  ///< facets across the edge opposite each corner; invalid at ridges
+    Column<std::int8_t> signs;                  ///< ±1: orientation relative to the patch
+    Column<std::uint8_t> pointed;               ///< one per fan; 1: no tangent plane
 
     [[nodiscard]] std::size_t size() const { return vertices.size(); }
 };
@@ -145,8 +147,9 @@ struct Fans {
 [[nodiscard]] Outcome<Fans> find_fans(const LinearMesh<3>& mesh, const EdgeSet<3>& edges, const Features<3>& features,
                                       const Incidence<FacetId>& shells, const Execution& execution);
 
-/// Limits for rings of fans on the same smooth side, nearest first. At least `min_rings`, then up to `max_rings` until
-/// `enough` fans are found. Facets that turn away from `normal`, and paths through pointed fans, are excluded.
+/// Limits of a search for fans in rings around a fan, nearest first. The search takes at least `min_rings` rings, then
+/// up to `max_rings` until `enough` fans are found. It does not enter facets that turn away from `normal`, nor pass
+/// through pointed fans.
 struct RingOptions {
     std::size_t enough = 18, most = 80;
     int min_rings = 2, max_rings = 4;
@@ -162,13 +165,12 @@ struct RingOptions {
 
 }  // namespace camber
 
-/// A mesh's boundary, and suspicious places in it.
 export namespace camber {
 
 struct PatchFacts {
-    std::vector<Reference> references;             ///< rising
-    std::size_t facets = 0, interface_facets = 0;  ///< facets with elements on both sides
-    double area = 0, size = 0;                     ///< straight; diagonal of the box
+    std::vector<Reference> references;             ///< ascending
+    std::size_t facets = 0, interface_facets = 0;  ///< interface facets have elements on both sides
+    double area = 0, size = 0;                     ///< area of the straight facets; diagonal of their box
     bool is_flat = false;                          ///< planar (2D: straight) to 1e-12 of the size
 };
 
@@ -176,16 +178,16 @@ struct CurveFacts {
     std::size_t edges = 0;
     double length = 0;
     double min_turn = 0, largest_turn = 0;  ///< degrees, over edges with two facets
-    std::vector<Reference> references;      ///< adjacent ones, rising
+    std::vector<Reference> references;      ///< of adjacent facets, ascending
 };
 
-/// Coplanar facets turn by 0, folded ones by 180 degrees.
+/// Kind of a suspicious place. Coplanar facets turn by 0, folded facets by 180 degrees.
 enum class GeometryWarning : std::uint8_t {
     near_ridge,      ///< an edge (2D: vertex) that turns slightly less than a ridge
     mild_ridge,      ///< a ridge by angle alone, slightly above the limit
     knife_edge,      ///< facets nearly folded onto each other
     tip,             ///< cone tip: all facets are steep to the vertex normal
-    spread_normals,  ///< some facets are steep to it
+    spread_normals,  ///< some facets are steep to the vertex normal
     turned_facet,    ///< facet normal far from its vertex normals
 };
 inline constexpr std::size_t geometry_warning_count = 6;
@@ -205,11 +207,11 @@ struct LocatedWarning {
     std::vector<FacetId> facets;
 };
 
-/// Limits for suspicious places (degrees).
+/// Limits in degrees.
 struct InspectionLimits {
     double ridge_angle = 40;
-    double near = 0.75;       ///< shares of the ridge angle from `near` to 1/`near` are near it
-    double knife_edge = 150;  ///< smallest turn
+    double near = 0.75;       ///< turns from `near` to 1/`near` times the ridge angle are near this angle
+    double knife_edge = 150;  ///< smallest turn of a knife edge
     double normals = 40;      ///< largest angle to the vertex normal
 };
 
@@ -219,10 +221,10 @@ struct BoundaryInspection {
     std::vector<CurveFacts> curves;   ///< 3D
     std::vector<VertexId> corners;
     std::size_t smooth_listed_edges = 0;  ///< listed edges other than ridges (3D)
-    std::size_t interface_facets = 0;     ///< with elements on both sides
+    std::size_t interface_facets = 0;     ///< facets with elements on both sides
     std::size_t isolated_facets = 0;      ///< facets without elements, if the mesh has elements
-    /// Edges (2D: a vertex, twice) with one facet; with more than two; with two facets of opposite orientation, and
-    /// these facets.
+    /// Edges (2D: a vertex, twice). `open`: with one facet; `crowded`: with more than two; `turned`: with two facets of
+    /// opposite orientation.
     std::vector<std::array<VertexId, 2>> open, crowded;
     struct Turned {
         std::array<VertexId, 2> edge;

@@ -16,7 +16,7 @@ namespace camber {
 
 namespace {
 
-/// `unnumbered` stands for facets without a surface.
+/// Distinct surfaces of facets; `unnumbered` stands for facets without a surface.
 template <int D>
 std::vector<std::int64_t> surfaces_of(const GeometryModel<D>& model, std::span<const FacetSite<D>> facets) {
     std::vector<std::int64_t> found;
@@ -27,7 +27,7 @@ std::vector<std::int64_t> surfaces_of(const GeometryModel<D>& model, std::span<c
     return found;
 }
 
-/// Two surfaces meet in a curve, more in an entity of kind `of_more`.
+/// Entity where surfaces meet: a curve for two, an entity of kind `of_more` for more.
 GeometryEntity entity_of(const std::vector<std::int64_t>& surfaces, GeometryKind of_more) {
     if (surfaces.empty() || surfaces.back() == GeometryEntity::unnumbered) return {};
     if (surfaces.size() == 1) return GeometryEntity::surface(surfaces[0]);
@@ -239,7 +239,7 @@ EdgeSheet<D>::EdgeSheet(const GeometryModel<D>& geometry, const EdgeSite<D>& edg
         kind_ = Kind::plane;
         return;
     }
-    // Lines: all edges in 2D, edges between planes, rims of planes.
+    // The edge is on a line: any planar edge in 2D, an edge between planes, or the rim of a plane.
     if (plane_ || (D == 3 && std::ranges::all_of(edge.facets, is_plane))) return;
     entity_ = geometry.entity_at_edge(edge);
     if (entity_.kind == GeometryKind::surface && (D == 2 || edge.kind == EdgeKind::surface)) kind_ = Kind::surface;

@@ -75,7 +75,7 @@ template <int D>
     return {point, n};
 }
 
-/// Sets the exact coordinate of an axis-aligned plane; returns x on other planes.
+/// On an axis-aligned plane, sets the constant coordinate of x exactly; on other planes returns x.
 template <int D>
 [[nodiscard]] Vec<D> snapped(const Plane<D>& plane, Vec<D> x) {
     if (const int k = axis_of(normalised(plane.normal)); k >= 0) x[k] = plane.point[k];
@@ -89,7 +89,7 @@ template <int D>
     return {p[0], cross(p[1] - p[0], p[2] - p[0])};
 }
 
-/// Point p + α n_a + β n_b of both tangent planes; empty if they are nearly parallel.
+/// Point p + α n_a + β n_b on the tangent planes of both feet; empty if these planes are nearly parallel.
 [[nodiscard]] inline std::optional<Vec<3>> closest_on_both_planes(const SurfaceFoot<3>& a, const SurfaceFoot<3>& b,
                                                                   const Vec<3>& p) {
     constexpr double min_sine_squared = 0.003;
@@ -101,9 +101,9 @@ template <int D>
     return p + alpha * a.normal + beta * b.normal;
 }
 
-/// Closest point to p on the intersection curve of two surfaces, given as functions that return a SurfaceFoot. Projects
-/// p iteratively onto the intersection of the tangent planes; the last steps only restore the surfaces. Empty if the
-/// surfaces are nearly tangent (below about 3°) or do not meet near p.
+/// Closest point to p on the intersection curve of two surfaces; `foot_a` and `foot_b` return a SurfaceFoot. Projects p
+/// iteratively onto the intersection of the tangent planes; the last steps only move it back onto both surfaces. Empty
+/// if the surfaces are nearly tangent (below about 3°) or do not meet near p.
 template <class FootA, class FootB>
 [[nodiscard]] std::optional<Vec<3>> closest_on_intersection(FootA&& foot_a, FootB&& foot_b, const Vec<3>& p) {
     constexpr int max_steps = 60;
@@ -149,7 +149,7 @@ struct GeometryEntity {
     [[nodiscard]] static constexpr GeometryEntity surface(std::int64_t number) {
         return {GeometryKind::surface, number, {unnumbered, unnumbered}};
     }
-    /// True for this surface and for curves on it.
+    /// True if the entity is this surface or a curve on it.
     [[nodiscard]] constexpr bool lies_on(const GeometryEntity& surface) const {
         if (surface.kind != GeometryKind::surface || surface.id == unnumbered) return false;
         return kind == GeometryKind::curve ? sides[0] == surface.id || sides[1] == surface.id : *this == surface;
@@ -157,7 +157,7 @@ struct GeometryEntity {
     friend constexpr bool operator==(const GeometryEntity&, const GeometryEntity&) = default;
 };
 
-/// Local coordinates: two on a surface, one on a curve (2D: on a surface too). `piece`: facet or edge of a surrogate.
+/// Local coordinates: two on a surface, one on a curve (2D: one on a surface). `piece`: facet or edge of a surrogate.
 struct GeometryParameters {
     std::array<double, 2> u{};
     std::uint32_t piece = 0;
@@ -166,10 +166,11 @@ struct GeometryParameters {
 
 /// Start of a closest-point search.
 ///
-/// - Surrogate: starts at `facet` (local, fast). Without it, searches all facets, or those of `entity`, else of
+/// - Surrogate: starts at `facet` (local, fast). Without `facet`, searches all facets, or those of `entity`, else of
 ///   `reference`.
 /// - Analytic: uses the surface of `entity`, else of `reference`.
-/// - Mixed: uses the owner of `entity` or `reference`, else of the surrogate's facet (`facet`, or the nearest).
+/// - Mixed: uses the part that owns `entity` or `reference`, else that owns the surrogate's facet (`facet`, or the
+///   nearest).
 ///
 /// Only surfaces count as `entity`; `GeometryModel::on_edge` projects onto curves.
 struct SurfaceHint {
@@ -178,8 +179,8 @@ struct SurfaceHint {
     GeometryEntity entity = {};
 };
 
-/// A point of the geometry, its unit normal (zero on a curve), and its distance from the projected point. `facet`: of a
-/// surrogate, else invalid. Without a surface: the unchanged point, a zero normal, no entity.
+/// A point of the geometry, its unit normal (zero on a curve), and its distance from the projected point. `facet`:
+/// facet of a surrogate, else invalid. Without a surface: the unchanged point, a zero normal, no entity.
 template <int D>
 struct SurfacePoint {
     Vec<D> point, normal;
@@ -187,7 +188,7 @@ struct SurfacePoint {
     FacetId facet = {};
     GeometryEntity entity = {};
     std::optional<Reference> reference = {};
-    std::optional<GeometryParameters> parameters = {};  ///< if available, for `evaluate`
+    std::optional<GeometryParameters> parameters = {};  ///< for `evaluate`, if available
 };
 
 struct GeometryPosition {
@@ -200,7 +201,7 @@ template <int D>
     return {point.entity, point.parameters};
 }
 
-/// Point of an entity with its derivatives by u (a curve has one) and unit normal (zero on a curve).
+/// Point of an entity with its derivatives by the parameters (a curve has one) and unit normal (zero on a curve).
 template <int D>
 struct EntityPoint {
     Vec<D> point;
@@ -215,7 +216,7 @@ struct EntityName {
     friend constexpr bool operator==(const EntityName&, const EntityName&) = default;
 };
 
-/// Points of a geometry, consecutive by entity. Weights are areas or lengths. `near`: a nearby facet, or invalid.
+/// Samples of a geometry, consecutive by entity. Weights are areas or lengths. `near`: a nearby facet, or invalid.
 template <int D>
 struct GeometrySamples {
     struct Entity {
@@ -227,7 +228,6 @@ struct GeometrySamples {
     Buffer<double> weights;
     Buffer<FacetId> near;
 
-    /// Adds a point to the last entity.
     void add(const Vec<D>& point, double weight, FacetId facet = {}) {
         points.push_back(point);
         weights.push_back(weight);
@@ -237,7 +237,7 @@ struct GeometrySamples {
     void begin(const GeometryEntity& entity) { entities.push_back({entity, points.size(), points.size()}); }
 };
 
-/// `id` is invalid outside of a mesh.
+/// A boundary facet. `id` is invalid outside of a mesh.
 template <int D>
 struct FacetSite {
     FacetId id;
@@ -271,11 +271,12 @@ struct EdgeSite {
     [[nodiscard]] Vec<D> middle() const { return midpoint(ends[0], ends[1]); }
 };
 
-/// Largest distance of points, and the number of projected ones; the others are known to be nearer.
+/// Largest distance of some points, and the number of points that were projected; the other points are known to be
+/// nearer.
 struct LargestDistance {
     double largest = 0;
     std::size_t projected = 0;
-    FacetId facet = {};  ///< facet of that distance, if several are searched
+    FacetId facet = {};  ///< facet of that distance, if several facets are searched
 };
 
 /// Abstract interface of a geometry, the boundary of the domain. Implementations define `project` and `surface_at`; the
@@ -286,7 +287,8 @@ class GeometryModel {
   public:
     virtual ~GeometryModel() = default;
 
-    /// Closest point of the hint's surface; without one, p with a zero normal. Idempotent up to rounding.
+    /// Closest point of the surface that the hint selects; without a surface, p with a zero normal. Idempotent up to
+    /// rounding.
     [[nodiscard]] virtual SurfacePoint<D> project(const SurfaceHint& hint, const Vec<D>& p) const = 0;
     /// Surface of a facet, if any. Equal surfaces are one entity.
     [[nodiscard]] virtual GeometryEntity surface_at(const FacetSite<D>& facet) const = 0;
@@ -297,23 +299,24 @@ class GeometryModel {
     /// Point at parameters from `project`. Default: empty.
     [[nodiscard]] virtual std::optional<EntityPoint<D>> evaluate(const GeometryEntity& entity,
                                                                  const GeometryParameters& parameters) const;
-    /// Entity of an edge. Default: the surface of its facets, or the curve of two.
+    /// Entity of an edge. Default: the surface of its facets, or the curve of two surfaces.
     [[nodiscard]] virtual GeometryEntity entity_at_edge(const EdgeSite<D>& edge) const;
-    /// Entity of a vertex with these facets. Default: their surface, the curve of two, the corner of more.
+    /// Entity of a vertex with these facets. Default: their surface, the curve of two surfaces, the corner of more.
     [[nodiscard]] virtual GeometryEntity entity_at_vertex(std::span<const FacetSite<D>> around) const;
 
-    /// Plane (2D: line) of a facet's surface, if planar: ridges beside it are planar, ridges between two are straight.
-    /// Default: the facet's own plane if it has no surface.
+    /// Plane (2D: line) of a facet's surface, if planar. Ridges beside a plane are planar, ridges between two planes
+    /// are straight. Default: the facet's own plane if it has no surface.
     [[nodiscard]] virtual std::optional<Plane<D>> plane_at(const FacetSite<D>& facet) const;
     /// Closest point of the surface at an edge, or of the curve where two surfaces meet. Beside a surface, facets
-    /// without one count as planes; between planes p is unchanged. Default: by `project`, for curves with both tangent
-    /// planes.
+    /// without a surface count as planes; between planes p is unchanged. Default: by `project`, for curves with both
+    /// tangent planes.
     [[nodiscard]] virtual SurfacePoint<D> on_edge(const EdgeSite<D>& edge, const Vec<D>& p) const;
-    /// Middle of an edge on the geometry. Default: `on_edge` of the chord's middle.
+    /// Default: `on_edge` of the chord's middle.
     [[nodiscard]] virtual Vec<D> middle_of(const EdgeSite<D>& edge) const;
 
-    /// Distances from a facet's surface: points[i] is the curved facet at at[i]. Returns false, and writes nothing,
-    /// without a surface. Default: by `project`. One call a facet, so that lookups happen once.
+    /// Distances of points[i] from a facet's surface; at[i] are the coordinates of points[i] in the curved facet.
+    /// Returns false, and writes nothing, without a surface. Default: by `project`. One call per facet, so that lookups
+    /// happen once.
     [[nodiscard]] virtual bool distances(const FacetSite<D>& facet, std::span<const Barycentric<D - 1>> at,
                                          std::span<const Vec<D>> points, std::span<double> out) const;
     /// The larger of `bound` and the largest of `distances`, up to rounding; empty without a surface. Override it if
@@ -322,12 +325,12 @@ class GeometryModel {
                                                                           std::span<const Barycentric<D - 1>> at,
                                                                           std::span<const Vec<D>> points,
                                                                           double bound) const;
-    /// True if each points[i] is within bounds[i] of a facet's surface, or there is none. Override it if upper bounds
-    /// are cheap.
+    /// True if each points[i] is within bounds[i] of a facet's surface, or the facet has no surface. Override it if
+    /// upper bounds are cheap.
     [[nodiscard]] virtual bool are_within(const FacetSite<D>& facet, std::span<const Vec<D>> points,
                                           std::span<const double> bounds) const;
-    /// True if facets of a reference with invalid `id` all have the same surface: one `are_within` call can serve
-    /// several. Default: false.
+    /// True if all facets with this reference and an invalid `id` have the same surface: one `are_within` call can
+    /// serve several facets. Default: false.
     [[nodiscard]] virtual bool is_one_surface(Reference reference) const;
     /// Points of the geometry over points of a facet: on the facet's own piece, if the surface has pieces, else next to
     /// the straight facet. Returns false, and writes nothing, without a surface. Default: by `project`.
@@ -341,12 +344,13 @@ class GeometryModel {
     [[nodiscard]] SurfaceHint hint_at(const FacetSite<D>& facet, const GeometryEntity& entity = {}) const {
         return {is_built_from(facet) ? facet.id : FacetId{}, facet.reference, entity};
     }
-    /// Distance of a point where these facets (at least one) meet. Default: the largest distance from their surfaces.
+    /// Distance of a point, where these facets (at least one) meet, from the geometry. Default: the largest distance
+    /// from their surfaces.
     [[nodiscard]] virtual double distance_at_facets(std::span<const FacetSite<D>> meet, const Vec<D>& p) const;
     /// Unit normals of the surface at a facet's vertices, if any. Default: by `project`.
     [[nodiscard]] virtual std::optional<std::array<Vec<D>, D>> normals_at(const FacetSite<D>& facet) const;
 
-    /// Name of an entity. Default: surface or curve.
+    /// Default: surface or curve.
     [[nodiscard]] virtual EntityName name_of_entity(const GeometryEntity& entity) const;
     /// Samples the whole geometry; the number of points on surfaces is approximate. Default: none, for surfaces that
     /// are unbounded or end with the mesh (see `sample_over_mesh`). Errors: stopped.
@@ -428,12 +432,12 @@ struct Sheets {
     void add(Sheet<D> sheet) {
         const auto same = [&](const Sheet<D>& other) { return sheet.is_same(other); };
         if (std::any_of(distinct.begin(), distinct.end(), same)) return;
-        // Curved ones first: the first two of several decide.
+        // Curved surfaces come first, because only the first two of several surfaces decide.
         distinct.insert(sheet.plane ? distinct.end() : distinct.begin(), std::move(sheet));
     }
 };
 
-/// Surfaces of `first` on facets that it `owns`, elsewhere prescribed surfaces or planes of `rest`.
+/// Surfaces at an edge: of `first` on facets that it `owns`, elsewhere prescribed surfaces or planes of `rest`.
 template <int D, class Owns>
 [[nodiscard]] Sheets<D> sheets_around(const GeometryModel<D>& first, Owns&& owns, const GeometryModel<D>& rest,
                                       const EdgeSite<D>& edge) {
@@ -453,8 +457,9 @@ template <int D, class Owns>
     return around;
 }
 
-/// Closest point of the one surface at an edge (with normal), or of the curve where the first two meet (no normal). At
-/// least one sheet is a surface. `touching()`: curve point of tangent surfaces, if known; else the foot on the first.
+/// Closest point of the only surface at an edge (with normal), or of the curve where the first two surfaces meet
+/// (without normal). At least one sheet is a surface. touching() returns the curve point of tangent surfaces, if known;
+/// else the closest point of the first surface is used.
 template <class Touching>
 [[nodiscard]] SurfaceFoot<3> foot_on_intersection(const std::vector<Sheet<3>>& sheets, const Vec<3>& p,
                                                   Touching&& touching) {
@@ -475,8 +480,8 @@ template <class Touching>
     return sheets[0].foot(p);
 }
 
-/// Closest point at an edge between two geometries. `rest_at()`: replaces p if some facet has neither surface nor
-/// plane. `touching()`: as above.
+/// Closest point at an edge between two geometries. rest_at() replaces p if some facet has neither surface nor plane.
+/// touching(): as above.
 template <int D, class RestAt, class Touching>
 [[nodiscard]] SurfaceFoot<D> foot_on_edge(const Sheets<D>& around, const Vec<D>& p, RestAt&& rest_at,
                                           Touching&& touching) {
@@ -512,7 +517,7 @@ template <int D>
 [[nodiscard]] Vec<D> slid_within(const Plane<D>& plane, const Vec<D>& p, const Vec<D>& shift);
 
 /// Point of a sheet, orthonormal tangents (the first along the edge; a curve has one), unit normal (zero on a curve),
-/// and surrogate facet.
+/// and the surrogate's facet.
 template <int D>
 struct SheetPosition {
     Vec<D> point;
@@ -521,9 +526,9 @@ struct SheetPosition {
     FacetId facet = {};
 };
 
-/// The surface, plane or curve of an edge. `straight`: none, or a line, on which moving a node does not change the
-/// curve. Refers to the geometry and the edge, which must outlive it. Points beyond its rim, on another entity or leaf
-/// are rejected.
+/// The surface, plane or curve of an edge. `straight`: no surface, or a line, on which moving a node does not change
+/// the curve. Refers to the geometry and the edge, which must outlive it. Points beyond its rim, on another entity or
+/// on another leaf of the surface are rejected.
 template <int D>
 class EdgeSheet {
   public:
@@ -534,14 +539,14 @@ class EdgeSheet {
     [[nodiscard]] Kind kind() const { return kind_; }
     [[nodiscard]] int unknowns() const { return kind_ == Kind::curve ? 1 : D - 1; }
 
-    /// Place of the edge's node; empty if it is farther than 1e-4 of the chord from the sheet, or the sheet is
+    /// Place of the edge's node. Empty if the node is farther than 1e-4 of the chord from the sheet, or if the sheet is
     /// transverse to the edge.
     [[nodiscard]] std::optional<SheetPosition<D>> place_of(const Vec<D>& node) const;
-    /// Place near from.point + step, with minimal rotation of the tangents. Empty if the step is too long: the foot is
-    /// on another entity, farther than half of the step, or beyond the rim, or the normal turns by more than 60°.
+    /// Place near from.point + step, with minimal rotation of the tangents. Empty if the step is too long: the closest
+    /// point is on another entity, farther than half of the step, or beyond the rim, or the normal turns by more than
+    /// 60°.
     [[nodiscard]] std::optional<SheetPosition<D>> moved(const SheetPosition<D>& from, const Vec<D>& step) const;
     [[nodiscard]] SurfaceFoot<D> foot(const SheetPosition<D>& near, const Vec<D>& p) const;
-    /// True if a node has left the surrogate's facets at its edge.
     [[nodiscard]] bool has_left_facets(const SheetPosition<D>& from, const SheetPosition<D>& to) const;
 
   private:
@@ -558,7 +563,7 @@ class EdgeSheet {
     std::optional<Plane<D>> plane_;
 };
 
-/// A circle in 2D. Directions need not be unit vectors; radii are positive.
+/// In 2D a circle. Directions of surfaces need not be unit vectors; radii are positive.
 template <int D>
 struct Sphere {
     Vec<D> centre;
@@ -570,7 +575,7 @@ struct Cylinder {
     double radius = 1;
     friend bool operator==(const Cylinder&, const Cylinder&) = default;
 };
-/// `major`: radius of the circle about the axis; `minor`: of the tube.
+/// `major`: radius of the circle about the axis; `minor`: radius of the tube.
 struct Torus {
     Vec<3> centre, axis;
     double major_radius = 1, minor_radius = 0.25;
@@ -581,7 +586,7 @@ template <int D>
 using AnalyticSurface =
     std::conditional_t<D == 2, std::variant<Plane<2>, Sphere<2>>, std::variant<Plane<D>, Sphere<D>, Cylinder, Torus>>;
 
-/// Surfaces by facet reference; the first of a reference counts.
+/// Surfaces by facet reference; the first surface of a reference counts.
 template <int D>
 struct AnalyticGeometry {
     std::vector<std::pair<Reference, AnalyticSurface<D>>> surfaces;
@@ -596,7 +601,7 @@ template <int D>
 
 /// Checks that the surfaces fit the mesh. Errors (usage): a reference with two surfaces or without facets; a radius
 /// that is NaN, negative, or above 1e8 times the boundary's size. Errors (input): too many vertices of a surface are
-/// off (`VertexFit`), or one by more than half of its longest edge; names the farthest. Stopped.
+/// off (`VertexFit`), or one by more than half of its longest edge; the error names the farthest. Errors: stopped.
 template <int D>
 [[nodiscard]] Outcome<Done> check_fit(const LinearMesh<D>& mesh, const AnalyticGeometry<D>& geometry,
                                       const Execution& execution);

@@ -68,7 +68,6 @@ double turn_at(const LinearMesh<D>& mesh, const Hinge<D>& hinge) {
     return 180 - degrees_between(into(mesh, hinge.ends, hinge.facets[0]), into(mesh, hinge.ends, hinge.facets[1]));
 }
 
-/// True if both facets traverse the hinge in the same direction, so have opposite orientations.
 bool have_same_direction(const LinearMesh<3>& mesh, const Hinge<3>& hinge) {
     const auto is_ascending = [&](FacetId f) {
         const auto& v = mesh.facets.vertices[f];
@@ -83,7 +82,6 @@ bool have_same_direction(const LinearMesh<2>& mesh, const Hinge<2>& hinge) {
     return begins(hinge.facets[0]) == begins(hinge.facets[1]);
 }
 
-/// Number of elements at a facet: 0, 1 or 2.
 template <int D>
 std::size_t elements_beside(const LinearMesh<D>& mesh, const Incidence<ElementId>& balls, FacetId f) {
     const auto& facet = mesh.facets.vertices[f];
@@ -218,7 +216,7 @@ void add_turns(const LinearMesh<D>& mesh, const std::vector<Hinge<D>>& hinges, c
     }
 }
 
-/// Angle-weighted normals, which do not depend on the triangulation.
+/// Angle-weighted normals of fans, which do not depend on the triangulation.
 std::vector<Vec<3>> normals_of(const LinearMesh<3>& mesh, const Fans& fans) {
     std::vector<Vec<3>> normals(fans.size());
     for (std::size_t fan = 0; fan < fans.size(); ++fan) {

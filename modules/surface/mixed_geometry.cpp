@@ -30,7 +30,7 @@ GeometryEntity entity_in(Part part, GeometryEntity entity) {
     for (std::int64_t& side : entity.sides) side = number_in(part, side);
     return entity;
 }
-/// Converts to the part's numbers; a curve between both parts has none.
+/// Converts an entity to the numbers of its part; a curve between both parts has no number.
 GeometryEntity own_entity(GeometryEntity entity) {
     entity.id = number_of(entity.id);
     for (std::int64_t& side : entity.sides) side = number_of(side);
@@ -194,7 +194,7 @@ class MixedModel final : public GeometryModel<D> {
         return [this](const FacetSite<D>& facet) { return owner(facet.reference) == Part::first; };
     }
 
-    /// Part of all facets (`rest` if there are none); empty: both.
+    /// The part that owns all facets (`rest` without facets); empty if both parts own some.
     [[nodiscard]] std::optional<Part> only_part(std::span<const FacetSite<D>> facets) const {
         if (std::none_of(facets.begin(), facets.end(), owns())) return Part::rest;
         return std::all_of(facets.begin(), facets.end(), owns()) ? std::optional(Part::first) : std::nullopt;
@@ -232,7 +232,7 @@ class MixedModel final : public GeometryModel<D> {
         return foot_on_edge(sheets_around(*parts_.first, owns(), *parts_.rest, edge), p, rest_at, on_a_rim);
     }
 
-    /// For queries without entity and reference.
+    /// Closest point for queries without entity and reference.
     [[nodiscard]] SurfacePoint<D> nearest_of_all(SurfacePoint<D> nearest, const Vec<D>& p) const {
         for (const Reference reference : parts_.references) {
             const SurfacePoint<D> here = of_reference({.facet = {}, .reference = reference}, p);

@@ -18,7 +18,7 @@ namespace camber {
 
 namespace {
 
-/// Corner opposite local edge k: e01 e12 e20.
+/// Corner opposite local edge k, for the edges 01, 12, 20.
 constexpr std::array<std::size_t, 3> opposite_of_edge{2, 0, 1};
 
 FacetId other_facet(std::span<const FacetId> shell, FacetId f) { return shell[0] == f ? shell[1] : shell[0]; }
@@ -41,7 +41,7 @@ bool runs_along(const SimplexVertices<2>& facet, VertexId a, VertexId b) {
     return facet[(corner_of(facet, a) + 1) % 3] == b;
 }
 
-/// Spreads the sign of each patch's first facet. A one-sided patch keeps a seam.
+/// Orients the facets of each patch like its first facet. A one-sided patch keeps a seam.
 Buffer<std::int8_t> patch_signs(const LinearMesh<3>& mesh, const Buffer<std::array<FacetId, 3>>& neighbours) {
     Buffer<std::int8_t> signs(neighbours.size());
     std::fill(signs.begin(), signs.end(), std::int8_t{0});
@@ -69,11 +69,11 @@ Buffer<std::int8_t> patch_signs(const LinearMesh<3>& mesh, const Buffer<std::arr
 double angle_between(const Vec<3>& a, const Vec<3>& b) { return atan2(norm(cross(a, b)), dot(a, b)); }
 
 /// True if a facet turns from the mean normal by more than 20°, or between two ridges by more than 40°. At the end of a
-/// ridge, and where another surface ends (`is_shared`), turns are expected.
+/// ridge, and where another surface ends (`is_shared`), turns are expected and do not count.
 bool is_pointed(const LinearMesh<3>& mesh, const Fans& fans, std::uint32_t fan, bool is_shared) {
     constexpr double max_turn = 20 * std::numbers::pi / 180;
     Vec<3> mean;
-    std::vector<VertexId> ridges;  // other ends of ridges
+    std::vector<VertexId> ridges;  // vertices at the other ends of the fan's ridges
     for (const FacetId f : fans.facets[fan]) {
         const auto& v = mesh.facets.vertices[f];
         const std::size_t i = corner_of(v, fans.vertices[fan]), next = (i + 1) % 3, last = (i + 2) % 3;
@@ -89,7 +89,7 @@ bool is_pointed(const LinearMesh<3>& mesh, const Fans& fans, std::uint32_t fan, 
     });
 }
 
-/// A facet corner, 3 f + i.
+/// A facet corner: 3 f + i for corner i of facet f.
 using Corner = std::uint32_t;
 
 void walk_fan(const LinearMesh<3>& mesh, const Buffer<std::array<FacetId, 3>>& neighbours, Corner corner,
@@ -208,14 +208,13 @@ constexpr auto exponents = [] {
     return out;
 }();
 
-/// Frame of a height field: z along the normal, x and y along the principal axes of the projected points, with their
-/// root mean squares.
+/// Frame of a height field: z along the normal, x and y along the principal axes of the projected points. `scale`: root
+/// mean squares of x and y.
 struct PlaneFrame {
     Mat<3> axes;
     std::array<double, 2> scale{};
 
     [[nodiscard]] bool spans_plane() const { return scale[0] > 0 && scale[1] > 0; }
-    /// Coordinates in the frame, x and y divided by `scale`.
     [[nodiscard]] Vec<3> scaled(const Vec<3>& d) const {
         const Vec<3> v = transposed_times(axes, d);
         return {{v[0] / scale[0], v[1] / scale[1], v[2]}};
@@ -247,7 +246,7 @@ PlaneFrame principal_frame(const Vec<3>& normal, std::span<const Vec<3>> offsets
 
 std::array<double, highest_degree + 1> powers_of(double x) { return {1, x, x * x, x * x * x, x * x * x * x}; }
 
-/// Least squares; empty if columns are nearly dependent.
+/// Least-squares solution; empty if columns are nearly dependent.
 std::optional<Coefficients> solved(Design columns, const Column1& right) {
     constexpr double min_pivot_ratio = 1e-3;
     const Eigen::Index terms = columns.cols();
@@ -372,8 +371,8 @@ struct Fitter {
         });
     }
 
-    /// Plane of the fan's facets (three or more, else of the stencil) if coplanar. Beside a ridge, neighbouring fans
-    /// are included: on a cylinder a row of facets along a ridge is coplanar too.
+    /// Plane of the fan's facets if coplanar; with fewer than three facets, of the stencil's points. Beside a ridge,
+    /// neighbouring fans are included: on a cylinder a row of facets along a ridge is coplanar too.
     [[nodiscard]] FlatPatch<3> local_plane(std::uint32_t fan, std::span<const Vec<3>> stencil) const {
         std::vector<Vec<3>> points(stencil.begin(), stencil.end());
         points.push_back(mesh.points[fans.vertices[fan]]);
@@ -427,18 +426,18 @@ struct Fitter {
         return points;
     }
 
-    /// Normal of the jet; zero if points are too few or it is far off `base`.
+    /// Normal of the jet; zero if points are too few or the normal is far from `base`.
     [[nodiscard]] Vec<3> fitted(std::uint32_t fan, const Vec<3>& base, std::span<const Vec<3>> points) const {
         constexpr double min_agreement = 0.5;
         const FittedNormal jet = fitted_normal(mesh.points[fans.vertices[fan]], base, points);
         return jet.degree > 0 && dot(jet.normal, base) > min_agreement ? jet.normal : Vec<3>{};
     }
 
-    /// Normal of the prescribed surface if the fan continues it smoothly, else zero. One-sided fits work at jumps of
-    /// the curvature, two-sided fits if this side is only a narrow tooth.
+    /// Normal of the prescribed surface if the fan continues that surface smoothly, else zero. One-sided fits work at
+    /// jumps of the curvature, two-sided fits if the fan's side of the junction is narrow.
     [[nodiscard]] Vec<3> prescribed(std::uint32_t fan, const Vec<3>& one_sided, std::vector<Vec<3>> points) const {
         constexpr double min_agreement = 0.7;
-        constexpr double both_sides = 0.5;  // two-sided fits are more accurate, and a crease counts half
+        constexpr double both_sides = 0.5;  // two-sided fits are more accurate, and only half of a crease shows in them
         const PrescribedNeighbour beyond = prescribed_neighbour(input.junctions, input.boundary, fans, fan, one_sided);
         if (!beyond.facet.valid() || dot(beyond.normal, one_sided) < min_agreement) return {};
         const auto agrees = [&](const Vec<3>& n, double tolerance) {

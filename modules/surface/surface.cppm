@@ -1,5 +1,4 @@
 /// Shape of the boundary: features, P3 surrogate from the mesh, analytic surfaces, projection, nodes of boundary edges.
-/// The partitions fans, given_directions, junctions, tangents, heights and normals are internal to the surrogate.
 export module camber.surface;
 export import :boundary;
 export import :features;

@@ -39,7 +39,7 @@ SurrogateEdge<D> smooth_edge(const Vec<D>& a, const Vec<D>& tangent_a, const Vec
     };
     if (along_chord(tangent_a) && along_chord(tangent_b)) return straight_edge(a, b);
     SurrogateEdge<D> edge{cubic_edge(a, tangent_a, tangent_b, b), {}};
-    // (a + 3 c + 3 d + b)/8, relative to the chord's middle.
+    // The middle is (a + 3 c + 3 d + b)/8, computed relative to the chord's middle.
     const auto& c = edge.curve.control;
     edge.middle = midpoint(a, b) + 0.375 * ((c[1] - a) + (c[2] - b));
     return edge;
@@ -119,7 +119,7 @@ SurrogateEdge<3> inner_edge(const SurrogateParts& parts, EdgeId e, FacetId f) {
     const auto normal = [&](VertexId v) { return parts.normals.normals[parts.fans.of_facets[f][corner_of(facet, v)]]; };
     const Vec<3> at_low = normal(low), at_high = normal(high), chord = b - a;
     const auto tangent = [&](const Vec<3>& n) { return chord - dot(chord, n) * n; };
-    // A pointed end has no normal: the edge gets the chord's angle at the other end, as on a circle.
+    // An end in a pointed fan has no normal: the edge gets the chord's angle at the other end, as on a circle.
     const double length_squared = norm_squared(chord);
     const auto mirrored = [&](const Vec<3>& n) {
         const double rise = dot(chord, n);
@@ -138,12 +138,12 @@ SurrogateEdge<3> ridge_edge(const SurrogateParts& parts, EdgeId e) {
     if (planes.size() == 2) return straight_edge(a, b);
     const auto& [at_low, at_high] = parts.tangents.tangents[parts.tangents.row(e)];
     SurrogateEdge<3> edge = smooth_edge(a, at_low, at_high, b);
-    const bool straight = edge.middle == midpoint(a, b);  // then in the plane already, like its ends
+    const bool straight = edge.middle == midpoint(a, b);  // a straight edge is in the plane already, like its ends
     if (planes.size() == 1 && !straight) snap(edge, planes[0]);
     return edge;
 }
 
-/// Tangential displacement of a ridge's middle from that of the edge on facet f alone.
+/// Tangential displacement of a ridge's middle from the middle of the edge in the smooth surface of facet f.
 Vec<3> shift_in_surface(const SurrogateParts& parts, const SurrogateEdge<3>& ridge, EdgeId e, FacetId f) {
     const auto& facet = parts.mesh.facets.vertices[f];
     Vec<3> normal;
@@ -167,7 +167,7 @@ void bend(const SurrogateParts& parts, SurrogateEdge<3>& edge, EdgeId e, FacetId
     edge.middle = midpoint(c[0], c[3]) + 0.375 * ((c[1] - c[0]) + (c[2] - c[3]));
 }
 
-/// Bends edges beside ridges alike, so that thin triangles do not fold.
+/// Bends edges beside ridges like the ridges, so that thin triangles do not fold.
 Outcome<Done> bend_beside_ridges(const SurrogateParts& parts, std::span<const EdgeId> rows,
                                  Buffer<SurrogateEdge<3>>& curves, const Execution& execution) {
     const auto row = [&](EdgeId e) {
@@ -212,7 +212,7 @@ std::vector<PointAndNormal> samples_around(const SurrogateParts& parts, FacetId 
     return samples;
 }
 
-/// Moves the centroid along the normal onto the fitted surface (b_111 weighs 6/27 there).
+/// Middle control point b_111 with which the centroid is on the fitted surface. Its weight at the centroid is 6/27.
 Vec<3> fitted_centre(const SurrogateParts& parts, FacetId f, const CubicSimplex<2, 3>& triangle) {
     constexpr double largest_share = 0.25;
     const Barycentric<2> centroid{1.0 / 3, 1.0 / 3, 1.0 / 3};
@@ -223,8 +223,8 @@ Vec<3> fitted_centre(const SurrogateParts& parts, FacetId f, const CubicSimplex<
     return fit.degree > 0 && std::fabs(fit.height) < largest_share * size ? centre + 4.5 * fit.height * normal : centre;
 }
 
-/// For one pointed corner, where polynomial fits fail: the centroid is two thirds from it to the middle of the opposite
-/// edge, raised like the other edges there.
+/// Middle control point of a triangle with one pointed corner, where polynomial fits fail. The centroid is two thirds
+/// of the way from this corner to the opposite edge's middle, raised like the other two edges there.
 Vec<3> ruled_centre(const CubicSimplex<2, 3>& triangle, std::size_t tip) {
     const auto at = [&](double of_tip, double of_next, double of_last) {
         Barycentric<2> xi{};
@@ -241,7 +241,7 @@ Vec<3> ruled_centre(const CubicSimplex<2, 3>& triangle, std::size_t tip) {
     return triangle.at({1, 1, 1}) + 4.5 * (target - at(third, third, third));
 }
 
-/// The only pointed corner, or 3.
+/// The only pointed corner; 3 if there is none or more than one.
 std::size_t pointed_corner(const SurrogateParts& parts, FacetId f) {
     std::size_t tip = 3, count = 0;
     for (std::size_t i = 0; i < 3; ++i)
@@ -337,7 +337,7 @@ Outcome<Surrogate<3>> build(const SurrogateInput<3>& input, const SurrogateOptio
     return assembled<3>(input, std::move(rows), std::move(*curves), std::move(*facets), fans->neighbours, execution);
 }
 
-/// Facet beyond each end if the curve continues; the vertex opposite i is 1 − i.
+/// Facets beyond both ends of each facet, invalid where the curve ends. Entry i is at vertex 1 − i.
 Buffer<std::array<FacetId, 2>> next_along(const LinearMesh<2>& mesh, const Features<2>& features) {
     std::vector<std::array<FacetId, 2>> around(mesh.points.size());
     for (std::size_t f = 0; f < mesh.facets.size(); ++f)
@@ -454,7 +454,7 @@ Outcome<Surrogate<D>> build_surrogate(const LinearMesh<D>& mesh, const EdgeSet<D
 
 namespace {
 
-/// Barycentric coordinates in the neighbour, matched by vertices; the rest is 0.
+/// Barycentric coordinates in a neighbour: equal at common vertices, 0 at other vertices.
 template <int K>
 Barycentric<K> carried_over(const SimplexVertices<K>& from, const Barycentric<K>& xi, const SimplexVertices<K>& to) {
     Barycentric<K> out{};

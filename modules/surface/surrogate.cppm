@@ -32,7 +32,7 @@ struct CubicSimplex {
     friend bool operator==(const CubicSimplex&, const CubicSimplex&) = default;
 };
 
-/// Point and derivatives by ξ_a, with ξ_0 = 1 − Σ ξ_a: first[a−1] = F_a, second[a−1][b−1] = F_ab.
+/// Point F and its derivatives by ξ_a, with ξ_0 = 1 − Σ ξ_a: first[a−1] = F_a, second[a−1][b−1] = F_ab.
 template <int K, int D>
 struct CubicExpansion {
     Vec<D> point;
@@ -40,11 +40,11 @@ struct CubicExpansion {
     std::array<std::array<Vec<D>, K>, K> second{};
 };
 
-/// De Casteljau: after r steps the net is b^r; ∂_i∂_j F = 6 b^1_{e_i+e_j}, ∂_i F = 3 b^2_{e_i}.
+/// Evaluates by de Casteljau's algorithm. With the net b^r after r steps, ∂_i∂_j F = 6 b^1_{e_i+e_j} and ∂_i F = 3
+/// b^2_{e_i}.
 template <int K, int D>
 [[nodiscard]] CubicExpansion<K, D> expand(const CubicSimplex<K, D>& simplex, const Barycentric<K>& xi);
 
-/// F(ξ) = Σ B_α(ξ) P_α, of degree 3.
 template <int K, int D>
 [[nodiscard]] Vec<D> point_at(const CubicSimplex<K, D>& simplex, const Barycentric<K>& xi);
 
@@ -55,30 +55,30 @@ struct CubicFoot {
     double distance_squared = 0;
 };
 
-/// Local minimum of the distance over the simplex, by Newton's method with constraints; never farther than `start`.
+/// Local minimum of the distance over the simplex, by Newton's method with constraints; never farther than at `start`.
 template <int K, int D>
 [[nodiscard]] CubicFoot<K, D> closest_from(const CubicSimplex<K, D>& simplex, const Vec<D>& p,
                                            const Barycentric<K>& start);
 
 /// Closest point. If the squared distance is convex over the simplex (near a slightly bent one), its only minimum; else
-/// the best of searches from the three nearest lattice points (quarters).
+/// the best of searches from the three nearest points of a lattice at quarters.
 template <int K, int D>
 [[nodiscard]] CubicFoot<K, D> closest_on(const CubicSimplex<K, D>& simplex, const Vec<D>& p);
 
-/// Cubic from a to b with the given tangents (any length, both along a → b) and the handles of a circle:
-/// |e| (2/3)/(1 + cos φ), φ the angle of chord and tangent. Error O(h⁴) in the middle, O(h⁶) on circles. The chord
-/// replaces a tangent that deviates from it by more than 75°.
+/// Cubic from a to b with these tangents (any length, both along a → b). The inner control points are as far from the
+/// ends as on a circle: |b − a| (2/3)/(1 + cos φ), φ the angle of chord and tangent. Error O(h⁴) in the middle, O(h⁶)
+/// on circles. The chord replaces a tangent that deviates from it by more than 75°.
 template <int D>
 [[nodiscard]] CubicSimplex<1, D> cubic_edge(const Vec<D>& a, const Vec<D>& tangent_a, const Vec<D>& tangent_b,
                                             const Vec<D>& b);
 
-/// Classical middle point for nine given points, exact on quadratics: b_111 = ¼ Σ edge points − ⅙ Σ vertices.
+/// Classical middle control point for the nine others, exact for quadratics: b_111 = ¼ Σ edge points − ⅙ Σ vertices.
 template <int D>
 [[nodiscard]] Vec<D> classical_centre(const CubicSimplex<2, D>& triangle);
 
 /// Distances of many points from one triangle, in packs (core:tensors), by Newton's method from each start. NaN where
-/// the foot is not inside, or without convergence; elsewhere as `closest_from`. Bitwise identical for all instruction
-/// sets.
+/// the closest point is not inside, or without convergence; elsewhere as `closest_from`. Bitwise identical for all
+/// instruction sets.
 void distances_inside(const CubicSimplex<2, 3>& simplex, std::span<const Barycentric<2>> starts,
                       std::span<const Vec<3>> points, std::span<double> distances,
                       Instructions set = widest_instructions());
@@ -114,14 +114,14 @@ class FileDirections {
 
 /// Junctions of the surrogate with facets whose surface is prescribed (CAD, analytic): data of that surface at shared
 /// vertices. The boundary is smooth there if the prescribed direction differs from the fitted one by at most
-/// `junction_share` of the turns around (see `PrescribedNeighbour` and `curve_tangents`). Creases are kept above about
-/// a quarter of these turns.
+/// `junction_share` of the turns of facets around the vertex (see `PrescribedNeighbour` and `curve_tangents`). Creases
+/// above about a quarter of these turns are preserved.
 template <int D>
 struct Junctions {
-    Column<std::uint8_t> prescribed;  ///< one a facet; empty: none is prescribed
-    Column<FacetId> facets;           ///< rising: prescribed, with a shared vertex
-    /// Unit normals of the surface at their vertices. Zero at unshared vertices and at breaks listed in the file: ends
-    /// of ridges between both parts (2D: corners).
+    Column<std::uint8_t> prescribed;  ///< one per facet; empty: no facet is prescribed
+    Column<FacetId> facets;           ///< prescribed facets with a shared vertex, ascending
+    /// Unit normals of the prescribed surface at the vertices of `facets`. Zero at unshared vertices and at breaks
+    /// listed in the file: ends of ridges between both parts (2D: corners).
     Column<std::array<Vec<D>, D>> normals;
 
     [[nodiscard]] bool is_prescribed(FacetId f) const { return !prescribed.empty() && prescribed[f] != 0; }
@@ -137,8 +137,8 @@ template <int D>
                                                    const Execution& execution);
 
 struct PrescribedNeighbour {
-    FacetId facet;         ///< invalid: none
-    Vec<3> normal;         ///< at the vertex; of several, the closest to the fitted one
+    FacetId facet;         ///< invalid if there is none
+    Vec<3> normal;         ///< normal at the vertex; of several, the closest to the fitted one
     double tolerance = 0;  ///< largest deviation (radians) of a smooth continuation
 };
 [[nodiscard]] PrescribedNeighbour prescribed_neighbour(const Junctions<3>& junctions, const MeshBoundary<3>& boundary,
@@ -146,18 +146,19 @@ struct PrescribedNeighbour {
 
 template <int D>
 struct CurveTangents {
-    Column<EdgeId> edges;  ///< rising: ridges in 3D, all facets in 2D
+    Column<EdgeId> edges;  ///< ascending: ridges in 3D, all facets in 2D
     Column<std::array<Vec<D>, 2>> tangents;
-    Column<std::array<std::uint8_t, 2>> supports;  ///< neighbours in each fit; 4 for given tangents
+    Column<std::array<std::uint8_t, 2>> supports;  ///< number of neighbours in each fit; 4 for a tangent that is not
+                                                   ///< fitted
 
-    /// size(): the edge is not on a curve.
+    /// Row of e; edges.size() if the edge is not on a curve.
     [[nodiscard]] std::size_t row(EdgeId e) const;
 };
 
-/// Fits a polynomial at each curve vertex to up to four neighbours, as heights over the tangent (iterated): two a side,
-/// one-sided at corners. Error O(h⁴). Both edges at a vertex that is no corner get the same line. Tangents from the
-/// file take precedence if they agree within `max_degrees`; at smooth junctions the prescribed curve's tangents are
-/// used.
+/// Fits a polynomial at each curve vertex to up to four neighbours, as heights over the tangent (iterated): two per
+/// side, one-sided at corners. Error O(h⁴). Both edges at a vertex that is no corner get the same tangent line.
+/// Tangents from the file take precedence if they agree within `max_degrees`; at smooth junctions the prescribed
+/// curve's tangents are used.
 template <int D>
 [[nodiscard]] Outcome<CurveTangents<D>> curve_tangents(const MeshBoundary<D>& boundary, const Junctions<D>& junctions,
                                                        double max_degrees, const Execution& execution);
@@ -170,25 +171,27 @@ struct FittedNormal {
 
 /// Fits a jet: the height over the plane of `normal` as a polynomial that vanishes at `origin`, by least squares,
 /// weighted towards near points. Quartic from 18 points, cubic from 12, quadratic from 5, if the points determine it
-/// (column-pivoted QR of scaled columns; principal axes and scales, for thin stencils). Then fitted again over its
-/// tangent plane. Error O(h^degree).
+/// (column-pivoted QR of scaled columns; principal axes and scales, for thin stencils). The jet is then fitted again
+/// over its tangent plane. Error O(h^degree).
 [[nodiscard]] FittedNormal fitted_normal(const Vec<3>& origin, const Vec<3>& normal, std::span<const Vec<3>> points);
 
 struct PointAndNormal {
     Vec<3> point, normal;
 };
 
-/// Distance of a surface along `normal`; degree 0: undetermined, or samples turn away.
+/// Height of a fitted surface along `normal`. Degree 0: the height is undetermined, or normals of the samples turn
+/// away.
 struct FittedHeight {
     double height = 0;
     int degree = 0;
 };
 
-/// Least squares on heights and slopes, of degree 4, else 3. Error O(h⁵), plus that of the normals.
+/// Fits a polynomial of degree 4, else 3, to heights and slopes by least squares. Error O(h⁵), plus the error of the
+/// normals.
 [[nodiscard]] FittedHeight fitted_height(const Vec<3>& origin, const Vec<3>& normal,
                                          std::span<const PointAndNormal> samples);
 
-/// An edge in a smooth face that the mesh lists, or that separates two entities.
+/// An edge in a smooth face: listed by the mesh, or between two entities of the mesher's model.
 struct EmbeddedEdge {
     EdgeId edge;
     Reference reference = 0;
@@ -206,11 +209,11 @@ struct SurrogateInput {
 };
 
 struct FanNormals {
-    Column<Vec<3>> normals;           ///< one a fan: unit, or zero
-    Column<std::uint8_t> prescribed;  ///< one a fan: from the surface beyond a junction
+    Column<Vec<3>> normals;           ///< one per fan: unit, or zero
+    Column<std::uint8_t> prescribed;  ///< one per fan; 1: normal of the surface beyond a junction
 };
 
-/// Unit normals of fans, oriented as the patch; zero for pointed fans. The first that exists of:
+/// Unit normals of fans, oriented as the patch; zero for pointed fans. Each normal is the first that exists of:
 /// - Plane of a flat patch.
 /// - Normals of the file that agree with the area-weighted one within `max_degrees`.
 /// - Plane of a locally flat fan.
@@ -218,7 +221,7 @@ struct FanNormals {
 /// - Jet through surrounding rings (error O(h⁴), O(h³), O(h²) by degree).
 /// - Area-weighted normal.
 ///
-/// At a ridge, the last two are made perpendicular to its more accurate tangents. Errors: stopped.
+/// At a ridge, the last two are made perpendicular to the more accurate tangents of the ridge. Errors: stopped.
 [[nodiscard]] Outcome<FanNormals> fan_normals(const SurrogateInput<3>& input, const Fans& fans, double max_degrees,
                                               const Execution& execution);
 
@@ -227,8 +230,8 @@ struct FanNormals {
 export namespace camber {
 
 struct SurrogateOptions {
-    /// Largest angle (degrees) at which file normals and tangents (`LinearMesh::geometry`) replace the mesh's own; 0
-    /// ignores them.
+    /// Largest angle (degrees) from the mesh's own normals and tangents at which those of the file
+    /// (`LinearMesh::geometry`) replace them; 0 ignores the file's.
     double file_directions_degrees = 30;
 };
 
@@ -247,30 +250,31 @@ struct Surrogate {
     static constexpr int K = D - 1;
 
     Column<CubicSimplex<K, D>> facets;
-    Column<Reference> references;               ///< one a facet
-    Column<std::uint32_t> patches;              ///< one a facet
-    Column<FlatPatch<D>> flats;                 ///< one a patch
-    Column<SimplexVertices<K>> vertices;        ///< one a facet
-    Column<std::array<FacetId, D>> neighbours;  ///< across the smooth edge (2D: vertex) opposite each corner
-    Column<EdgeId> edges;                       ///< boundary edges, rising
-    Column<SurrogateEdge<D>> edge_curves;       ///< one a row of `edges`
-    BoxTree<D> tree;                            ///< over control points
-    BoxTree<D> curve_tree;                      ///< over control points of `ridge_rows` (3D)
+    Column<Reference> references;               ///< one per facet
+    Column<std::uint32_t> patches;              ///< one per facet
+    Column<FlatPatch<D>> flats;                 ///< one per patch
+    Column<SimplexVertices<K>> vertices;        ///< one per facet
+    Column<std::array<FacetId, D>> neighbours;  ///< facets across the smooth edge (2D: vertex) opposite each corner
+    Column<EdgeId> edges;                       ///< boundary edges, ascending
+    Column<SurrogateEdge<D>> edge_curves;       ///< one per row of `edges`
+    BoxTree<D> tree;                            ///< over boxes of control points
+    BoxTree<D> curve_tree;                      ///< over boxes of control points of `ridge_rows` (3D)
     Column<std::uint32_t> ridge_rows;           ///< rows of ridges in `edges`
 
-    /// Row in `edges`, or edges.size().
+    /// Row of e in `edges`; edges.size() if absent.
     [[nodiscard]] std::size_t row(EdgeId e) const;
 };
 
-/// Control points of edges are in the tangent planes of vertices (ridges: on tangents of curves), with a circle's
-/// handles. Edges beside bent ridges bend alike (`extend_over_triangles`), so that thin facets do not fold. The middle
-/// point of a triangle is fitted to adjacent vertices and normals: the centroid has the error of edges, O(h⁴). Errors:
-/// `edges` or `features` of another mesh (internal), stopped.
+/// Control points of edges are in the tangent planes of vertices (ridges: on tangents of curves), at the distances that
+/// a circle needs. Edges beside bent ridges bend like the ridges (`extend_over_triangles`), so that thin facets do not
+/// fold. The middle point of a triangle is fitted to adjacent vertices and normals: the centroid has the error of
+/// edges, O(h⁴). Errors: `edges` or `features` of another mesh (internal), stopped.
 template <int D>
 [[nodiscard]] Outcome<Surrogate<D>> build_surrogate(const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
                                                     const Features<D>& features, const SurrogateOptions& options,
                                                     const Execution& execution);
-/// For the part of the boundary without a `prescribed` surface; takes its normals and tangents at smooth junctions.
+/// For the part of the boundary without a surface of `prescribed`. At smooth junctions, uses the normals and tangents
+/// of `prescribed`.
 template <int D>
 [[nodiscard]] Outcome<Surrogate<D>> build_surrogate(const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
                                                     const Features<D>& features, const GeometryModel<D>& prescribed,
@@ -288,13 +292,13 @@ struct SurrogateFoot {
 /// edges have slight creases. Local; never farther than facet `start`.
 template <int D>
 [[nodiscard]] SurrogateFoot<D> closest_near(const Surrogate<D>& surrogate, FacetId start, const Vec<D>& p);
-/// From a given place, without the last search: fast, for points very near the surface.
+/// Starts at the coordinates `xi`, without the search on adjacent facets: fast, for points very near the surface.
 template <int D>
 [[nodiscard]] SurrogateFoot<D> closest_near(const Surrogate<D>& surrogate, FacetId start, const Barycentric<D - 1>& xi,
                                             const Vec<D>& p);
 
-/// Closest point on facets that `admits(facet)`; invalid facet: none. `known`: the closest point of one admitted facet,
-/// as a bound.
+/// Closest point on the facets for which admits(facet) is true; an invalid facet if there are none. `known`: the
+/// closest point of one admitted facet, as a bound.
 template <int D, class Admits>
 [[nodiscard]] SurrogateFoot<D> closest_among(const Surrogate<D>& surrogate, const Vec<D>& p, Admits&& admits,
                                              const SurrogateFoot<D>& known = {}) {
@@ -346,8 +350,8 @@ export namespace camber {
 struct CurvedPatches {
     std::size_t smooth = 0;    ///< patches with own curves, approximated by a smooth surface
     std::size_t as_read = 0;   ///< patches that keep their curved facets and kinks
-    double largest_angle = 0;  ///< largest turn between pieces of smooth ones, radians
-    double mean_angle = 0;     ///< root mean square
+    double largest_angle = 0;  ///< largest turn between pieces of smooth patches, radians
+    double mean_angle = 0;     ///< root mean square of these turns
 };
 
 template <int D>
@@ -361,7 +365,7 @@ struct BoundaryCurves {
     const LinearMesh<D>& linear;
     const EdgeSet<D>& edges;
     const Features<D>& features;
-    std::span<const LagrangeNode<D>> nodes;  ///< one an edge
+    std::span<const LagrangeNode<D>> nodes;  ///< one per edge
 };
 
 /// Builds a smooth surface through the vertices and nodes of a curved boundary; `straight` is the surrogate of its
@@ -371,9 +375,9 @@ struct BoundaryCurves {
 ///   own curves in any patch, the result is `straight`.
 /// - Otherwise facets are cut at their nodes, and normals and tangents are fitted to vertices and nodes. Patches
 ///   without own curves go through the nodes of `straight`.
-/// - Patches of one facet, and patches whose curves are not smooth, keep the mesh's own facets exactly. Not smooth:
-///   turns between quadratic facets exceed a quarter of those between straight facets (root mean squares over the
-///   patch).
+/// - Patches of one facet, and patches whose curves are not smooth, keep the mesh's own facets exactly. Curves are not
+///   smooth if turns between quadratic facets exceed a quarter of those between straight facets (root mean squares over
+///   the patch).
 ///
 /// Ridges, patches and their neighbours are those of the straight mesh. Flat patches stay flat if their nodes are in
 /// the plane. `prescribed`: as in `build_surrogate`. Errors: `straight` of another mesh (internal), stopped.
@@ -410,11 +414,11 @@ template <int D>
 [[nodiscard]] std::shared_ptr<const GeometryModel<D>> model_of(AnalyticGeometry<D> analytic);
 
 /// Two geometries mixed by reference: facets of `references` lie on `first`, which has surfaces for them, others on
-/// `rest` (possibly a mixture). Edges between both:
-/// - Both surfaces prescribed: the curve of both. For tangent surfaces, the rim of one of them if numbered (a CAD face
-///   ends at an edge).
-/// - `rest` not prescribed: the rim of `first`, if any. Without one, beside a plane: the curve of both. Otherwise the
-///   other surface is known by its nodes only: on `first`, next to the edge of `rest`.
+/// `rest` (possibly a mixture). Edges between `first` and `rest` lie on:
+/// - The curve of both surfaces, if both are prescribed. For tangent surfaces, the rim of one of them if numbered (a
+///   CAD face ends at an edge).
+/// - The rim of `first`, if any, if `rest` is not prescribed. Without a rim, beside a plane: the curve of both.
+///   Otherwise `rest` is known by its nodes only: points on `first` next to the edge of `rest`.
 template <int D>
 struct MixedGeometry {
     std::vector<Reference> references;
@@ -426,7 +430,7 @@ template <int D>
 template <int D>
 using SurrogateFactory = std::function<Outcome<Surrogate<D>>(const GeometryModel<D>& prescribed)>;
 
-/// Returns the analytic surfaces alone if every facet has one; else makes the surrogate for the rest. Errors: as
+/// Returns the analytic surfaces alone if every facet has one; else makes the surrogate for the rest. Errors: those of
 /// `surrogate`.
 template <int D>
 [[nodiscard]] Outcome<Geometry<D>> with_surrogate(AnalyticGeometry<D> analytic, const LinearMesh<D>& mesh,

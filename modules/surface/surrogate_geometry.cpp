@@ -121,8 +121,9 @@ class SurrogateModel : public GeometryModel<D> {
         return Plane<D>{flat.point, flat.normal};
     }
 
-    /// Own ridge: its curve. Other mesh's ridge: the closest ridge curve. Other edges: the closest point of their
-    /// reference's patches, within the plane of flat ones.
+    /// Closest point at an edge. A ridge of the surrogate's mesh uses its own curve, a ridge of another mesh the
+    /// closest ridge curve. Other edges use the closest point of their reference's patches, within the plane of flat
+    /// patches.
     [[nodiscard]] SurfacePoint<D> on_edge(const EdgeSite<D>& edge, const Vec<D>& p) const override {
         if (edge.kind == EdgeKind::ridge) {
             const CurveFoot<D> foot = on_ridge(edge, p);
@@ -158,7 +159,8 @@ class SurrogateModel : public GeometryModel<D> {
         return foot.facet.valid() ? in_plane(foot, middle) : middle;
     }
 
-    /// Own facets: the search starts at the same coordinates; flat patches count 0 within their tolerance.
+    /// On facets of the surrogate's mesh, searches start at the same coordinates. Distances within the tolerance of a
+    /// flat patch count as 0.
     [[nodiscard]] bool distances(const FacetSite<D>& facet, std::span<const Barycentric<D - 1>> at,
                                  std::span<const Vec<D>> points, std::span<double> out) const override {
         if (is_own_facet(surrogate_, facet)) {
@@ -179,7 +181,8 @@ class SurrogateModel : public GeometryModel<D> {
         return true;
     }
 
-    /// Each search starts at the last foot, an upper bound; all facets are searched only if it is too large.
+    /// Each search starts from the last closest point. Its distance is an upper bound; all facets are searched only if
+    /// it is too large.
     [[nodiscard]] bool are_within(const FacetSite<D>& facet, std::span<const Vec<D>> points,
                                   std::span<const double> bounds) const override {
         if (!has_reference(facet.reference)) return true;
@@ -210,7 +213,7 @@ class SurrogateModel : public GeometryModel<D> {
         return is_own_facet(surrogate_, facet) && !surrogate_.flats[surrogate_.patches[facet.id]].is_flat();
     }
 
-    /// The surrogate is one surface: only the first facet's patches count.
+    /// The surrogate is one surface, so the first facet represents all.
     [[nodiscard]] double distance_at_facets(std::span<const FacetSite<D>> meet, const Vec<D>& p) const override {
         const FacetSite<D>& first = meet.front();
         const auto foot = is_own_facet(surrogate_, first) ? closest_near(surrogate_, first.id, p)
@@ -240,7 +243,7 @@ class SurrogateModel : public GeometryModel<D> {
     [[nodiscard]] bool has_reference(Reference reference) const {
         return std::ranges::binary_search(references_, reference);
     }
-    /// True for an own edge, or with both ends near a ridge.
+    /// True for an edge of the surrogate's mesh, or if both ends are near a ridge.
     [[nodiscard]] bool is_at_ridge(const EdgeSite<D>& edge) const {
         if (is_own_edge(surrogate_, surrogate_.row(edge.id), edge)) return true;
         constexpr double near = 0.1;  // relative to the chord
@@ -254,7 +257,7 @@ class SurrogateModel : public GeometryModel<D> {
   private:
     [[nodiscard]] GeometryEntity patch_of(FacetId f) const { return GeometryEntity::surface(surrogate_.patches[f]); }
 
-    /// `near`: foot of a nearby point.
+    /// Closest point on facets of a reference. `near`: closest point of a nearby point.
     [[nodiscard]] SurrogateFoot<D> closest_of_reference(Reference reference, const Vec<D>& p,
                                                         const SurrogateFoot<D>& near = {}) const {
         const auto admits = [&](FacetId f) { return surrogate_.references[f] == reference; };
@@ -263,7 +266,7 @@ class SurrogateModel : public GeometryModel<D> {
         return closest_among(surrogate_, p, admits, admits(walked.facet) ? walked : SurrogateFoot<D>{});
     }
 
-    /// Most feet are inside the facet; others may be beyond its rim.
+    /// Most closest points are inside the facet; other points may be beyond its rim, and are searched across facets.
     void own_distances(FacetId facet, std::span<const Barycentric<D - 1>> at, std::span<const Vec<D>> points,
                        std::span<double> out) const {
         if constexpr (D == 3)
@@ -275,7 +278,7 @@ class SurrogateModel : public GeometryModel<D> {
                 out[i] = std::sqrt(closest_near(surrogate_, facet, at[i], points[i]).distance_squared);
     }
 
-    /// Foot of p, exact in the plane of a flat patch.
+    /// Closest point of p, exact in the plane of a flat patch.
     [[nodiscard]] Vec<D> in_plane(const SurrogateFoot<D>& foot, const Vec<D>& p) const {
         const auto& flat = surrogate_.flats[surrogate_.patches[foot.facet]];
         return flat.is_flat() ? flat.snapped(p) : foot.point;
@@ -291,7 +294,7 @@ class SurrogateModel : public GeometryModel<D> {
     [[nodiscard]] GeometryEntity curve_at(std::size_t row, const EdgeSite<D>& edge) const {
         const GeometryEntity sides = GeometryModel<D>::entity_at_edge(edge);
         const std::int64_t number = surrogate_.edge_curves[row].curve_number;
-        // Open rim, or inside a patch: both sides are one patch.
+        // At an open rim, or at a ridge inside a patch, both sides are the same patch.
         if (sides.kind != GeometryKind::curve) return {GeometryKind::curve, number, {sides.id, sides.id}};
         return {GeometryKind::curve, number, sides.sides};
     }
@@ -300,7 +303,7 @@ class SurrogateModel : public GeometryModel<D> {
     std::vector<Reference> references_;  ///< sorted, distinct
 };
 
-/// Surrogate of another mesh; its ridges need not match this mesh's.
+/// Surrogate of another mesh; its ridges need not match those of the current mesh.
 template <int D>
 class PrescribedModel final : public SurrogateModel<D> {
     using Base = SurrogateModel<D>;
@@ -320,7 +323,7 @@ class PrescribedModel final : public SurrogateModel<D> {
     [[nodiscard]] bool prescribes_any() const override { return true; }
 
   private:
-    /// Ridges of this mesh alone count as surface edges.
+    /// Ridges that only the current mesh has count as surface edges.
     [[nodiscard]] EdgeSite<D> site_of(EdgeSite<D> edge) const {
         if (edge.kind == EdgeKind::ridge && !this->is_at_ridge(edge)) edge.kind = EdgeKind::surface;
         return edge;

@@ -30,7 +30,7 @@ Buffer<std::uint8_t> owners_of_vertices(const LinearMesh<D>& mesh, std::span<con
     return owners;
 }
 
-/// Excludes breaks listed in the file: the boundary is not smooth there.
+/// Excludes vertices of breaks that the file lists: the boundary is not smooth there.
 void exclude_breaks(const LinearMesh<2>& mesh, const EdgeSet<2>&, const Incidence<FacetId>&,
                     std::span<const std::uint8_t>, Buffer<std::uint8_t>& owners) {
     for (const VertexId v : mesh.corners) owners[v.index()] = none;
@@ -153,7 +153,7 @@ struct Chains {
         const auto& at = around[v.index()];
         return at[0] == e ? at[1] : at[0];
     }
-    /// Vertices from v along e, up to a corner, v itself, or four.
+    /// Vertices from v along e: up to four, or up to a corner or v itself.
     [[nodiscard]] std::vector<VertexId> walk(VertexId v, EdgeId e) const {
         std::vector<VertexId> out;
         VertexId at = v;
@@ -181,8 +181,8 @@ Chains<D> make_chains(const LinearMesh<D>& mesh, const EdgeSet<D>& edges, const 
     return chains;
 }
 
-/// Neighbour d = (x, y) along and across the tangent, with u = |d|²/x and slope y/x. If the tangent is off by δ, y/x =
-/// δ + κ/2 u + O(u²); on a circle y = κ/2 |d|², so the fit is exact.
+/// Neighbour at the offset d = (x, y), x along and y across the tangent, with u = |d|²/x and slope y/x. If the tangent
+/// is off by δ, y/x = δ + κ/2 u + O(u²); on a circle y = κ/2 |d|², so the fit is exact.
 template <int D>
 struct Height {
     double u = 0;
@@ -205,7 +205,7 @@ std::vector<Height<D>> heights_over(const Vec<D>& tangent, std::span<const Vec<D
     return out;
 }
 
-/// Two a side, or more of one if the other is short; never a vertex twice.
+/// Two heights per side, or more of one side if the other is short; never a vertex twice.
 template <int D>
 std::vector<Height<D>> chosen(const std::vector<Height<D>>& ahead, const std::vector<Height<D>>& behind) {
     const std::size_t few_ahead = std::min<std::size_t>(ahead.size(), 2),
@@ -217,7 +217,7 @@ std::vector<Height<D>> chosen(const std::vector<Height<D>>& ahead, const std::ve
     return out;
 }
 
-/// δ, the slopes' interpolating polynomial at u = 0: Σ_i (y_i/x_i) ∏_{j≠i} u_j/(u_j − u_i).
+/// δ, the value at u = 0 of the polynomial that interpolates the slopes: Σ_i (y_i/x_i) ∏_{j≠i} u_j/(u_j − u_i).
 template <int D>
 Vec<D> slope_at_zero(std::span<const Height<D>> heights) {
     Vec<D> slope;
@@ -236,7 +236,7 @@ struct Tangent {
     std::uint8_t support = 0;
 };
 
-/// Parabola by chord length through three points; the chord of two.
+/// Tangent of the parabola by chord length through three points; for two points, the chord.
 template <int D>
 Vec<D> first_tangent(std::span<const Vec<D>> ahead, std::span<const Vec<D>> behind) {
     if (ahead.empty()) return behind.empty() ? Vec<D>{} : -first_tangent<D>(behind, ahead);
@@ -277,7 +277,7 @@ Tangent<D> tangent_at(const LinearMesh<D>& mesh, const Chains<D>& chains, Vertex
     if (passes_through)
         if (const EdgeId back = chains.around[v.index()][1]; back.valid())
             for (const VertexId w : chains.walk(v, back)) {
-                // On a short closed curve both walks meet: each vertex is taken once, from its nearer side.
+                // On a short closed curve both walks meet: each vertex counts once, on its nearer side.
                 const auto twice = std::find(ahead.begin(), ahead.end(), w);
                 if (twice != ahead.end()) {
                     if (static_cast<std::size_t>(twice - ahead.begin()) <= behind.size()) break;
@@ -297,7 +297,7 @@ Tangent<D> tangent_at(const LinearMesh<D>& mesh, const Chains<D>& chains, Vertex
     return t;
 }
 
-/// The file's line at v nearest to the fitted tangent, if near enough.
+/// The file's line at v nearest to the fitted tangent, if near enough; else the fitted tangent.
 template <int D>
 Tangent<D> preferred(const FileDirections<D>& file_directions, double min_cosine, VertexId v, Tangent<D> fitted) {
     double best = min_cosine;
@@ -318,7 +318,7 @@ Vec<2> prescribed_tangent(const Junctions<2>& junctions, const LinearMesh<2>& me
     const Vec<2> n = shell.size() == 1 ? junctions.normal(mesh, shell[0], v) : Vec<2>{};
     return {{-n[1], n[0]}};
 }
-/// Nonzero for two prescribed surfaces at an angle.
+/// Direction of the curve of two prescribed surfaces; nonzero only if they meet at an angle.
 Vec<3> prescribed_tangent(const Junctions<3>& junctions, const LinearMesh<3>& mesh, std::span<const FacetId> shell,
                           VertexId v) {
     constexpr double min_sine = 0.1;
@@ -343,7 +343,6 @@ std::vector<EdgeAt> prescribed_ends(const LinearMesh<D>& mesh, const EdgeSet<D>&
     return ends;
 }
 
-/// Computes the tangent of a curve edge at its end v.
 template <int D>
 struct TangentSources {
     const LinearMesh<D>& mesh;
@@ -354,7 +353,7 @@ struct TangentSources {
     FileDirections<D> file_directions;
     double min_cosine = 2;
 
-    /// Turn at the end of the first edge; 0: the curve ends there.
+    /// Turn of the curve at the other end of e; 0 if the curve ends there.
     [[nodiscard]] double next_turn(VertexId v, EdgeId e) const {
         const auto ahead = chains.walk(v, e);
         if (ahead.size() < 2) return 0;

@@ -100,7 +100,7 @@ TEST_CASE("missing and contradictory keys are rejected") {
           "config.json: /geometry/analytic/0: \"plane\" or \"sphere\" or \"cylinder\" or \"torus\" is missing");
     CHECK(error_with(R"("geometry": {"analytic": [{"references": [1], "sphere": {"centre": [0, 0], "radius": 1},
                          "plane": {"point": [0, 0], "normal": [0, 1]}}]})") ==
-          "config.json: /geometry/analytic/0/sphere: only one of \"plane\" and \"sphere\" may be given");
+          "config.json: /geometry/analytic/0/sphere: only one of \"plane\" and \"sphere\" is allowed");
     CHECK(error_with(
               R"("geometry": {"analytic": [{"references": [1], "plane": {"point": [0, 0], "normal": [0, 0]}}]})") ==
           "config.json: /geometry/analytic/0/plane: the normal is zero");
@@ -108,9 +108,9 @@ TEST_CASE("missing and contradictory keys are rejected") {
           "config.json: /metric/constant: a tensor has 3 entries (2D) or 6 (3D), got 2");
     CHECK(error_of(R"({"input": {"flat": "plane"}})") == "config.json: /input: \"mesh\" or \"generate\" is missing");
     CHECK(error_of(R"({"input": {"mesh": "a", "generate": "shell"}})") ==
-          "config.json: /input/generate: only one of \"mesh\" and \"generate\" may be given");
+          "config.json: /input/generate: only one of \"mesh\" and \"generate\" is allowed");
     CHECK(error_of(R"({"input": {"generate": "rectangle", "flat": "surface"}})") ==
-          "config.json: /input: \"flat\" is for a mesh file");
+          "config.json: /input: \"flat\" applies only to a mesh file");
     CHECK(error_of(R"({"input": {"mesh": ""}})") == "config.json: /input/mesh: the path is empty");
 }
 

@@ -78,13 +78,13 @@ TEST_CASE("a bad path is an error of one line with the reason of the system") {
     const Folder folder;
     const std::string missing = folder / "missing";
     CHECK(text_of(missing) == missing + ": cannot be read: No such file or directory (check the path)");
-    CHECK(text_of(folder.path.string()) == folder.path.string() + ": cannot be read: Is a directory (name a file)");
+    CHECK(text_of(folder.path.string()) == folder.path.string() + ": cannot be read: Is a directory (specify a file)");
     const std::string no_folder = folder / "no/such", nowhere = no_folder + "/place";
     const auto failed = write(nowhere, {"x"});
     REQUIRE_FALSE(failed.has_value());
     CHECK(failed.error().kind == ErrorKind::write);
     CHECK(describe(failed.error()) ==
-          nowhere + ": its folder " + no_folder + " does not exist (make it: mkdir -p " + no_folder + ")");
+          nowhere + ": its folder " + no_folder + " does not exist (create it: mkdir -p " + no_folder + ")");
     CHECK_FALSE(write(folder.path.string(), {"x"}).has_value());
     CHECK_FALSE(check_writable(nowhere).has_value());
     CHECK(check_writable(folder / "new").has_value());
@@ -123,7 +123,7 @@ TEST_CASE("a failed write preserves the old file and leaves no other file") {
 TEST_CASE("devices are written directly") {
     CHECK(write("/dev/null", {"x"}).has_value());
     CHECK(describe(write("/dev/full", {"x"}).error()) ==
-          "/dev/full: cannot be written: No space left on device (make room, or take another place)");
+          "/dev/full: cannot be written: No space left on device (free disk space, or choose another path)");
 }
 
 TEST_CASE("the first signal requests a stop and the second ends the process") {
@@ -198,14 +198,14 @@ TEST_CASE("a stream is read up to its bound and a plain file completely") {
         if (read) CHECK(as_text(*read) == text);
         if (!read && letter == 'x' && size > 0)
             CHECK(describe(read.error()) ==
-                  pipe + ": is a stream of more than 0.1 MiB, the most that is read of it (give a plain file)");
+                  pipe + ": is a stream of more than 0.1 MiB, the limit for streams (use a regular file)");
         if (!read && letter == 'y') CHECK(read.error().what == "is no file of letters");
         REQUIRE(write(folder / "plain", {text}).has_value());
         CHECK(text_of(folder / "plain") == text);
         CHECK(read_file(folder / "plain", {}, of_letters).has_value());
     }
     CHECK(describe(read_file("/dev/zero").error()) ==
-          "/dev/zero: is a stream of more than 64.0 MiB, the most that is read of it (give a plain file)");
+          "/dev/zero: is a stream of more than 64.0 MiB, the limit for streams (use a regular file)");
 }
 
 TEST_CASE("with_usual_stack runs work on a large stack in a process with a small one") {

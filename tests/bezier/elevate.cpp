@@ -74,7 +74,9 @@ TEST_CASE("facets are converted to Bézier form") {
     }
 }
 
-TEST_CASE("an elevated empty mesh has no mid nodes") { CHECK(must(elevate(LinearMesh<2>{}, one_thread)).mid_nodes.empty()); }
+TEST_CASE("an elevated empty mesh has no mid nodes") {
+    CHECK(must(elevate(LinearMesh<2>{}, one_thread)).mid_nodes.empty());
+}
 
 TEST_CASE("elevation stops on request") {
     std::stop_source source;

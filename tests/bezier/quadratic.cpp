@@ -68,42 +68,43 @@ void check_edge_maps() {
 
 template <int K, int D>
 void check_simplex_maps() {
-    property("F equals its Bernstein form, its derivatives the differences, its edges P2 edges", [](std::uint64_t seed) {
-        Dice dice(seed);
-        QuadraticSimplex<K, D> s;
-        for (auto& p : s.control) p = dice.vector<D>();
-        const auto xi = dice.barycentric<K>();
-        Vec<D> expected;
-        for (const auto& alpha : multi_indices<2, K>) {
-            int i = -1, j = -1;
-            for (int k = 0; k <= K; ++k)
-                for (int m = 0; m < alpha[k]; ++m) (i < 0 ? i : j) = k;
-            expected += bernstein<K>(alpha, xi) * s.at(i, j);
-            RC_ASSERT(s.at(i, j) == s.at(j, i));
-        }
-        RC_ASSERT(norm(s.point(xi) - expected) < 1e-14);
-        const auto columns = s.derivatives(xi);
-        for (int a = 0; a < K; ++a) {
-            const double h = 1e-4;
-            auto forward = xi, backward = xi;
-            forward[a + 1] += h;
-            forward[0] -= h;
-            backward[a + 1] -= h;
-            backward[0] += h;
-            RC_ASSERT(norm((s.point(forward) - s.point(backward)) / (2 * h) - columns[a]) < 1e-10);
-        }
-        // The edges are the P2 edges of the control points.
-        for (int e = 0; e < edges_per_simplex<K>; ++e) {
-            const auto [i, j] = local_edges<K>[e];
-            const auto mid = lagrange_node(s.control[i], ControlPoint<D>{s.control[K + 1 + e]}, s.control[j]);
-            const QuadraticEdge<D> edge{s.control[i], mid, s.control[j]};
-            Barycentric<K> at{};
-            const double t = dice.uniform(0, 1);
-            at[i] = 1 - t;
-            at[j] = t;
-            RC_ASSERT(norm(s.point(at) - edge.point(t)) < 1e-14);
-        }
-    });
+    property("F equals its Bernstein form, its derivatives the differences, its edges P2 edges",
+             [](std::uint64_t seed) {
+                 Dice dice(seed);
+                 QuadraticSimplex<K, D> s;
+                 for (auto& p : s.control) p = dice.vector<D>();
+                 const auto xi = dice.barycentric<K>();
+                 Vec<D> expected;
+                 for (const auto& alpha : multi_indices<2, K>) {
+                     int i = -1, j = -1;
+                     for (int k = 0; k <= K; ++k)
+                         for (int m = 0; m < alpha[k]; ++m) (i < 0 ? i : j) = k;
+                     expected += bernstein<K>(alpha, xi) * s.at(i, j);
+                     RC_ASSERT(s.at(i, j) == s.at(j, i));
+                 }
+                 RC_ASSERT(norm(s.point(xi) - expected) < 1e-14);
+                 const auto columns = s.derivatives(xi);
+                 for (int a = 0; a < K; ++a) {
+                     const double h = 1e-4;
+                     auto forward = xi, backward = xi;
+                     forward[a + 1] += h;
+                     forward[0] -= h;
+                     backward[a + 1] -= h;
+                     backward[0] += h;
+                     RC_ASSERT(norm((s.point(forward) - s.point(backward)) / (2 * h) - columns[a]) < 1e-10);
+                 }
+                 // The edges are the P2 edges of the control points.
+                 for (int e = 0; e < edges_per_simplex<K>; ++e) {
+                     const auto [i, j] = local_edges<K>[e];
+                     const auto mid = lagrange_node(s.control[i], ControlPoint<D>{s.control[K + 1 + e]}, s.control[j]);
+                     const QuadraticEdge<D> edge{s.control[i], mid, s.control[j]};
+                     Barycentric<K> at{};
+                     const double t = dice.uniform(0, 1);
+                     at[i] = 1 - t;
+                     at[j] = t;
+                     RC_ASSERT(norm(s.point(at) - edge.point(t)) < 1e-14);
+                 }
+             });
     property("a simplex with nodes at the edge midpoints maps linearly", [](std::uint64_t seed) {
         Dice dice(seed);
         QuadraticSimplex<K, D> s;

@@ -260,7 +260,7 @@ class WrongArguments(unittest.TestCase):
             self.refused(calls, "camber_run", ["words: is 0"], words=0)
             for texts in ((b"curve", b"--objective=length", b"--objective=energy"), (b"remesh", b"--metric=1", b"--metric=2")):
                 self.assertEqual(calls.call("camber_run", words=3, word=words(*texts), options=None), USAGE)
-                self.assertIn(texts[1].split(b"=")[0].decode() + ": is given 2 times (give it once)", calls.error())
+                self.assertIn(texts[1].split(b"=")[0].decode() + ": appears 2 times (use it once)", calls.error())
         self.in_a_process(check)
 
     def test_two_metrics_are_rejected(self):

@@ -117,6 +117,8 @@ void check_insert_and_remove(std::uint64_t seed) {
 }  // namespace
 
 TEST_CASE("insertion and removal of a point restore the mesh") {
-    property("removal of an inserted point restores the mesh, 2D", [](std::uint64_t seed) { check_insert_and_remove<2>(seed); });
-    property("removal of an inserted point restores the mesh, 3D", [](std::uint64_t seed) { check_insert_and_remove<3>(seed); }, {.count = 60});
+    property("removal of an inserted point restores the mesh, 2D",
+             [](std::uint64_t seed) { check_insert_and_remove<2>(seed); });
+    property("removal of an inserted point restores the mesh, 3D",
+             [](std::uint64_t seed) { check_insert_and_remove<3>(seed); }, {.count = 60});
 }

@@ -90,24 +90,25 @@ void check_matrices() {
 
 template <int D>
 void check_cubic_forms() {
-    property("cubic forms equal the sum over their entries, are symmetric and can be pulled back", [](std::uint64_t seed) {
-        Dice dice(seed);
-        CubicForm<D> t;
-        for (double& x : t.c) x = dice.symmetric<D>().c[0];
-        const auto a = dice.vector<D>(), b = dice.vector<D>(), c = dice.vector<D>();
-        double sum = 0, squares = 0;
-        for (int i = 0; i < D; ++i)
-            for (int j = 0; j < D; ++j)
-                for (int k = 0; k < D; ++k) {
-                    sum += t(i, j, k) * a[i] * b[j] * c[k];
-                    squares += t(i, j, k) * t(k, i, j);
-                }
-        RC_ASSERT(std::abs(trilinear(t, a, b, c) - sum) < 1e-13);
-        RC_ASSERT(std::abs(trilinear(t, c, a, b) - sum) < 1e-13);
-        RC_ASSERT(std::abs(norm(t) - std::sqrt(squares)) < 1e-14);
-        const auto m = dice.matrix<D>();
-        RC_ASSERT(std::abs(trilinear(pulled_back(t, m), a, b, c) - trilinear(t, m * a, m * b, m * c)) < 1e-12);
-    });
+    property("cubic forms equal the sum over their entries, are symmetric and can be pulled back",
+             [](std::uint64_t seed) {
+                 Dice dice(seed);
+                 CubicForm<D> t;
+                 for (double& x : t.c) x = dice.symmetric<D>().c[0];
+                 const auto a = dice.vector<D>(), b = dice.vector<D>(), c = dice.vector<D>();
+                 double sum = 0, squares = 0;
+                 for (int i = 0; i < D; ++i)
+                     for (int j = 0; j < D; ++j)
+                         for (int k = 0; k < D; ++k) {
+                             sum += t(i, j, k) * a[i] * b[j] * c[k];
+                             squares += t(i, j, k) * t(k, i, j);
+                         }
+                 RC_ASSERT(std::abs(trilinear(t, a, b, c) - sum) < 1e-13);
+                 RC_ASSERT(std::abs(trilinear(t, c, a, b) - sum) < 1e-13);
+                 RC_ASSERT(std::abs(norm(t) - std::sqrt(squares)) < 1e-14);
+                 const auto m = dice.matrix<D>();
+                 RC_ASSERT(std::abs(trilinear(pulled_back(t, m), a, b, c) - trilinear(t, m * a, m * b, m * c)) < 1e-12);
+             });
 }
 
 TEST_CASE("matrices and vectors of dimension 2 satisfy their identities") { check_matrices<2>(); }

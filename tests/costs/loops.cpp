@@ -39,8 +39,9 @@ TEST_CASE("loops over edges and elements allocate less than once per item") {
     check_allocations("accurate offsets", c.edges(), 0.3, [&] {
         (void)must(accurate_offsets({c.mesh, c.kinds, c.shell}, EdgeKind::volume, c.back, without_lengths, one_thread));
     });
-    check_allocations("curve", c.edges(), 0.3,
-                      [&] { (void)must(curve({c.mesh, c.kinds, c.shell}, base, c.back, without_lengths, one_thread)); });
+    check_allocations("curve", c.edges(), 0.3, [&] {
+        (void)must(curve({c.mesh, c.kinds, c.shell}, base, c.back, without_lengths, one_thread));
+    });
     check_allocations("validate", c.tetrahedra(), 0.001, [&] { (void)must(validate(c.mesh, 0, one_thread)); });
     check_allocations("extension", c.edges(), 0.14,
                       [&] { (void)must(extend_boundary(c.mesh, c.kinds, base, c.shell, {}, one_thread)); });

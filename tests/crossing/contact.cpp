@@ -66,7 +66,8 @@ double measure_of(const NodalFacet<3>& f) { return norm(cross(f.nodes[1] - f.nod
 
 template <int D>
 void check_straight_facets() {
-    property(D == 2 ? "straight facets are decided and consistent with small shifts, 2D" : "straight facets are decided and consistent with small shifts, 3D",
+    property(D == 2 ? "straight facets are decided and consistent with small shifts, 2D"
+                    : "straight facets are decided and consistent with small shifts, 3D",
              [] {
                  Engine engine(*rc::gen::arbitrary<std::uint64_t>());
                  const auto a = lattice_facet<D>(engine, 3), b = lattice_facet<D>(engine, 3);

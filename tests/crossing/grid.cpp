@@ -33,36 +33,38 @@ Box<D> random_box(Engine& engine) {
 
 template <int D>
 void check_grid() {
-    property(D == 2 ? "the grid returns the boxes that a search of all boxes returns, 2D" : "the grid returns the boxes that a search of all boxes returns, 3D", [] {
-        Engine engine(*rc::gen::arbitrary<std::uint64_t>());
-        FacetGrid<D> grid;
-        std::vector<Box<D>> boxes(60);
-        std::vector<char> is_inserted(60, 0);
-        std::vector<FacetId> found;
-        for (int step = 0; step < 300; ++step) {
-            const auto f = static_cast<std::size_t>(uniform(engine, 0, 59.99));
-            if (uniform(engine, 0, 1) < 0.6) {
-                boxes[f] = random_box<D>(engine);
-                grid.insert(FacetId(f), boxes[f]);
-                is_inserted[f] = 1;
-            } else {
-                grid.remove(FacetId(f));
-                is_inserted[f] = 0;
-            }
-            if (step % 10 != 0) continue;
-            const Box<D> query = random_box<D>(engine);
-            grid.meeting(query, found);
-            std::vector<FacetId> all;
-            std::size_t size = 0;
-            for (std::size_t g = 0; g < boxes.size(); ++g) {
-                size += is_inserted[g] != 0 ? 1 : 0;
-                RC_ASSERT(grid.contains(FacetId(g)) == (is_inserted[g] != 0));
-                if (is_inserted[g] != 0 && boxes[g].meets(query)) all.push_back(FacetId(g));
-            }
-            RC_ASSERT(grid.size() == size);
-            RC_ASSERT(found == all);
-        }
-    });
+    property(D == 2 ? "the grid returns the boxes that a search of all boxes returns, 2D"
+                    : "the grid returns the boxes that a search of all boxes returns, 3D",
+             [] {
+                 Engine engine(*rc::gen::arbitrary<std::uint64_t>());
+                 FacetGrid<D> grid;
+                 std::vector<Box<D>> boxes(60);
+                 std::vector<char> is_inserted(60, 0);
+                 std::vector<FacetId> found;
+                 for (int step = 0; step < 300; ++step) {
+                     const auto f = static_cast<std::size_t>(uniform(engine, 0, 59.99));
+                     if (uniform(engine, 0, 1) < 0.6) {
+                         boxes[f] = random_box<D>(engine);
+                         grid.insert(FacetId(f), boxes[f]);
+                         is_inserted[f] = 1;
+                     } else {
+                         grid.remove(FacetId(f));
+                         is_inserted[f] = 0;
+                     }
+                     if (step % 10 != 0) continue;
+                     const Box<D> query = random_box<D>(engine);
+                     grid.meeting(query, found);
+                     std::vector<FacetId> all;
+                     std::size_t size = 0;
+                     for (std::size_t g = 0; g < boxes.size(); ++g) {
+                         size += is_inserted[g] != 0 ? 1 : 0;
+                         RC_ASSERT(grid.contains(FacetId(g)) == (is_inserted[g] != 0));
+                         if (is_inserted[g] != 0 && boxes[g].meets(query)) all.push_back(FacetId(g));
+                     }
+                     RC_ASSERT(grid.size() == size);
+                     RC_ASSERT(found == all);
+                 }
+             });
 }
 
 }  // namespace

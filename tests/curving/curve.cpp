@@ -80,30 +80,31 @@ void check_curve(const std::array<int, D>& cells) {
                  }
              },
              {.count = 2});
-    property("updated_lengths measures the edges that moved",
-             [&](std::uint64_t seed) {
-                 Dice dice(seed);
-                 const auto b = shell_block<D>(cells, seed + 1);
-                 const auto c = *curved(b, one_thread);
-                 auto after = c.proposal;
-                 auto nodes = take(after.mid_nodes);
-                 std::size_t relaxed = 0;
-                 for (std::size_t e = 0; e < nodes.size(); ++e)
-                     if (b.kinds[e] == EdgeKind::volume && dice.below(3) == 0) {
-                         nodes[e] = b.mesh.mid_nodes[e];
-                         ++relaxed;
-                     }
-                 after.mid_nodes = nodes;
-                 const auto lengths =
-                     updated_lengths({b.mesh.edges, b.shells}, c, after, b.back, MeasuredEdges::some, one_thread)->curved;
-                 for (std::size_t e = 0; e < nodes.size(); ++e) {
-                     const bool same = after.mid_nodes[e] == c.proposal.mid_nodes[e];
-                     const double expected = same ? c.lengths[e] : c.straight_lengths[e];
-                     RC_ASSERT(std::abs(lengths[e] - expected) <= (same ? 0.0 : 1e-12 * expected));
-                 }
-                 RC_ASSERT(relaxed > 0U);
-             },
-             {.count = 3});
+    property(
+        "updated_lengths measures the edges that moved",
+        [&](std::uint64_t seed) {
+            Dice dice(seed);
+            const auto b = shell_block<D>(cells, seed + 1);
+            const auto c = *curved(b, one_thread);
+            auto after = c.proposal;
+            auto nodes = take(after.mid_nodes);
+            std::size_t relaxed = 0;
+            for (std::size_t e = 0; e < nodes.size(); ++e)
+                if (b.kinds[e] == EdgeKind::volume && dice.below(3) == 0) {
+                    nodes[e] = b.mesh.mid_nodes[e];
+                    ++relaxed;
+                }
+            after.mid_nodes = nodes;
+            const auto lengths =
+                updated_lengths({b.mesh.edges, b.shells}, c, after, b.back, MeasuredEdges::some, one_thread)->curved;
+            for (std::size_t e = 0; e < nodes.size(); ++e) {
+                const bool same = after.mid_nodes[e] == c.proposal.mid_nodes[e];
+                const double expected = same ? c.lengths[e] : c.straight_lengths[e];
+                RC_ASSERT(std::abs(lengths[e] - expected) <= (same ? 0.0 : 1e-12 * expected));
+            }
+            RC_ASSERT(relaxed > 0U);
+        },
+        {.count = 3});
     // Guards against length reductions relative to the chords before a vertex moved.
     property("updated_lengths refers to the present chords where a vertex moved",
              [&](std::uint64_t seed) {
@@ -151,7 +152,8 @@ TEST_CASE("curving by energy keeps boundary nodes and lengthens no volume edge, 
 
 TEST_CASE("curving rejects columns whose length does not fit the mesh") {
     const auto b = shell_block<2>({3, 2}, 1);
-    const auto wrong = curve({b.mesh, Column<EdgeKind>{}, b.shells}, b.boundary_nodes, b.back, CurveOptions{}, one_thread);
+    const auto wrong =
+        curve({b.mesh, Column<EdgeKind>{}, b.shells}, b.boundary_nodes, b.back, CurveOptions{}, one_thread);
     REQUIRE(!wrong.has_value());
     CHECK(!curve_boundary(b.mesh, b.kinds, Column<LagrangeNode<2>>{}, one_thread).has_value());
 }

@@ -117,35 +117,36 @@ void check_extension(const std::array<int, D>& cells) {
                  RC_ASSERT(std::abs(more - other) <= 1e-7 * (more - least));
              },
              {10});
-    property("extend_boundary meets its tolerance and solves no more of the mesh than needed",
-             [&](std::uint64_t seed) {
-                 Dice dice(seed);
-                 const auto b = shell_block<D>(cells, seed + 1);
-                 // Moves the whole boundary or a single edge.
-                 Buffer<LagrangeNode<D>> boundary(b.boundary_nodes.begin(), b.boundary_nodes.end());
-                 if (dice.below(2) == 0) {
-                     std::size_t edge = dice.below(boundary.size());
-                     while (b.kinds[edge] == EdgeKind::volume) edge = (edge + 1) % boundary.size();
-                     boundary.assign(b.mesh.mid_nodes.begin(), b.mesh.mid_nodes.end());
-                     boundary[edge].point += dice.vector<D>(-0.05, 0.05);
-                 }
-                 const Column<LagrangeNode<D>> nodes(std::move(boundary));
-                 const auto extended = [&](double tolerance) {
-                     return must(extend_boundary(b.mesh, b.kinds, nodes, b.shells, {.tolerance = tolerance}, one_thread));
-                 };
-                 const double tolerance = std::pow(10.0, dice.uniform(-6, -2));
-                 const auto some = extended(tolerance);
-                 const auto all = extended(1e-12);
-                 RC_ASSERT(some.correction <= tolerance);
-                 RC_ASSERT(some.iterations <= all.iterations && some.solved <= all.solved);
-                 for (std::size_t e = 0; e < b.mesh.linear.elements.size(); ++e) {
-                     const double height = smallest_height(b.mesh.linear, ElementId(e));
-                     for (const EdgeId edge : b.mesh.edges.of_elements[e])
-                         RC_ASSERT(distance(some.nodes[edge.index()].point, all.nodes[edge.index()].point) <=
-                                   20 * tolerance * height);
-                 }
-             },
-             {10});
+    property(
+        "extend_boundary meets its tolerance and solves no more of the mesh than needed",
+        [&](std::uint64_t seed) {
+            Dice dice(seed);
+            const auto b = shell_block<D>(cells, seed + 1);
+            // Moves the whole boundary or a single edge.
+            Buffer<LagrangeNode<D>> boundary(b.boundary_nodes.begin(), b.boundary_nodes.end());
+            if (dice.below(2) == 0) {
+                std::size_t edge = dice.below(boundary.size());
+                while (b.kinds[edge] == EdgeKind::volume) edge = (edge + 1) % boundary.size();
+                boundary.assign(b.mesh.mid_nodes.begin(), b.mesh.mid_nodes.end());
+                boundary[edge].point += dice.vector<D>(-0.05, 0.05);
+            }
+            const Column<LagrangeNode<D>> nodes(std::move(boundary));
+            const auto extended = [&](double tolerance) {
+                return must(extend_boundary(b.mesh, b.kinds, nodes, b.shells, {.tolerance = tolerance}, one_thread));
+            };
+            const double tolerance = std::pow(10.0, dice.uniform(-6, -2));
+            const auto some = extended(tolerance);
+            const auto all = extended(1e-12);
+            RC_ASSERT(some.correction <= tolerance);
+            RC_ASSERT(some.iterations <= all.iterations && some.solved <= all.solved);
+            for (std::size_t e = 0; e < b.mesh.linear.elements.size(); ++e) {
+                const double height = smallest_height(b.mesh.linear, ElementId(e));
+                for (const EdgeId edge : b.mesh.edges.of_elements[e])
+                    RC_ASSERT(distance(some.nodes[edge.index()].point, all.nodes[edge.index()].point) <=
+                              20 * tolerance * height);
+            }
+        },
+        {10});
     property(
         "extend_boundary is linear in the boundary and independent of threads",
         [&](std::uint64_t seed) {
@@ -202,7 +203,8 @@ void check_shape(const std::array<int, D>& cells) {
     property("shape keeps boundary nodes and lowers no minimum scaled Jacobian",
              [&](std::uint64_t seed) {
                  const auto b = shell_block<D>(cells, seed + 1);
-                 const auto shaped = must(shape(b.mesh, b.kinds, b.boundary_nodes, b.shells, ShapeOptions{}, one_thread));
+                 const auto shaped =
+                     must(shape(b.mesh, b.kinds, b.boundary_nodes, b.shells, ShapeOptions{}, one_thread));
                  for (std::size_t e = 0; e < b.mesh.edges.size(); ++e)
                      if (b.kinds[e] != EdgeKind::volume) RC_ASSERT(shaped.proposal.mid_nodes[e] == b.boundary_nodes[e]);
                  RC_ASSERT(shaped.smallest >= shaped.after_extension);

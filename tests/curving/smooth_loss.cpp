@@ -99,29 +99,28 @@ void check_loss_limit() {
         RC_ASSERT(must(limit_smooth_loss<D>(b.mesh, b.shells, loss, small, one_thread)) == 0U);
         RC_ASSERT(small == before);
     });
-    property("offsets are zero without a loss and independent of origin, unit and threads",
-             [](std::uint64_t seed) {
-                 auto b = shell_block<D>(cells<D>, seed + 1);
-                 const auto targets = random_offsets(b, 0.1, seed);
-                 auto here = targets, none = targets, threads = targets;
-                 must(limit_smooth_loss<D>(b.mesh, b.shells, 0.02, here, one_thread));
-                 must(limit_smooth_loss<D>(b.mesh, b.shells, 0.02, threads, Execution{.threads = 3}));
-                 RC_ASSERT(threads == here);
-                 must(limit_smooth_loss<D>(b.mesh, b.shells, 0, none, one_thread));
-                 for (std::size_t e = 0; e < none.size(); ++e) RC_ASSERT(norm(none[e]) <= 1e-9 * norm(targets[e]));
-                 const double unit = std::exp2(Dice(seed).below(20));
-                 Buffer<Vec<D>> points(b.mesh.linear.points.begin(), b.mesh.linear.points.end());
-                 for (Vec<D>& p : points) {
-                     p *= unit;
-                     p[0] += 1e6 * unit;
-                 }
-                 b.mesh.linear.points = std::move(points);
-                 auto there = targets;
-                 for (Vec<D>& d : there) d *= unit;
-                 must(limit_smooth_loss<D>(b.mesh, b.shells, 0.02, there, one_thread));
-                 for (std::size_t e = 0; e < here.size(); ++e)
-                     RC_ASSERT(norm(1 / unit * there[e] - here[e]) <= 1e-3 * norm(targets[e]));
-             });
+    property("offsets are zero without a loss and independent of origin, unit and threads", [](std::uint64_t seed) {
+        auto b = shell_block<D>(cells<D>, seed + 1);
+        const auto targets = random_offsets(b, 0.1, seed);
+        auto here = targets, none = targets, threads = targets;
+        must(limit_smooth_loss<D>(b.mesh, b.shells, 0.02, here, one_thread));
+        must(limit_smooth_loss<D>(b.mesh, b.shells, 0.02, threads, Execution{.threads = 3}));
+        RC_ASSERT(threads == here);
+        must(limit_smooth_loss<D>(b.mesh, b.shells, 0, none, one_thread));
+        for (std::size_t e = 0; e < none.size(); ++e) RC_ASSERT(norm(none[e]) <= 1e-9 * norm(targets[e]));
+        const double unit = std::exp2(Dice(seed).below(20));
+        Buffer<Vec<D>> points(b.mesh.linear.points.begin(), b.mesh.linear.points.end());
+        for (Vec<D>& p : points) {
+            p *= unit;
+            p[0] += 1e6 * unit;
+        }
+        b.mesh.linear.points = std::move(points);
+        auto there = targets;
+        for (Vec<D>& d : there) d *= unit;
+        must(limit_smooth_loss<D>(b.mesh, b.shells, 0.02, there, one_thread));
+        for (std::size_t e = 0; e < here.size(); ++e)
+            RC_ASSERT(norm(1 / unit * there[e] - here[e]) <= 1e-3 * norm(targets[e]));
+    });
 }
 
 }  // namespace

@@ -216,21 +216,20 @@ void check_curved_elements() {
 
 template <int D>
 void check_solution_nodes() {
-    property(
-        "the expected error equals the interpolation error and never rises",
-        [](std::uint64_t seed) {
-            Dice dice(seed);
-            const auto b = shell_block<D>(cells<D>, seed + 1);
-            const std::array fields{Cubic<D>(dice, 1)};
-            const Column<LagrangeNode<D>> straight = b.mesh.mid_nodes;
-            const auto result = moved<D>(b, straight, fields);
-            RC_ASSERT(std::abs(result.before / interpolated(b, straight, fields[0]) - 1) < 2e-3);
-            RC_ASSERT(std::abs(result.after / interpolated(b, result.nodes, fields[0]) - 1) < 5e-2);
-            RC_ASSERT(result.after <= result.before);
-            for (std::size_t e = 0; e < result.nodes.size(); ++e)
-                RC_ASSERT(b.kinds[EdgeId(e)] == EdgeKind::volume || result.nodes[e] == straight[e]);
-        },
-        {.count = 5});
+    property("the expected error equals the interpolation error and never rises",
+             [](std::uint64_t seed) {
+                 Dice dice(seed);
+                 const auto b = shell_block<D>(cells<D>, seed + 1);
+                 const std::array fields{Cubic<D>(dice, 1)};
+                 const Column<LagrangeNode<D>> straight = b.mesh.mid_nodes;
+                 const auto result = moved<D>(b, straight, fields);
+                 RC_ASSERT(std::abs(result.before / interpolated(b, straight, fields[0]) - 1) < 2e-3);
+                 RC_ASSERT(std::abs(result.after / interpolated(b, result.nodes, fields[0]) - 1) < 5e-2);
+                 RC_ASSERT(result.after <= result.before);
+                 for (std::size_t e = 0; e < result.nodes.size(); ++e)
+                     RC_ASSERT(b.kinds[EdgeId(e)] == EdgeKind::volume || result.nodes[e] == straight[e]);
+             },
+             {.count = 5});
     property("nodes from curved walls reduce the expected error by a tenth",
              [](std::uint64_t seed) {
                  Dice dice(seed);
@@ -443,7 +442,8 @@ void check_degree_of_rule(std::uint64_t seed) {
         }
     }
     const KnownSolution<D> solution{{.values = std::move(values)}};
-    CHECK(must(expected_error(mesh.linear, solution, 2, one_thread)) == doctest::Approx(std::sqrt(square)).epsilon(1e-5));
+    CHECK(must(expected_error(mesh.linear, solution, 2, one_thread)) ==
+          doctest::Approx(std::sqrt(square)).epsilon(1e-5));
     const SolutionInElements<D> known_solution = [&](const QuadraticMesh<D>&, const Execution&) {
         return Outcome<KnownSolution<D>>(solution);
     };

@@ -88,22 +88,24 @@ const std::string solid = "solid one\n" + facet + "endsolid one\n";
 
 TEST_CASE("STL files restore surfaces with their orientation") {
     for (const StlEncoding encoding : {StlEncoding::ascii, StlEncoding::binary})
-        testing::property(encoding == StlEncoding::ascii ? "text STL files restore surfaces" : "binary STL files restore surfaces", [&](std::uint64_t seed) {
-            const LinearMesh<3> mesh = surface(seed, 1 + seed % 4);
-            const auto bytes = written(mesh, encoding);
-            const auto first = read(bytes);
-            if (!first) RC_FAIL(describe(first.error()));
-            RC_ASSERT(first->notices.empty());
-            const auto& back = testing::mesh_in<LinearMesh<3>>(first->mesh);
-            RC_ASSERT(sorted(corners_of(back)) == sorted(corners_of(mesh)));
-            if (encoding == StlEncoding::binary) RC_ASSERT(corners_of(back) == corners_of(mesh));
-            RC_ASSERT(not_in_stl(as_mesh(back), encoding).empty());
-            const auto second = read(written(back, encoding));
-            RC_ASSERT((second.has_value() && testing::mesh_in<LinearMesh<3>>(second->mesh) == back));
-            const auto third = read(written(back, StlEncoding::ascii));
-            RC_ASSERT(
-                (third.has_value() && corners_of(testing::mesh_in<LinearMesh<3>>(third->mesh)) == corners_of(back)));
-        });
+        testing::property(
+            encoding == StlEncoding::ascii ? "text STL files restore surfaces" : "binary STL files restore surfaces",
+            [&](std::uint64_t seed) {
+                const LinearMesh<3> mesh = surface(seed, 1 + seed % 4);
+                const auto bytes = written(mesh, encoding);
+                const auto first = read(bytes);
+                if (!first) RC_FAIL(describe(first.error()));
+                RC_ASSERT(first->notices.empty());
+                const auto& back = testing::mesh_in<LinearMesh<3>>(first->mesh);
+                RC_ASSERT(sorted(corners_of(back)) == sorted(corners_of(mesh)));
+                if (encoding == StlEncoding::binary) RC_ASSERT(corners_of(back) == corners_of(mesh));
+                RC_ASSERT(not_in_stl(as_mesh(back), encoding).empty());
+                const auto second = read(written(back, encoding));
+                RC_ASSERT((second.has_value() && testing::mesh_in<LinearMesh<3>>(second->mesh) == back));
+                const auto third = read(written(back, StlEncoding::ascii));
+                RC_ASSERT((third.has_value() &&
+                           corners_of(testing::mesh_in<LinearMesh<3>>(third->mesh)) == corners_of(back)));
+            });
 }
 
 TEST_CASE("STL solids become references with their names") {

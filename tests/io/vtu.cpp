@@ -30,17 +30,19 @@ MeshFields some_fields(const QuadraticMesh<D>& mesh) {
 
 template <int D>
 void check_properties() {
-    testing::property("VTU bytes do not depend on the number of threads and state the number of points", [](std::uint64_t seed) {
-        const auto mesh = generated::quadratic<D>(seed, seed % 9);
-        const VtuOptions options{*rc::gen::element(VtuCells::quadratic, VtuCells::lagrange)};
-        const auto fields = some_fields(mesh);
-        const auto one = generated::joined(*encode_vtu(as_mesh(mesh), fields, options, {.threads = 1}));
-        RC_ASSERT(one == generated::joined(*encode_vtu(as_mesh(mesh), fields, options, {.threads = 3})));
-        const std::string text = generated::text_of(one);
-        RC_ASSERT(text.find("NumberOfPoints=\"" + std::to_string(mesh.linear.points.size() + mesh.mid_nodes.size()) +
-                            "\"") < text.size());
-        RC_ASSERT(text.ends_with("\n</AppendedData>\n</VTKFile>\n"));
-    });
+    testing::property(
+        "VTU bytes do not depend on the number of threads and state the number of points", [](std::uint64_t seed) {
+            const auto mesh = generated::quadratic<D>(seed, seed % 9);
+            const VtuOptions options{*rc::gen::element(VtuCells::quadratic, VtuCells::lagrange)};
+            const auto fields = some_fields(mesh);
+            const auto one = generated::joined(*encode_vtu(as_mesh(mesh), fields, options, {.threads = 1}));
+            RC_ASSERT(one == generated::joined(*encode_vtu(as_mesh(mesh), fields, options, {.threads = 3})));
+            const std::string text = generated::text_of(one);
+            RC_ASSERT(text.find("NumberOfPoints=\"" +
+                                std::to_string(mesh.linear.points.size() + mesh.mid_nodes.size()) + "\"") <
+                      text.size());
+            RC_ASSERT(text.ends_with("\n</AppendedData>\n</VTKFile>\n"));
+        });
     testing::property("a mesh with columns of different lengths is rejected", [](std::uint64_t seed) {
         auto mesh = generated::quadratic<D>(seed, 1 + seed % 9);
         mesh.mid_nodes = Buffer<LagrangeNode<D>>(mesh.edges.size() + 1);

@@ -126,26 +126,25 @@ void check_location() {
         off.xi[1] += 1e3;  // far from any root
         RC_ASSERT(!root_radius(mesh, off, point_in(mesh, e, xi)) || *root_radius(mesh, off, point_in(mesh, e, xi)) > 1);
     });
-    property("a nodal pack equals its points sampled in turn, for any number of threads",
-             [](std::uint64_t seed) {
-                 Dice dice(seed);
-                 const auto back = rough_nodal_back(wavy_mesh<D>(3, seed + 1, dice), dice);
-                 const auto by_threads = nodal_back<D>(back.mesh, back.logs, 3);
-                 std::vector<Vec<D>> points(8);
-                 for (Vec<D>& p : points) p = dice.vector<D>(-0.2, 1.2);
-                 std::vector<FieldSample<D>> samples(points.size()), others(points.size());
-                 const ElementId first = any_element(back.mesh, dice);
-                 back->sample_with_recovered_gradients(points, first, samples);
-                 by_threads->sample_with_recovered_gradients(points, first, others);
-                 ElementId hint = first;
-                 for (std::size_t i = 0; i < points.size(); ++i) {
-                     const auto one = sample_with_recovered_gradient(back, points[i], hint);
-                     RC_ASSERT(one.log_metric == samples[i].log_metric);
-                     RC_ASSERT(one.gradient == samples[i].gradient);
-                     RC_ASSERT(others[i].gradient == samples[i].gradient);
-                     hint = one.location.element;
-                 }
-             });
+    property("a nodal pack equals its points sampled in turn, for any number of threads", [](std::uint64_t seed) {
+        Dice dice(seed);
+        const auto back = rough_nodal_back(wavy_mesh<D>(3, seed + 1, dice), dice);
+        const auto by_threads = nodal_back<D>(back.mesh, back.logs, 3);
+        std::vector<Vec<D>> points(8);
+        for (Vec<D>& p : points) p = dice.vector<D>(-0.2, 1.2);
+        std::vector<FieldSample<D>> samples(points.size()), others(points.size());
+        const ElementId first = any_element(back.mesh, dice);
+        back->sample_with_recovered_gradients(points, first, samples);
+        by_threads->sample_with_recovered_gradients(points, first, others);
+        ElementId hint = first;
+        for (std::size_t i = 0; i < points.size(); ++i) {
+            const auto one = sample_with_recovered_gradient(back, points[i], hint);
+            RC_ASSERT(one.log_metric == samples[i].log_metric);
+            RC_ASSERT(one.gradient == samples[i].gradient);
+            RC_ASSERT(others[i].gradient == samples[i].gradient);
+            hint = one.location.element;
+        }
+    });
 }
 
 template <int D>
@@ -175,23 +174,22 @@ void check_gradients() {
         outside[dice.below(D)] = 1.15;
         check(outside, e);
     });
-    property("sectors have the gradient of their element and walls that point inwards",
-             [](std::uint64_t seed) {
-                 Dice dice(seed);
-                 const auto back = rough_nodal_back(wavy_mesh<D>(3, seed + 1, dice), dice);
-                 const ElementId e = any_element(back.mesh, dice);
-                 const auto [i, j] = local_edges<D>[dice.below(edges_per_simplex<D>)];
-                 const auto& v = back.mesh.linear.elements.vertices[e];
-                 const auto sector = back->sector(e, v[i], v[j]);
-                 std::array<double, D + 1> middle{}, within{};
-                 middle[i] = middle[j] = 0.5;
-                 for (int k = 0; k <= D; ++k) within[k] = (1 - 1e-4) * middle[k] + 1e-4 / (D + 1);
-                 const Vec<D> inwards = point_in(back.mesh, e, within) - point_in(back.mesh, e, middle);
-                 for (const Vec<D>& wall : sector.walls) RC_ASSERT(dot(wall, inwards) > 0);
-                 const auto inside = sample_with_gradient(back, point_in(back.mesh, e, within), e);
-                 for (int c = 0; c < D; ++c)
-                     RC_ASSERT(near(inside.gradient[c], sector.gradient[c], 1e-2 * (1 + norm(sector.gradient[c]))));
-             });
+    property("sectors have the gradient of their element and walls that point inwards", [](std::uint64_t seed) {
+        Dice dice(seed);
+        const auto back = rough_nodal_back(wavy_mesh<D>(3, seed + 1, dice), dice);
+        const ElementId e = any_element(back.mesh, dice);
+        const auto [i, j] = local_edges<D>[dice.below(edges_per_simplex<D>)];
+        const auto& v = back.mesh.linear.elements.vertices[e];
+        const auto sector = back->sector(e, v[i], v[j]);
+        std::array<double, D + 1> middle{}, within{};
+        middle[i] = middle[j] = 0.5;
+        for (int k = 0; k <= D; ++k) within[k] = (1 - 1e-4) * middle[k] + 1e-4 / (D + 1);
+        const Vec<D> inwards = point_in(back.mesh, e, within) - point_in(back.mesh, e, middle);
+        for (const Vec<D>& wall : sector.walls) RC_ASSERT(dot(wall, inwards) > 0);
+        const auto inside = sample_with_gradient(back, point_in(back.mesh, e, within), e);
+        for (int c = 0; c < D; ++c)
+            RC_ASSERT(near(inside.gradient[c], sector.gradient[c], 1e-2 * (1 + norm(sector.gradient[c]))));
+    });
 }
 
 /// The distance to the nearest of many boundary points.
@@ -314,25 +312,24 @@ QuadraticMesh<D> layers_at_arc(double thin, std::uint64_t seed) {
 template <int D>
 void check_thin_layers() {
     for (const double thin : {1e-3, 1e-6})
-        property("points in curved layers of anisotropy 1e6 are located from any hint",
-                 [&](std::uint64_t seed) {
-                     Dice dice(seed);
-                     const auto back = rough_nodal_back(layers_at_arc<D>(thin, seed + 1), dice);
-                     RC_ASSERT(largest_bow(back.mesh) > 0.09);
-                     for (int n = 0; n < 10; ++n) {
-                         const ElementId e = any_element(back.mesh, dice);
-                         const auto xi = inner_place<D>(dice);
-                         const Vec<D> x = point_in(back.mesh, e, xi);
-                         const auto sample = sample_value(back, x, any_element(back.mesh, dice));
-                         const int placement = static_cast<int>(sample.location.placement);
-                         RC_ASSERT(placement == 0);
-                         RC_ASSERT(sample.location.element == e);
-                         const auto radius = root_radius(back.mesh, sample.location, x);
-                         RC_ASSERT(radius.has_value());
-                         RC_ASSERT(*radius < 1e-12 / thin);
-                         for (int i = 0; i <= D; ++i) RC_ASSERT(std::abs(sample.location.xi[i] - xi[i]) < 2e-15 / thin);
-                     }
-                 });
+        property("points in curved layers of anisotropy 1e6 are located from any hint", [&](std::uint64_t seed) {
+            Dice dice(seed);
+            const auto back = rough_nodal_back(layers_at_arc<D>(thin, seed + 1), dice);
+            RC_ASSERT(largest_bow(back.mesh) > 0.09);
+            for (int n = 0; n < 10; ++n) {
+                const ElementId e = any_element(back.mesh, dice);
+                const auto xi = inner_place<D>(dice);
+                const Vec<D> x = point_in(back.mesh, e, xi);
+                const auto sample = sample_value(back, x, any_element(back.mesh, dice));
+                const int placement = static_cast<int>(sample.location.placement);
+                RC_ASSERT(placement == 0);
+                RC_ASSERT(sample.location.element == e);
+                const auto radius = root_radius(back.mesh, sample.location, x);
+                RC_ASSERT(radius.has_value());
+                RC_ASSERT(*radius < 1e-12 / thin);
+                for (int i = 0; i <= D; ++i) RC_ASSERT(std::abs(sample.location.xi[i] - xi[i]) < 2e-15 / thin);
+            }
+        });
 }
 
 }  // namespace

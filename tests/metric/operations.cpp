@@ -23,30 +23,31 @@ namespace {
 template <int D>
 void check_intersection(double decades) {
     const double aspect = std::pow(10.0, decades);
-    property("the intersection contains both metrics and is minimal, idempotent and commutative", [=](std::uint64_t seed) {
-        Dice dice(seed);
-        const auto a = random_metric<D>(dice, decades);
-        const auto b = random_metric<D>(dice, decades);
-        const auto both = intersection(a, b);
-        const SpectralMetric<D> of_a(a), of_b(b), of_both(both);
-        const double rounding = 1e-13 + 1e-15 * aspect;
-        // In random directions and along all axes, the intersection is at least as fine as each metric.
-        for (int k = 0; k < 4 * D; ++k) {
-            const Vec<D> v = k < D       ? of_a.vectors.column[k]
-                             : k < 2 * D ? of_b.vectors.column[k - D]
-                                         : dice.direction<D>();
-            const double required = std::max(of_a.length_squared(v), of_b.length_squared(v));
-            RC_ASSERT(of_both.length_squared(v) >= required * (1 - rounding));
-        }
-        RC_ASSERT(size_excess(both, a) <= rounding);
-        RC_ASSERT(size_excess(both, b) <= rounding);
-        // Minimal: along each axis of the reduction one of the two metrics is met exactly. In 2D this bounds the
-        // determinant.
-        RC_ASSERT(trace(both.l) <= trace(a.l) + D * 2 * std::max(0.0, size_excess(a, b)) + rounding);
-        RC_ASSERT(intersection(a, a) == a);
-        RC_ASSERT(norm(intersection(both, a).l - both.l) <= 10 * rounding);
-        RC_ASSERT(norm(intersection(b, a).l - both.l) <= 10 * rounding);
-    });
+    property("the intersection contains both metrics and is minimal, idempotent and commutative",
+             [=](std::uint64_t seed) {
+                 Dice dice(seed);
+                 const auto a = random_metric<D>(dice, decades);
+                 const auto b = random_metric<D>(dice, decades);
+                 const auto both = intersection(a, b);
+                 const SpectralMetric<D> of_a(a), of_b(b), of_both(both);
+                 const double rounding = 1e-13 + 1e-15 * aspect;
+                 // In random directions and along all axes, the intersection is at least as fine as each metric.
+                 for (int k = 0; k < 4 * D; ++k) {
+                     const Vec<D> v = k < D       ? of_a.vectors.column[k]
+                                      : k < 2 * D ? of_b.vectors.column[k - D]
+                                                  : dice.direction<D>();
+                     const double required = std::max(of_a.length_squared(v), of_b.length_squared(v));
+                     RC_ASSERT(of_both.length_squared(v) >= required * (1 - rounding));
+                 }
+                 RC_ASSERT(size_excess(both, a) <= rounding);
+                 RC_ASSERT(size_excess(both, b) <= rounding);
+                 // Minimal: along each axis of the reduction one of the two metrics is met exactly. In 2D this bounds
+                 // the determinant.
+                 RC_ASSERT(trace(both.l) <= trace(a.l) + D * 2 * std::max(0.0, size_excess(a, b)) + rounding);
+                 RC_ASSERT(intersection(a, a) == a);
+                 RC_ASSERT(norm(intersection(both, a).l - both.l) <= 10 * rounding);
+                 RC_ASSERT(norm(intersection(b, a).l - both.l) <= 10 * rounding);
+             });
     property("the intersection with a finer metric is the finer metric", [=](std::uint64_t seed) {
         Dice dice(seed);
         const auto a = random_metric<D>(dice, decades);

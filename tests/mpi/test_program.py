@@ -18,7 +18,7 @@ class Program(OnRanks):
     def test_commands_without_block_support_are_rejected(self):
         run = self.on_ranks(2, "check", "shell.meshb", "--vtu", "shell.vtu")
         self.assertEqual(run.returncode, 2)
-        self.assertIn("camber: check: does not go by blocks, and so on one rank alone", run.stderr)
+        self.assertIn("camber: check: cannot run on several ranks", run.stderr)
         self.assertFalse((self.folder / "shell.vtu").exists())
 
     def test_one_rank_writes_the_same_mesh_as_the_serial_program(self):

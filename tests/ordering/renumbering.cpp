@@ -140,8 +140,10 @@ void check_quadratic_renumbering(std::uint64_t seed) {
 }  // namespace
 
 TEST_CASE("renumbering preserves a mesh and can be inverted") {
-    property("renumbering preserves the mesh and can be inverted, 2D", [](std::uint64_t seed) { check_renumbering<2>(seed); });
-    property("renumbering preserves the mesh and can be inverted, 3D", [](std::uint64_t seed) { check_renumbering<3>(seed); });
+    property("renumbering preserves the mesh and can be inverted, 2D",
+             [](std::uint64_t seed) { check_renumbering<2>(seed); });
+    property("renumbering preserves the mesh and can be inverted, 3D",
+             [](std::uint64_t seed) { check_renumbering<3>(seed); });
     property("renumbering preserves the node of each edge, 2D, degree 2",
              [](std::uint64_t seed) { check_quadratic_renumbering<2>(seed); });
     property("renumbering preserves the node of each edge, 3D, degree 2",

@@ -71,7 +71,8 @@ void check_order(std::uint64_t seed) {
     RC_ASSERT(order.vertices.before == by_three.vertices.before);
     RC_ASSERT(order.elements.before == by_three.elements.before);
     const auto renumbered_mesh = must(renumbered(one, order, one_thread));
-    RC_ASSERT(renumbered_mesh.points == must(renumbered(other, must(space_filling_order(other, one_thread)), one_thread)).points);
+    RC_ASSERT(renumbered_mesh.points ==
+              must(renumbered(other, must(space_filling_order(other, one_thread)), one_thread)).points);
     const auto lowest = [&](std::size_t e) { return std::ranges::min(renumbered_mesh.elements.vertices[e]); };
     for (std::size_t e = 1; e < renumbered_mesh.elements.size(); ++e) RC_ASSERT(lowest(e - 1) <= lowest(e));
 }
@@ -84,8 +85,10 @@ TEST_CASE("better_order improves a shuffled mesh and keeps an ordered one") {
 }
 
 TEST_CASE("space-filling order does not depend on the numbering of the mesh") {
-    property("the order has the same positions for any numbering, 2D", [](std::uint64_t seed) { check_order<2>(seed); });
-    property("the order has the same positions for any numbering, 3D", [](std::uint64_t seed) { check_order<3>(seed); });
+    property("the order has the same positions for any numbering, 2D",
+             [](std::uint64_t seed) { check_order<2>(seed); });
+    property("the order has the same positions for any numbering, 3D",
+             [](std::uint64_t seed) { check_order<3>(seed); });
 }
 
 TEST_CASE("space-filling order visits a square quarter by quarter") {

@@ -73,28 +73,30 @@ TEST_CASE("paper_reference: locate finds a point exactly if it lies in the mesh"
 
 TEST_CASE("paper_reference: the gradient of a length is the limit of central differences") {
     for (const paper::Along along : {paper::Along::nodes, paper::Along::points})
-        property(along == paper::Along::nodes ? "the gradient by nodes equals differences" : "the gradient by points equals differences", [=](std::uint64_t seed) {
-            Dice dice(seed);
-            const paper::BackField field = smooth_field(dice, 3);
-            const ElementEdge ends = random_edge(field, dice);
-            paper::Edge edge(field, along, ends.a, ends.b, ends.element);
-            // The node moves towards the middle of the box, so that the curve stays inside.
-            const paper::Vector middle = edge.middle();
-            const paper::Vector centre{{0.5, 0.5, 0.5}};
-            const paper::Vector node = middle + dice.uniform(0.02, 0.1) * (centre - middle);
-            const paper::Length length = edge.value_and_gradient(node);
-            RC_ASSERT(std::abs(edge.value(node) - length.value) <= 1e-13 * length.value);
-            const double size = std::sqrt(paper::dot(length.gradient, length.gradient)) + length.value;
-            for (std::size_t i = 0; i < 3; ++i) {
-                const double step = 1e-6;
-                paper::Vector ahead = node;
-                paper::Vector behind = node;
-                ahead[i] += step;
-                behind[i] -= step;
-                const double difference = (edge.value(ahead) - edge.value(behind)) / (2 * step);
-                RC_ASSERT(std::abs(difference - length.gradient[i]) <= 1e-6 * size);
-            }
-        });
+        property(along == paper::Along::nodes ? "the gradient by nodes equals differences"
+                                              : "the gradient by points equals differences",
+                 [=](std::uint64_t seed) {
+                     Dice dice(seed);
+                     const paper::BackField field = smooth_field(dice, 3);
+                     const ElementEdge ends = random_edge(field, dice);
+                     paper::Edge edge(field, along, ends.a, ends.b, ends.element);
+                     // The node moves towards the middle of the box, so that the curve stays inside.
+                     const paper::Vector middle = edge.middle();
+                     const paper::Vector centre{{0.5, 0.5, 0.5}};
+                     const paper::Vector node = middle + dice.uniform(0.02, 0.1) * (centre - middle);
+                     const paper::Length length = edge.value_and_gradient(node);
+                     RC_ASSERT(std::abs(edge.value(node) - length.value) <= 1e-13 * length.value);
+                     const double size = std::sqrt(paper::dot(length.gradient, length.gradient)) + length.value;
+                     for (std::size_t i = 0; i < 3; ++i) {
+                         const double step = 1e-6;
+                         paper::Vector ahead = node;
+                         paper::Vector behind = node;
+                         ahead[i] += step;
+                         behind[i] -= step;
+                         const double difference = (edge.value(ahead) - edge.value(behind)) / (2 * step);
+                         RC_ASSERT(std::abs(difference - length.gradient[i]) <= 1e-6 * size);
+                     }
+                 });
 }
 
 TEST_CASE("paper_reference: minimise does not increase the length of an edge") {

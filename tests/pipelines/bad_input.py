@@ -335,7 +335,7 @@ CASES = [
          setup=lambda folder: os.symlink("/dev/zero", folder / "m.step"), needs=bad_moments.no_cad),
 
     # ------------------------------------------------ output
-    Case("Output", "below a file instead of a folder", "refused", 3, "its folder in.mesh/deep lies below a file", plain(block),
+    Case("Output", "below a file instead of a folder", "refused", 3, "its folder in.mesh/deep is below a file", plain(block),
          ("curve", "in.mesh", "-o", "in.mesh/deep/out.mesh")),
     Case("Output", "a folder", "refused", 3, "Is a directory", lambda: plain(block)() | {"out.mesh": None}),
     Case("Output", "not permitted", "refused", 3, "Permission denied", lambda: plain(block)() | {"closed": None},

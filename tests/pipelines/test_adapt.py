@@ -211,7 +211,7 @@ class Errors(unittest.TestCase):
             self.assertIn("gradients", configs[0])
             both = folder.adapt("--field", FIELD, "--norm", "H1", "--error-of", "values")
             self.assertEqual(both.returncode, 2)
-            self.assertIn("leave --error-of values out", both.stderr)
+            self.assertIn("remove --error-of values", both.stderr)
             wrong = folder.adapt("--field", FIELD, "--norm", "H2")
             self.assertEqual(wrong.returncode, 2)
             self.assertIn("--norm", wrong.stderr)

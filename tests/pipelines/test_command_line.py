@@ -169,7 +169,7 @@ class CommandLine(unittest.TestCase):
         self.fails(3, "cut.mesh", "curve", "cut.mesh", "-o", "out.mesh")
         self.write("hexes.mesh", CUBE.replace("End", "Hexahedra 1\n1 2 3 4 5 1 2 3 0\nEnd"))
         self.fails(3, "exahedra", "check", "hexes.mesh")
-        self.fails(3, "two.mesh/nowhere/deep.mesh: its folder two.mesh/nowhere lies below a file", "curve", "two.mesh", "-o", "two.mesh/nowhere/deep.mesh")
+        self.fails(3, "two.mesh/nowhere/deep.mesh: its folder two.mesh/nowhere is below a file", "curve", "two.mesh", "-o", "two.mesh/nowhere/deep.mesh")
 
     def test_bad_metric_files_exit_with_code_3(self):
         header = "MeshVersionFormatted 2\nDimension 3\nSolAtVertices {}\n1 3\n{}\nEnd\n"
@@ -419,7 +419,7 @@ class CommandLine(unittest.TestCase):
                           ("generate", "box", "-o", "new/o.mesh"), ("curve", "two.mesh", "-o", "o.mesh", "--report", "new/r"),
                           ("metric", "two.mesh", "--solution", "absent.sol", "-o", "new/o.sol"),
                           ("geometry", "two.mesh", "-o", "new/o.vtu")):
-            self.fails(3, "its folder new does not exist (make it: mkdir -p new)", *arguments)
+            self.fails(3, "its folder new does not exist (create it: mkdir -p new)", *arguments)
         self.fails(3, "its folder new does not exist", "curve", "two.mesh", "-o", "o.mesh", "--plots", "new/plots")
 
     def test_quiet_prints_failures_only(self):

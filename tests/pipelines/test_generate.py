@@ -121,7 +121,7 @@ class Generate(unittest.TestCase):
             with self.subTest(" ".join(arguments)):
                 self.fails(code, message, *arguments)
         (self.folder.path / "reads.json").write_text('{"input": {"mesh": "a.mesh"}}')
-        self.fails(2, "reads.json: /input: reads a mesh, it generates none", "reads.json", "-o", "o.mesh")
+        self.fails(2, "reads.json: /input: the config reads a mesh instead of generating one", "reads.json", "-o", "o.mesh")
         self.fails(2, "-o is the same file as the config", "reads.json", "-o", "reads.json")
         for config in sorted(CONFIGS.glob("*.json")):
             if "generate" in json.loads(config.read_text()).get("input", {}):

@@ -118,7 +118,7 @@ class OtherPrograms(Messages):
         self.assertIn("did you mean", answer)
         self.assertLessEqual(answer.count('"'), 6)
         self.assertIn("see camber curve --help-all", self.answer("curve", "wing.mesh", "-o", "out.mesh", "--xyzzy"))
-        self.assertIn("it is one of camber curve", self.answer("remesh", "wing.mesh", "-o", "out.mesh", "--memory", "2G"))
+        self.assertIn("it is an option of camber curve", self.answer("remesh", "wing.mesh", "-o", "out.mesh", "--memory", "2G"))
 
     def test_settings_that_answers_suggest_are_accepted(self):
         for setting in ('metric_operations=[{"bound": {"max_size": 0.1}}]', "features/ridge_angle=180"):
@@ -163,7 +163,7 @@ class Files(Messages):
 
     def test_messages_quote_folder_names_with_blanks(self):
         done = self.camber("curve", "wing.mesh", "-o", "my results/out.mesh", code=3)
-        self.assertIn("(make it: mkdir -p 'my results')", done.stderr)
+        self.assertIn("(create it: mkdir -p 'my results')", done.stderr)
 
     def test_metric_options_are_rejected_where_no_metric_is_used(self):
         curve = ("curve", "wing.mesh", "-o", "out.mesh")

@@ -255,7 +255,7 @@ class PrintedConfigs(unittest.TestCase):
                     before = folder.files()
                     done = folder.camber(*shlex.split(case), *more)
                     self.assertEqual((done.returncode, done.stdout), (2, ""))
-                    self.assertIn('command line: /solution: "fields" are fields of a file', done.stderr)
+                    self.assertIn('command line: /solution: "fields" selects fields of a file', done.stderr)
                     self.assertEqual(folder.files(), before)
 
     def test_printed_configs_of_curve_write_the_same_files(self):

@@ -80,7 +80,8 @@ void check_relaxation(const Planned<D>& p, RepairMethod method) {
 
 template <int D>
 void test_ends_valid(RepairMethod method) {
-    property(std::string("relax returns a valid mesh and correct statistics, ") + std::to_string(D) + "D, " + (method == RepairMethod::segment ? "shell" : "paper"),
+    property(std::string("relax returns a valid mesh and correct statistics, ") + std::to_string(D) + "D, " +
+                 (method == RepairMethod::segment ? "shell" : "paper"),
              [method] {
                  auto random = random_source();
                  const double volume = uniform(random, 0, 0.6);

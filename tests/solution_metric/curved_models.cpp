@@ -84,7 +84,8 @@ void check_layer() {
         thirds.push_back(layer.third(p, 6 * s, 6));
     }
     // u = s is linear on the reference elements, though its Hessian in space is not 0.
-    const auto linear = must(curved_hessian_models(mesh, Column<Vec<D>>(gradients), Column<Sym<D>>(of_s), {}, one_thread));
+    const auto linear =
+        must(curved_hessian_models(mesh, Column<Vec<D>>(gradients), Column<Sym<D>>(of_s), {}, one_thread));
     // u = s³: on the reference elements a form of one direction, |6 s_v³|^{2/3}.
     const auto cubic =
         must(curved_cubic_models(mesh, Column<Sym<D>>(hessians), Column<CubicForm<D>>(thirds), {}, one_thread));
@@ -108,32 +109,33 @@ void check_layer() {
 
 template <int D>
 void check_straight_elements() {
-    property("curved models of straight elements equal the models in space",
-             [](std::uint64_t seed) {
-                 Dice dice(seed);
-                 auto mesh = must(elevate(box_with_facets<D>(1, seed + 1, 0.1), one_thread));
-                 const std::size_t n = mesh.linear.elements.size();
-                 const Buffer<Sym<D>> h(n, dice.symmetric<D>());
-                 CubicForm<D> t;
-                 for (double& x : t.c) x = dice.uniform(-1, 1);
-                 const Buffer<CubicForm<D>> thirds(n, t);
-                 const ModelOptions options{.max_anisotropy = 1e9};
-                 const auto curved = must(curved_hessian_models(
-                     mesh, Column<Vec<D>>(Buffer<Vec<D>>(n, dice.vector<D>())), Column<Sym<D>>(h), options, one_thread));
-                 const auto plain = must(hessian_models(Column<Sym<D>>(h), options, one_thread));
-                 const auto curved_cubic =
-                     must(curved_cubic_models(mesh, Column<Sym<D>>(h), Column<CubicForm<D>>(thirds), options, one_thread));
-                 const auto plain_cubic = must(cubic_models(Column<CubicForm<D>>(thirds), options, one_thread));
-                 for (std::size_t e = 0; e < n; ++e) {
-                     // |H| is independent of coordinates only if H is definite.
-                     const auto eigen = eigen_system(h[e]).values.c;
-                     bool definite = true;
-                     for (const double x : eigen) definite = definite && x * eigen[0] > 0;
-                     if (definite) RC_ASSERT(norm(composed(curved.rows[e].logs) - composed(plain.rows[e].logs)) < 1e-6);
-                     RC_ASSERT(std::abs(log_det(curved_cubic.rows[e].logs) - log_det(plain_cubic.rows[e].logs)) < 0.1);
-                 }
-             },
-             {.count = 20});
+    property(
+        "curved models of straight elements equal the models in space",
+        [](std::uint64_t seed) {
+            Dice dice(seed);
+            auto mesh = must(elevate(box_with_facets<D>(1, seed + 1, 0.1), one_thread));
+            const std::size_t n = mesh.linear.elements.size();
+            const Buffer<Sym<D>> h(n, dice.symmetric<D>());
+            CubicForm<D> t;
+            for (double& x : t.c) x = dice.uniform(-1, 1);
+            const Buffer<CubicForm<D>> thirds(n, t);
+            const ModelOptions options{.max_anisotropy = 1e9};
+            const auto curved = must(curved_hessian_models(mesh, Column<Vec<D>>(Buffer<Vec<D>>(n, dice.vector<D>())),
+                                                           Column<Sym<D>>(h), options, one_thread));
+            const auto plain = must(hessian_models(Column<Sym<D>>(h), options, one_thread));
+            const auto curved_cubic =
+                must(curved_cubic_models(mesh, Column<Sym<D>>(h), Column<CubicForm<D>>(thirds), options, one_thread));
+            const auto plain_cubic = must(cubic_models(Column<CubicForm<D>>(thirds), options, one_thread));
+            for (std::size_t e = 0; e < n; ++e) {
+                // |H| is independent of coordinates only if H is definite.
+                const auto eigen = eigen_system(h[e]).values.c;
+                bool definite = true;
+                for (const double x : eigen) definite = definite && x * eigen[0] > 0;
+                if (definite) RC_ASSERT(norm(composed(curved.rows[e].logs) - composed(plain.rows[e].logs)) < 1e-6);
+                RC_ASSERT(std::abs(log_det(curved_cubic.rows[e].logs) - log_det(plain_cubic.rows[e].logs)) < 0.1);
+            }
+        },
+        {.count = 20});
 }
 
 }  // namespace

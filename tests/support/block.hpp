@@ -36,7 +36,8 @@ inline double mildly_thinner(double s) { return 1 + 0.3 * s + 0.7 * s * s; }
 template <int D>
 Column<EdgeKind> boundary_kinds(const LinearMesh<D>& mesh, const EdgeSet<D>& edges) {
     Buffer<EdgeKind> kinds(edges.size(), EdgeKind::volume);
-    for (const ElementFace& face : boundary_faces<D>(must(neighbours(mesh, must(balls(mesh, one_thread)), one_thread)))) {
+    for (const ElementFace& face :
+         boundary_faces<D>(must(neighbours(mesh, must(balls(mesh, one_thread)), one_thread)))) {
         const auto v = face_of(mesh, face);
         for (int i = 0; i < D; ++i)
             for (int j = 0; j < i; ++j) kinds[find_edge(edges, v[i], v[j]).index()] = EdgeKind::surface;
@@ -62,8 +63,8 @@ Block<D> shell_block(const std::array<int, D>& cells, std::uint64_t seed,
     auto linear = lattice_mesh(options);
     const auto around = must(balls(linear, one_thread));
     Block<D> block;
-    block.back = must(
-        make_back_mesh(linear, around, Column<LogMetric<D>>(must(natural_log_metrics(linear, around, one_thread))), one_thread));
+    block.back = must(make_back_mesh(
+        linear, around, Column<LogMetric<D>>(must(natural_log_metrics(linear, around, one_thread))), one_thread));
     block.mesh = must(elevate(std::move(linear), one_thread));
     const auto& edges = block.mesh.edges;
     block.shells = must(shells(edges, one_thread));

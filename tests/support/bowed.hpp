@@ -148,7 +148,8 @@ BowedDomain<D> bowed_domain(LinearMesh<D> mesh, Dice& dice) {
     mesh.points = std::move(points);
     BowedDomain<D> out{
         stretch,
-        {must(make_back_mesh(mesh, must(balls(mesh, one_thread)), Column<LogMetric<D>>(std::move(logs)), one_thread)), {}},
+        {must(make_back_mesh(mesh, must(balls(mesh, one_thread)), Column<LogMetric<D>>(std::move(logs)), one_thread)),
+         {}},
         {}};
     out.state = must(begin_adaptation(must(elevate(mesh, one_thread)), {}, out.goal, one_thread));
     bow(out.state, stretch, dice);

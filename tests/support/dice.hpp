@@ -1,6 +1,7 @@
 // Random numbers, vectors and matrices for property tests: a property receives a seed and draws from a `Dice`.
 //
-//     property("the determinant of a product is the product of the determinants", [](std::uint64_t seed) { Dice dice(seed); const auto a = dice.matrix<3>(); …
+//     property("the determinant of a product is the product of the determinants", [](std::uint64_t seed) { Dice
+//     dice(seed); const auto a = dice.matrix<3>(); …
 //     });
 #pragma once
 

@@ -120,8 +120,7 @@ class ManyRounds {
     }
 
     [[nodiscard]] std::string round_violation(Round& round) {
-        if (const std::string violation = topology_violation(mesh_, invariants_); !violation.empty())
-            return violation;
+        if (const std::string violation = topology_violation(mesh_, invariants_); !violation.empty()) return violation;
         if (made_worse_) return "a pass made a bad element worse";
         if (const std::string violation = orientation_violation(mesh_); !violation.empty()) return violation;
         const Sizes now = measures(mesh_);

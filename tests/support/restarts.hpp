@@ -127,8 +127,8 @@ struct Figures {
 };
 template <int D>
 Figures figures_of(const QuadraticMesh<D>& mesh, const NodalLogs<D>& logs) {
-    return {must(complexity(mesh, logs, one_thread)),
-            std::max(must(largest_anisotropy(logs.vertices, one_thread)), must(largest_anisotropy(logs.mid_nodes, one_thread)))};
+    return {must(complexity(mesh, logs, one_thread)), std::max(must(largest_anisotropy(logs.vertices, one_thread)),
+                                                               must(largest_anisotropy(logs.mid_nodes, one_thread)))};
 }
 
 /// Relative changes of both figures after `restarts` transfers, each from the output of the previous one.

@@ -13,7 +13,7 @@ import camber.io;
 
 struct camber_mesh {
     camber::DecodedMesh value;
-    /// Number of each point in the input (from 1), 0 for a new point; empty if the numbers are 1, 2, 3 …
+    /// Input number (from 1) of each point, 0: a new point; empty: 1, 2, 3 …
     camber::Column<std::uint32_t> input_numbers = {};
 };
 
@@ -41,15 +41,14 @@ struct Pointer {
     const void* value;
 };
 
-/// Returns CAMBER_OK if no argument is NULL. Otherwise stores an error about the first NULL argument and returns its
-/// status.
+/// Returns CAMBER_OK, or stores an error about the first NULL argument and returns its status.
 int missing(const char* function, std::initializer_list<Pointer> arguments);
 
 /// Returns an error of kind usage, for example "camber_make: points: is -1 (…)".
 Error wrong_argument(const std::string& function, const std::string& argument, std::string what,
                      std::string remedy = {});
 
-/// Returns CAMBER_OK if `first` is 0 (C) or 1 (Fortran, Julia). Otherwise stores an error and returns its status.
+/// Returns CAMBER_OK if `first` is 0 (C) or 1 (Fortran, Julia), else stores an error and returns its status.
 int wrong_first(const char* function, int first);
 
 }  // namespace camber::c

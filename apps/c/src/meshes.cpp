@@ -100,8 +100,8 @@ auto on(const camber_mesh& mesh, F&& f) {
     return std::visit(std::forward<F>(f), mesh.value.mesh);
 }
 
-/// Calls f(simplices, edges) for the simplices of a cell type; `edges` is null for degree 1. Returns false if the mesh
-/// has no cells of this degree and dimension.
+/// Calls f(simplices, edges) for a cell type; `edges` is null for degree 1. Returns false if the mesh has no cells of
+/// this degree and dimension.
 template <class F>
 bool on_type(const camber_mesh& mesh, std::string_view type, F&& f) {
     bool found = false;

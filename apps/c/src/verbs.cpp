@@ -100,7 +100,7 @@ void prepare() {
     std::call_once(once, [] { app::start_itself_by({}); });
 }
 
-/// Host that calls the caller's progress function, whose return value may stop the work.
+/// Host that calls the caller's progress function, which may stop the work.
 app::Host host_of(const camber_options* options, std::stop_source stop) {
     app::Host host{.stop = stop.get_token(), .progress = [](const std::string&, double) {}};
     if (options == nullptr || options->progress == nullptr) return host;
@@ -111,7 +111,7 @@ app::Host host_of(const camber_options* options, std::stop_source stop) {
     return host;
 }
 
-/// The called interface function, with its mesh and options, both of which may be NULL.
+/// Interface function with its mesh and options, which may be NULL.
 struct Call {
     const char* function;
     const camber_mesh* mesh;
@@ -138,7 +138,7 @@ Outcome<std::optional<Solution>> metric_of(const Call& call) {
 
 constexpr const char *mesh_name = "memory:mesh", *metric_name = "memory:metric.sol";
 
-/// Stores an error and returns its status. Internal names of meshes and metrics are replaced by names of arguments.
+/// Stores an error and returns its status. Names of arguments replace internal names of meshes and metrics.
 int status_in(const char* function, Error error) {
     constexpr std::string_view metric = "memory:metric", mesh = mesh_name;
     if (error.where.starts_with(metric)) error.where = std::string(function) + ": options.metric";
@@ -151,8 +151,8 @@ bool is_option(std::string_view word, std::string_view option) {
     return word.starts_with(option) && (word.size() == option.size() || word[option.size()] == '=');
 }
 
-/// Checks the words of camber_run; the first one is the verb. Errors: usage (a NULL word, a verb that does not work on
-/// a mesh in memory, an option that an argument or result of the function replaces).
+/// Checks the words of camber_run, the verb first. Errors: usage (a NULL word, a verb that needs no mesh in memory, an
+/// option that an argument or result of the function replaces).
 Outcome<std::vector<std::string>> words_of(int count, const char* const* word, bool has_metric) {
     const auto wrong = [](int w, const std::string& what, const std::string& remedy) {
         return fail(c::wrong_argument("camber_run", "word[" + std::to_string(w) + "]", what, remedy));

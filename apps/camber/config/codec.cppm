@@ -20,7 +20,7 @@ namespace camber::config {
 
 using Json = nlohmann::ordered_json;
 
-/// A place in a config: the file's name and a JSON pointer.
+/// A position in a config: the file's name and a JSON pointer.
 struct Place {
     std::string file, pointer;
 
@@ -36,28 +36,27 @@ struct Place {
     return fail(ErrorKind::usage, std::move(what), place.text(), {}, std::move(remedy));
 }
 
-/// "a string", "a number" …
+/// The type for messages: "a string", "a number" …
 [[nodiscard]] std::string kind_of(const Json& json);
 
-/// Syntax errors with line and column; duplicate keys with their path.
+/// Errors: usage; syntax with line and column, duplicate keys with their path.
 [[nodiscard]] Outcome<Json> parse_json(std::string_view text, std::string_view name);
 
-/// Sets what `path=value` says in a config. Errors (usage): a path that leads nowhere.
+/// Applies `path=value` to a config. Errors: usage, an invalid path.
 [[nodiscard]] Outcome<Done> override_value(Json& json, std::string_view assignment);
 
-/// The candidate nearest to a misspelt word, or nothing when none is near.
+/// Empty if no candidate is near.
 [[nodiscard]] std::string nearest(std::string_view word, const std::vector<std::string>& candidates);
 
-/// `did you mean "…"?`, else the candidates.
+/// `did you mean "…"?`, or all candidates.
 [[nodiscard]] std::string suggestion(std::string_view word, const std::vector<std::string>& candidates);
 
-/// The error of a word that is none of the candidates: its successor, if it is an old name, else `what`.
+/// The error states the successor of an old name, otherwise `what`.
 [[nodiscard]] Error unknown_word(NameKind kind, const std::string& word, const std::vector<std::string>& candidates,
                                  const Place& place, std::string what);
 
-/// Functions that read values of a type from JSON, write them, and describe them. Values are passed by
-/// address and without their type, so that the same functions serve all structs, choices and lists. `codec_of<T>` is
-/// the one of the type T.
+/// Reads values from JSON, writes and describes them. Addresses of values are untyped, so that all types share these
+/// functions. `codec_of<T>` is the codec of T.
 class Codec {
   public:
     Codec() = default;
@@ -71,11 +70,10 @@ class Codec {
     [[nodiscard]] virtual Json write(const void* value) const = 0;
     [[nodiscard]] virtual Json schema(const Limits&) const = 0;
     [[nodiscard]] virtual std::string type(const Limits&) const = 0;
-    /// True if an alternative of this type may be written as its bare key.
     [[nodiscard]] virtual bool may_be_bare() const { return false; }
 };
 
-/// Specialised for each struct and variant in describe_*.cpp, and declared in description.cppm.
+/// Specialised in describe_*.cpp for each struct and variant.
 template <class T>
 struct Described;  // static const Description / Choice / Wrapper& get()
 
@@ -87,7 +85,7 @@ template <>
 const Codec& codec_of<std::string>();
 template <>
 const Codec& codec_of<FilePath>();
-/// A number, or null where it is only recommended.
+/// The bound is a number, or null if it is only recommended.
 template <>
 const Codec& codec_of<JacobianBound>();
 
@@ -96,7 +94,7 @@ template <class T>
     return codec_of<T>().write(&value);
 }
 
-/// True if a JSON value is a whole number within the limits, which `fits` the type.
+/// Checks a whole number. `fits`: the type can store it.
 [[nodiscard]] Outcome<Done> check_integer(const Json& json, const Place& place, const Limits& limits, bool fits);
 [[nodiscard]] Json integer_schema(const Limits& limits, bool is_unsigned);
 [[nodiscard]] std::string integer_type(const Limits& limits);
@@ -116,7 +114,6 @@ class IntegerCodec : public Codec {
     std::string type(const Limits& limits) const override { return integer_type(limits); }
 };
 
-/// The words of an enumeration of one byte.
 class WordCodec : public Codec {
   public:
     template <HasWords T>
@@ -137,7 +134,6 @@ class WordCodec : public Codec {
     std::vector<unsigned char> values_;
 };
 
-/// Lists, whatever holds them and their items.
 class ListCodec : public Codec {
   public:
     explicit ListCodec(const Codec& items) : items_(&items) {}
@@ -147,10 +143,10 @@ class ListCodec : public Codec {
     std::string type(const Limits& limits) const override;
 
   private:
-    /// The option's limits with those of the type.
+    /// Combines the limits of option and type.
     [[nodiscard]] virtual Limits counted(const Limits& limits) const { return limits; }
     [[nodiscard]] virtual std::size_t size(const void* list) const = 0;
-    /// Makes it a list of this many default values.
+    /// Fills the list with `size` default values.
     virtual void renew(void* list, std::size_t size) const = 0;
     [[nodiscard]] virtual void* item(void* list, std::size_t i) const = 0;
 
@@ -185,7 +181,7 @@ class ArrayCodec : public ListCodec {
     void* item(void* list, std::size_t i) const override { return &(*static_cast<std::array<T, N>*>(list))[i]; }
 };
 
-/// The codec of a type without a name in configs.
+/// Codec of a type that has no name in configs.
 template <class T>
 struct Unnamed;
 template <std::integral T>
@@ -206,7 +202,7 @@ struct Unnamed<std::array<T, N>> {
 };
 template <int D>
 struct Unnamed<Vec<D>> {
-    ArrayCodec<double, D> codec;  ///< a Vec is its array
+    ArrayCodec<double, D> codec;  ///< a Vec is read as an array
 };
 
 template <class T>

@@ -166,12 +166,11 @@ Wrapper Described<Intersect>::make() { return Wrapper(&Intersect::metric); }
 
 namespace {
 
-/// True if any word of the command contains it.
 bool has(const std::vector<std::string>& words, std::string_view part) {
     return std::ranges::any_of(words, [&](const std::string& word) { return word.find(part) != std::string::npos; });
 }
 
-/// Returns the error of a file's name within a folder; empty if there is none.
+/// Returns the error; empty: the name is valid.
 std::string wrong_name(const char* what, const std::string& name) {
     if (name.empty() || name.find('/') != std::string::npos || name.front() == '.')
         return in_quotes(what) + " must be a file name without a folder, not starting with a dot, got " +

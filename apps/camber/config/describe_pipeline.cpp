@@ -27,7 +27,7 @@ namespace camber::config {
 
 namespace {
 
-/// Error of a point and a direction that must have one dimension; empty if there is none.
+/// Returns the error if the dimensions differ or the axis is zero; empty: valid.
 std::string check_axis(const std::vector<double>& point, const std::vector<double>& axis, const char* name) {
     if (point.size() != axis.size()) return "the point and the direction must have the same number of coordinates";
     const bool is_zero = std::ranges::all_of(axis, [](double x) { return x == 0; });
@@ -174,8 +174,8 @@ Choice Described<Shape>::make() {
 
 Choice Described<MeshSource>::make() {
     const std::string file = "a mesh file (" + camber::listed(readable_extensions(mesh_formats()), ", ") + ")";
-    return choice_of<MeshSource>("source", "one of them: " + file + ", or an example domain",
-                                 key<FilePath>("mesh", file), key<Shape>("generate", "an example domain"));
+    return choice_of<MeshSource>("source", "either " + file + ", or an example domain", key<FilePath>("mesh", file),
+                                 key<Shape>("generate", "an example domain"));
 }
 Description Described<Input>::make() {
     using S = Input;
@@ -254,7 +254,7 @@ Description Described<Curve>::make() {
     return described<Curve>(
         "curve",
         "Proposes a position for each edge's node: on the geometry for boundary nodes, by the objective for inner "
-        "nodes. By default the objective minimises the interpolation error of the field that belongs to the metric.");
+        "nodes. The default objective minimises the interpolation error of the field that belongs to the metric.");
 }
 
 Description Described<Validate>::make() {
@@ -328,10 +328,10 @@ Description Described<Remesh>::make() {
 Choice Described<Stage>::make() {
     return choice_of<Stage>(
         "stages", "One step of the pipeline.", key<Elevate>("elevate", "linear to quadratic"),
-        key<Curve>("curve", "propose node positions"), key<Validate>("validate", "judge every element"),
+        key<Curve>("curve", "propose node positions"), key<Validate>("validate", "check every element"),
         key<Relax>("relax", "make invalid elements valid"), key<Commit>("commit", "accept the proposed nodes"),
-        key<Reinsert>("reinsert", "curve cavity by cavity"), key<Collapse>("collapse", "remove short edges"),
-        key<Split>("split", "divide long edges"), key<Swap>("swap", "swap edges and faces of bad elements"),
+        key<Reinsert>("reinsert", "curve cavity by cavity"), key<Collapse>("collapse", "collapse short edges"),
+        key<Split>("split", "split long edges"), key<Swap>("swap", "swap edges and faces of bad elements"),
         key<Smooth>("smooth", "move vertices"), key<Mend>("improve", "swap and move for bad elements only"),
         key<Remesh>("remesh", "adapt the mesh to the metric"));
 }

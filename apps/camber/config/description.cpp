@@ -33,13 +33,13 @@ Json Field::schema(const std::string& key) const {
 
 namespace {
 
-/// Reads the field from the one of its keys that the object has.
+/// Reads the field from one of its keys. Two keys are an error.
 Outcome<Done> read_field(const Json& json, const Place& place, const Field& field, void* into) {
     std::string found;
     for (const auto& key : field.keys) {
         if (!json.contains(key)) continue;
         if (!found.empty())
-            return bad(place.at(key), "only one of " + in_quotes(found) + " and " + in_quotes(key) + " may be given");
+            return bad(place.at(key), "only one of " + in_quotes(found) + " and " + in_quotes(key) + " is allowed");
         found = key;
     }
     if (!found.empty()) return field.read(found, json[found], place.at(found), into);
@@ -135,7 +135,7 @@ Outcome<Done> Choice::read_key(const std::string& key, const Json& options, cons
 
 Json Choice::write(const void* variant) const {
     Json written = options(variant);
-    // Without options the bare word reads best.
+    // Without options, the bare word is written.
     if (written.is_object() && written.empty()) return key(variant);
     return Json{{key(variant), std::move(written)}};
 }

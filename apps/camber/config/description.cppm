@@ -21,7 +21,7 @@ import :codec;
 
 namespace camber::config {
 
-/// A member of structs that are passed by address.
+/// Address of a member in a struct of unknown type.
 class Member {
   public:
     template <class S, class T>
@@ -37,30 +37,29 @@ class Member {
 
 struct Choice;
 
-/// One field of a struct: the single description from which it is read, written, explained and put into the schema.
+/// Description of a struct's field for reading, writing, explanation and schema.
 struct Field {
     Member member;
-    const Codec* codec;  ///< of the member
+    const Codec* codec;
     std::string name, doc, unit_name;
     Limits limits;
     bool is_required;
-    /// The keys that it takes in the struct's object: its name, or those of an inlined choice, of which exactly one.
+    /// Name of the field, or the keys of an inlined choice, of which exactly one must appear.
     std::vector<std::string> keys;
-    const Choice* inlined = nullptr;  ///< the codec of an inlined choice
+    const Choice* inlined = nullptr;  ///< codec of an inlined choice
 
-    /// Reads the value of one of its keys.
     Outcome<Done> read(const std::string& key, const Json& json, const Place& place, void* into) const;
     void write(const void* from, Json& object) const;
     [[nodiscard]] Json schema(const std::string& key) const;
     [[nodiscard]] std::string type() const { return codec->type(limits); }
 };
 
-/// A struct of options: an object in JSON.
+/// Description of a struct, which is an object in JSON.
 struct Description : Codec {
     std::string name, doc;
     std::vector<Field> fields;
     Json (*defaults)();
-    /// Checks a value whose fields are valid one by one. Returns the error; empty if there is none.
+    /// Checks a struct whose fields are valid. Returns the error; empty: valid.
     std::function<std::string(const void*)> check;
 
     Outcome<Done> read(const Json& json, const Place& place, const Limits&, void* into) const override;
@@ -74,26 +73,25 @@ struct Description : Codec {
 struct Alternative {
     std::string key, doc;
     const Codec* codec;
-    /// Makes the variant the default of this alternative, and returns the address of that.
+    /// Assigns the alternative's default value and returns its address.
     void* (*emplace)(void* variant);
 };
 
-/// One of several: an object with one key, or the bare key where the alternative needs no options.
+/// Description of a variant: an object with one key, or a bare key without options.
 struct Choice : Codec {
     std::string name, doc;
     std::vector<Alternative> alternatives;  ///< in the variant's order
-    /// The position of the variant's alternative, and its address.
+    /// Index and address of the active alternative.
     std::pair<std::size_t, const void*> (*alternative_of)(const void* variant) = nullptr;
 
     [[nodiscard]] std::vector<std::string> keys() const;
-    /// Null if no alternative has this key.
+    /// Null if there is no such key.
     [[nodiscard]] const Alternative* find(std::string_view key) const;
-    /// The key of the variant's alternative, and its options.
     [[nodiscard]] const std::string& key(const void* variant) const {
         return alternatives[alternative_of(variant).first].key;
     }
     [[nodiscard]] Json options(const void* variant) const;
-    /// Reads the alternative of this key; null stands for the bare key.
+    /// Null options stand for the bare key.
     Outcome<Done> read_key(const std::string& key, const Json& options, const Place&, const Limits&, void* into) const;
 
     Outcome<Done> read(const Json& json, const Place& place, const Limits& limits, void* into) const override;
@@ -102,10 +100,10 @@ struct Choice : Codec {
     std::string type(const Limits&) const override;
 };
 
-/// A struct in the form of its only member.
+/// A struct that is written as its only member.
 struct Wrapper : Codec {
     Member member;
-    const Codec& (*codec)();       ///< of the member
+    const Codec& (*codec)();
     std::optional<Limits> limits;  ///< none: those of the option
     std::string type_name;         ///< empty: that of the member
 
@@ -123,7 +121,7 @@ struct Wrapper : Codec {
     }
 };
 
-/// Each is made in one of describe_*.cpp.
+/// `make` is defined in describe_*.cpp.
 #define CAMBER_DESCRIBED(...)                       \
     template <>                                     \
     struct Described<__VA_ARGS__> {                 \
@@ -204,7 +202,7 @@ CAMBER_DESCRIBED(Analytic)
 #undef CAMBER_KIND
 #undef CAMBER_DESCRIBED
 
-/// An option as its struct, or one that S is derived from, describes it.
+/// Makes the field of an option of S or of its base class.
 template <class S, class B, class T>
 [[nodiscard]] Field field(const Option<B, T>& option) {
     T S::* const member = option.member;
@@ -213,7 +211,7 @@ template <class S, class B, class T>
             option.limits, option.is_required, {name}};
 }
 
-/// A required choice whose keys stand in the struct's own object, beside its other fields.
+/// Makes a required choice whose keys are in the object of the struct.
 template <class S, class V>
 [[nodiscard]] Field inlined(V S::* member) {
     const Choice& choice = Described<V>::get();
@@ -222,7 +220,6 @@ template <class S, class V>
     return {member, &choice, std::move(name), choice.doc, {}, {}, true, choice.keys(), &choice};
 }
 
-/// All options that a struct lists.
 template <class S>
 [[nodiscard]] std::vector<Field> listed() {
     std::vector<Field> fields;
@@ -230,8 +227,7 @@ template <class S>
     return fields;
 }
 
-/// The description of a struct; `check` returns the error of a value whose fields are valid one by one, or an empty
-/// text.
+/// Describes a struct. `check` returns the error of a struct with valid fields, or an empty text.
 template <class S>
 [[nodiscard]] Description described(std::string name, std::string doc, std::vector<Field> fields,
                                     std::string (*check)(const S&) = nullptr) {
@@ -249,7 +245,6 @@ template <class S>
     return described<S>(std::move(name), std::move(doc), listed<S>(), check);
 }
 
-/// The key of one alternative of a choice.
 template <class T>
 struct Key {
     std::string name, doc;
@@ -259,7 +254,6 @@ template <class T>
     return {std::move(name), std::move(doc)};
 }
 
-/// A choice with a key for each alternative of the variant.
 template <class V, class... T>
 [[nodiscard]] Choice choice_of(std::string name, std::string doc, Key<T>... keys) {
     static_assert(std::is_same_v<V, std::variant<T...>>, "one key for each alternative, in the variant's order");

@@ -28,7 +28,6 @@ namespace camber::config {
 
 namespace {
 
-/// A text in lines of at most `width` letters, each with the indent.
 std::string wrapped(const std::string& text, std::size_t indent, std::size_t width = 96) {
     std::istringstream words(text);
     std::string out, line, word;
@@ -42,7 +41,7 @@ std::string wrapped(const std::string& text, std::size_t indent, std::size_t wid
     return out + std::string(indent, ' ') + line + "\n";
 }
 
-/// A word of a config, its place, and its meaning there.
+/// A word of a config, its section, and its meaning there.
 struct Word {
     std::string name;
     std::string text;
@@ -51,10 +50,10 @@ struct Word {
 struct Topic {
     std::string name;
     std::string text;
-    std::vector<Word> words = {};  ///< the words of its options or alternatives
+    std::vector<Word> words = {};  ///< words of options or alternatives
 };
 
-/// The keys of an option, and those of its values that are words.
+/// Adds the keys of an option and its enumerated values.
 void add_words(const Field& option, const std::string& in, const std::string& text, std::vector<Word>& words) {
     const auto add = [&](const std::string& name) {
         words.push_back({name, fmt::format("{}, in {}\n{}\n  see also: camber explain {}\n", name, in, text, in)});
@@ -105,7 +104,7 @@ std::vector<Topic> topics_of() {
     return {topic_of(Described<T>::get())...};
 }
 
-/// Words of sources and operations without options are topics as well.
+/// Appends sources and operations without options.
 std::vector<Topic> with_words(std::vector<Topic> topics) {
     for (const std::string_view choice : {"metric", "metric_operations"}) {
         const auto of = [&](std::string_view name) { return std::ranges::find(topics, name, &Topic::name); };
@@ -116,7 +115,7 @@ std::vector<Topic> with_words(std::vector<Topic> topics) {
     return topics;
 }
 
-/// The stages come after what they use.
+/// Stages follow the sections that they use.
 const std::vector<Topic>& all_topics() {
     static const std::vector<Topic> all = with_words(
         topics_of<Pipeline, Input, SolutionInput, Shape, ShellOptions<3>, ShellOptions<2>, BoxOptions<3>, BoxOptions<2>,
@@ -170,7 +169,7 @@ Outcome<std::string> explain(std::string_view topic) {
 
 namespace {
 
-/// Parses a part from an argument: as JSON if it looks like JSON, otherwise as one word.
+/// Parses JSON, or one bare word.
 Outcome<Json> parse_part(std::string_view text, std::string_view name) {
     const auto first = text.find_first_not_of(" \t\n");
     const bool is_json = first != std::string_view::npos && (text[first] == '{' || text[first] == '"');
@@ -191,7 +190,6 @@ Outcome<T> read_part(std::string_view text, std::string_view name) {
     return read<T>(*json, {std::string(name), ""});
 }
 
-/// The shape that JSON describes alone, or as the input of a whole pipeline.
 Outcome<Shape> shape_of(const Json& json, const Place& place) {
     if (!json.is_object() || !json.contains("input")) return read<Shape>(json, place);
     auto pipeline = read<Pipeline>(json, place);
@@ -219,7 +217,7 @@ Outcome<Pipeline> read_pipeline(std::string_view text, std::string_view name, st
     auto json = parse_json(text, name);
     if (!json) return fail(json.error());
     if (!overrides.empty() && json->is_object()) {
-        // Overrides may name what the text leaves to the defaults.
+        // Overrides can refer to keys that the text omits.
         const Json defaults = written(Pipeline{});
         for (const auto& [key, value] : defaults.items())
             if (key != "input" && !json->contains(key)) (*json)[key] = value;
@@ -237,7 +235,7 @@ Outcome<Pipeline> with_values(const Pipeline& pipeline, std::span<const std::str
 }
 
 Outcome<Metric> read_metric(std::string_view text, std::string_view name) {
-    // A file is meant by what has an ending or a folder, and by a word that is not near to one of the metric's own.
+    // A text with a dot or a slash is a file. Other words are files unless they resemble a metric's name.
     const bool is_json = text.find_first_of("{\"") != std::string_view::npos;
     const bool is_word = text.find_first_of("./\\") == std::string_view::npos;
     if (!is_json && !text.empty() && !(is_word && !nearest(text, Described<Metric>::get().keys()).empty()))
@@ -254,7 +252,7 @@ Outcome<Shape> read_shape(std::string_view text, std::string_view name, std::spa
     if (!json) return fail(json.error());
     auto shape = shape_of(*json, {std::string(name), ""});
     if (!shape || overrides.empty()) return shape;
-    // Overrides may name what the text leaves to the defaults.
+    // Overrides can refer to keys that the text omits.
     Json options = Described<Shape>::get().options(&*shape);
     for (const std::string& assignment : overrides)
         if (auto done = override_value(options, assignment); !done) return fail(done.error());

@@ -21,18 +21,17 @@ namespace camber::config {
 
 namespace {
 
-/// Keys of an object that are read. Objects of the parser are lists, in which each key is looked for.
+/// Maximum number of keys of an object. The parser searches keys linearly.
 constexpr std::size_t most_keys = 1000;
 
-/// Follows the parser to name the first key that an object has twice, and the first object with more than `most_keys`.
+/// Detects the first duplicate key and the first object with more than `most_keys`.
 class Keys {
   public:
-    /// The first of these faults.
     struct ErrorPosition {
         std::string pointer, what;
     };
 
-    /// False for what the parser needs not keep: there is a fault.
+    /// Returns false after an error, so that the parser discards the value.
     [[nodiscard]] bool handle(nlohmann::detail::parse_event_t event, const Json& parsed) {
         using Event = nlohmann::detail::parse_event_t;
         if (error_position_) return false;
@@ -71,7 +70,7 @@ class Keys {
     std::optional<ErrorPosition> error_position_;
 };
 
-/// Line and column (from 1; columns in bytes) of a byte counted from 1, as the parser counts.
+/// Line and column of a byte. All count from 1; columns count bytes.
 std::string line_and_column(std::string_view text, std::size_t byte) {
     const std::string_view before = text.substr(0, std::min(byte > 0 ? byte - 1 : 0, text.size()));
     const auto line = 1 + std::count(before.begin(), before.end(), '\n');
@@ -80,7 +79,7 @@ std::string line_and_column(std::string_view text, std::size_t byte) {
     return "line " + std::to_string(line) + ", column " + std::to_string(column);
 }
 
-/// The parser's message without the text that it read last: the place says where that is.
+/// Removes the text that the parser read before the error.
 std::string without_last_read(std::string message) {
     const auto begin = message.find("; last read: ");
     if (begin == std::string::npos) return message;
@@ -88,7 +87,7 @@ std::string without_last_read(std::string message) {
     return message.erase(begin, end == std::string::npos || end < begin ? std::string::npos : end - begin);
 }
 
-/// The parser's sentence without its own account of the place.
+/// Removes the location from the parser's message.
 std::string reason(const std::string& whole) {
     const std::string message = without_last_read(whole);
     constexpr std::size_t longest = 200;
@@ -98,7 +97,7 @@ std::string reason(const std::string& whole) {
     return shortened(at == std::string::npos ? message : message.substr(at + 2), longest);
 }
 
-/// Letters to insert, delete, replace or swap (optimal string alignment).
+/// Optimal string alignment: counts inserted, deleted, replaced and swapped letters.
 std::size_t edit_distance(std::string_view a, std::string_view b) {
     std::vector<std::vector<std::size_t>> d(a.size() + 1, std::vector<std::size_t>(b.size() + 1));
     for (std::size_t i = 0; i <= a.size(); ++i)
@@ -114,7 +113,7 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
     return d[a.size()][b.size()];
 }
 
-/// The place that one step of an override's path leads to; none when it leads nowhere.
+/// Follows one step of an override's path; null: it does not exist.
 Json* step(Json& at, const std::string& token, bool last) {
     if (at.is_array()) {
         if (!token.empty() && std::all_of(token.begin(), token.end(), [](char c) { return c >= '0' && c <= '9'; })) {
@@ -128,14 +127,13 @@ Json* step(Json& at, const std::string& token, bool last) {
         return nullptr;
     }
     if (!at.is_object()) {
-        // A bare word stands for its object without options: "natural" for {"natural": {}}.
+        // A bare word is equivalent to an object without options: "natural" to {"natural": {}}.
         at = at.is_string() && at == token ? Json{{token, Json::object()}} : Json::object();
     }
     if (!at.contains(token)) at[token] = last ? Json() : Json::object();
     return &at[token];
 }
 
-/// Names of steps from an array: its words, and the keys of its objects.
 std::vector<std::string> words_of(const Json& array) {
     std::vector<std::string> words;
     for (const Json& item : array) {
@@ -208,7 +206,7 @@ std::string nearest(std::string_view word, const std::vector<std::string>& candi
     std::string best;
     std::size_t least = std::max<std::size_t>(2, word.size() / 3) + 1;
     for (const std::string& candidate : candidates) {
-        // No fewer edits than letters too many: a page of text is compared with nothing.
+        // The distance is at least the difference in length. Skipping such candidates avoids work for very long words.
         const std::size_t gap = std::max(word.size(), candidate.size()) - std::min(word.size(), candidate.size());
         if (gap >= least) continue;
         const std::size_t d = edit_distance(word, candidate);
@@ -221,14 +219,14 @@ std::string nearest(std::string_view word, const std::vector<std::string>& candi
 
 std::vector<std::string> nearest_words(std::string_view word, const std::vector<std::string>& candidates,
                                        std::size_t most) {
-    constexpr std::size_t shortest_part = 4;  // letters of a beginning or of a part
-    constexpr std::size_t more_edits = 1;     // than the best candidate
+    constexpr std::size_t shortest_part = 4;  // letters of a word that is searched for in candidates
+    constexpr std::size_t more_edits = 1;     // more edits than the best candidate has
     const std::size_t most_edits = std::max<std::size_t>(1, word.size() / 3);
     std::vector<std::pair<std::size_t, std::string>> near;
     for (const std::string& candidate : candidates) {
         const bool is_part = word.size() >= shortest_part && candidate.find(word) != std::string::npos;
         const std::size_t gap = std::max(word.size(), candidate.size()) - std::min(word.size(), candidate.size());
-        if (!is_part && gap > most_edits) continue;  // at least as many edits as the lengths differ by
+        if (!is_part && gap > most_edits) continue;  // the number of edits is at least `gap`
         const std::size_t edits = is_part ? (candidate.starts_with(word) ? 0 : 1) : edit_distance(word, candidate);
         if (edits <= most_edits && edits < candidate.size()) near.emplace_back(edits, candidate);
     }
@@ -248,7 +246,7 @@ std::string alternatives_text(const std::vector<std::string>& words) {
 
 std::string suggestion(std::string_view word, const std::vector<std::string>& candidates) {
     if (const std::string near = nearest(word, candidates); !near.empty()) return "did you mean \"" + near + "\"?";
-    std::string all = candidates.empty() ? "there are none" : "known: ";
+    std::string all = candidates.empty() ? "no names are known here" : "known: ";
     for (std::size_t i = 0; i < candidates.size(); ++i) all += (i > 0 ? ", " : "") + candidates[i];
     return all;
 }
@@ -266,7 +264,6 @@ Error unknown_word(NameKind kind, const std::string& word, const std::vector<std
 
 namespace {
 
-/// Adds the limits of a number to its schema.
 void add_limits(const Limits& limits, Json& schema) {
     if (std::isfinite(limits.low)) schema[limits.low_open ? "exclusiveMinimum" : "minimum"] = limits.low;
     if (std::isfinite(limits.high)) schema[limits.high_open ? "exclusiveMaximum" : "maximum"] = limits.high;
@@ -292,7 +289,6 @@ struct NumberCodec : Codec {
     }
 };
 
-/// A number, or null where it is only recommended.
 struct BoundCodec : Codec {
     Outcome<Done> read(const Json& json, const Place& place, const Limits& limits, void* into) const override {
         double requested = 0;

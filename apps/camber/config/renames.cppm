@@ -7,13 +7,13 @@ module;
 #include <string_view>
 export module camber.config:renames;
 
-/// Names of earlier versions and their successors. Old names are errors that state the new name.
+/// Old names and their successors. An old name is an error that states the new one.
 export namespace camber::config {
 
 enum class NameKind : std::uint8_t {
-    key,         ///< of a config: options and stages
+    key,         ///< of an option or stage
     value,       ///< of an option
-    argument,    ///< of the command line, without dashes
+    argument,    ///< on the command line, without dashes
     report_key,  ///< of report.json, check --json, geometry --json and cycles.json
 };
 
@@ -102,7 +102,7 @@ inline constexpr auto renames = std::to_array<Rename>({
     {NameKind::report_key, "complexity_wanted", "complexity_target"},
 });
 
-/// Returns the successor of an old name; empty if it is not an old name, or if its successor is not among `candidates`.
+/// Empty if `candidates` contains no successor of the name.
 [[nodiscard]] inline std::string new_name(NameKind kind, std::string_view old_name,
                                           std::span<const std::string> candidates) {
     for (const Rename& r : renames)

@@ -23,14 +23,14 @@ class Descriptor {
     }
     [[nodiscard]] int get() const { return fd_; }
     [[nodiscard]] explicit operator bool() const { return fd_ >= 0; }
-    /// Some file systems tell only now that they could not write.
+    /// Returns false for failed writes that some file systems report only here.
     [[nodiscard]] bool close() { return ::close(std::exchange(fd_, -1)) == 0; }
 
   private:
     int fd_;
 };
 
-/// Returns a word of a command line as a shell reads it: with quotes where it needs them.
+/// Quotes a word if a shell needs this.
 [[nodiscard]] std::string shell_word(std::string_view word);
 
 }  // namespace camber::app

@@ -39,8 +39,8 @@ const char* remedy_of(int error) {
         case EACCES:
         case EPERM:
         case EROFS: return "change the permissions, or choose another path";
-        case EISDIR: return "name a file";
-        case ENOTDIR: return "take another place";
+        case EISDIR: return "specify a file";
+        case ENOTDIR: return "choose another path";
         case ENOSPC:
         case EDQUOT: return "free disk space, or choose another path";
         case EFBIG: return "raise the limit (ulimit -f)";
@@ -54,7 +54,7 @@ auto fail_by_system(ErrorKind kind, const std::string& path, const char* verb, i
                 remedy_of(error));
 }
 
-/// The path after symbolic links, so that a link stays one.
+/// Resolves symbolic links, so that a write preserves the link.
 std::string target_of(const std::string& path) {
     std::error_code ignored;
     const auto resolved = std::filesystem::weakly_canonical(path, ignored);
@@ -67,17 +67,17 @@ std::string folder_of(const std::string& path) {
     return slash == 0 ? "/" : path.substr(0, slash);
 }
 
-/// A name in the folder of another; not made from it, which may be as long as names can be.
+/// A path in the same folder. It does not extend the file name, which can have the maximum length.
 std::string beside(const std::string& path, const std::string& name) {
     const auto slash = path.rfind('/');
     return slash == std::string::npos ? name : path.substr(0, slash + 1) + name;
 }
 
-/// The request to stop is looked for between two of these.
+/// Bytes between two checks of the request to stop.
 constexpr std::size_t largest_transfer = std::size_t{1} << 24;
 constexpr int poll_interval_ms = 50;
 
-/// Waits until the descriptor can be read from or written to; false when asked to stop. Plain files never wait.
+/// Waits until the descriptor is readable or writable. False on a request to stop. Regular files never wait.
 bool wait_for(int fd, short events, const std::stop_token& stop) {
     while (!stop.stop_requested()) {
         struct pollfd one{fd, events, 0};
@@ -86,7 +86,7 @@ bool wait_for(int fd, short events, const std::stop_token& stop) {
     return false;
 }
 
-/// False with errno as the system set it, ECANCELED when asked to stop. `wrote(n)`: after each transfer of n bytes.
+/// False with errno, ECANCELED on a request to stop. `wrote(n)` is called after each transfer of n bytes.
 template <class Wrote>
 bool write_all(int fd, std::span<const std::byte> bytes, const std::stop_token& stop, const Wrote& wrote) {
     while (!bytes.empty()) {
@@ -100,7 +100,7 @@ bool write_all(int fd, std::span<const std::byte> bytes, const std::stop_token& 
     return true;
 }
 
-/// Opens what is no plain file, such as a pipe, for writing; a pipe waits for its reader.
+/// Opens a special file for writing. It waits for the reader of a pipe.
 Descriptor open_special(const std::string& path, const std::stop_token& stop) {
     while (true) {
         Descriptor file(::open(path.c_str(), O_WRONLY | O_NONBLOCK | O_CLOEXEC));
@@ -110,19 +110,20 @@ Descriptor open_special(const std::string& path, const std::stop_token& stop) {
     }
 }
 
-/// Gives an open file the permissions of the file that it replaces. False with errno as the system set it.
+/// Copies the permissions of the replaced file. False with errno on failure.
 bool take_permissions(int fd, const std::string& replaced) {
     struct stat old{};
     return ::stat(replaced.c_str(), &old) != 0 || ::fchmod(fd, old.st_mode & 07777U) == 0;
 }
 
-/// Writes the new name of a file to disk; its bytes are there already.
+/// Flushes the new file name to disk.
 void sync_folder_of(const std::string& target) {
     if (const Descriptor folder(::open(folder_of(target).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)); folder)
         ::fsync(folder.get());
 }
 
-/// A file on its way to its name: without one where the system can (O_TMPFILE), else beside its target.
+/// A file that gets its name when complete. Until then it has no name (O_TMPFILE), or a temporary name next to its
+/// target.
 class Draft {
   public:
     explicit Draft(std::string target)
@@ -142,7 +143,7 @@ class Draft {
     }
     [[nodiscard]] int fd() const { return file_.get(); }
 
-    /// Gives it the target's name, in one step.
+    /// Renames the file atomically.
     [[nodiscard]] bool publish() {
         if (!take_permissions(fd(), target_) || ::fsync(fd()) != 0) return false;
         const std::string self = "/proc/self/fd/" + std::to_string(fd());
@@ -171,7 +172,7 @@ class Draft {
     Descriptor file_;
 };
 
-/// Standard input or output, held open beyond the descriptor's life.
+/// Duplicates a standard stream, so that closing the descriptor leaves the stream open.
 Descriptor standard(int fd) { return Descriptor(::fcntl(fd, F_DUPFD_CLOEXEC, STDERR_FILENO + 1)); }
 
 bool is_special(const std::string& path) {
@@ -179,12 +180,12 @@ bool is_special(const std::string& path) {
     return ::stat(path.c_str(), &status) == 0 && !S_ISREG(status.st_mode) && !S_ISDIR(status.st_mode);
 }
 
-/// Keeps a stream to its bound; a plain file has none.
+/// Enforces the maximum size of a stream; null bound: no limit.
 class Watch {
   public:
     Watch(std::string name, const StreamBound* bound) : name_(std::move(name)), bound_(bound) {}
 
-    /// Errors: input, for a stream that is not read, or not to its end.
+    /// Errors: input, for a stream that is rejected or too long.
     Outcome<Done> allows(std::span<const std::byte> bytes, bool has_ended) {
         if (bound_ == nullptr) return Done{};
         if (!most_ && (has_ended || bytes.size() >= beginning_of_stream)) {
@@ -193,8 +194,8 @@ class Watch {
             most_ = *most;
         }
         if (!most_ || bytes.size() <= *most_) return Done{};
-        return fail(ErrorKind::input, "is a stream longer than the limit of " + readable(*most_) + " for streams",
-                    name_, {}, "give a plain file");
+        return fail(ErrorKind::input, "is a stream of more than " + readable(*most_) + ", the limit for streams", name_,
+                    {}, "use a regular file");
     }
 
   private:
@@ -203,7 +204,7 @@ class Watch {
     std::optional<std::size_t> most_;
 };
 
-/// The folder of a path, told as it was given; fails where it is none.
+/// Messages show the folder without resolved links.
 Outcome<Done> check_folder_of(const std::string& path) {
     const std::string target = target_of(path);
     struct stat status{};
@@ -212,10 +213,10 @@ Outcome<Done> check_folder_of(const std::string& path) {
     if (!is_present && errno == EACCES) return fail_by_system(ErrorKind::write, path, "written", EACCES);
     const std::string folder = folder_of(path);
     if (is_present || errno == ENOTDIR)
-        return fail(ErrorKind::write, "its folder " + folder + (is_present ? " is a file" : " lies below a file"), path,
-                    {}, "take another place");
+        return fail(ErrorKind::write, "its folder " + folder + (is_present ? " is a file" : " is below a file"), path,
+                    {}, "choose another path");
     return fail(ErrorKind::write, "its folder " + folder + " does not exist", path, {},
-                "make it: mkdir -p " + shell_word(folder));
+                "create it: mkdir -p " + shell_word(folder));
 }
 
 }  // namespace
@@ -234,7 +235,8 @@ Outcome<Done> make_folder(const std::string& folder) {
     std::error_code error;
     std::filesystem::create_directory(folder, error);
     if (!error) return Done{};
-    return fail(ErrorKind::write, "the folder cannot be created: " + error.message(), folder, {}, "take another place");
+    return fail(ErrorKind::write, "the folder cannot be created: " + error.message(), folder, {},
+                "choose another path");
 }
 
 Outcome<std::size_t> bound_of_text(std::span<const std::byte>) { return std::size_t{64} << 20U; }
@@ -244,7 +246,7 @@ Outcome<Buffer<std::byte>> read_file(const std::string& path, const Execution& e
     const auto unreadable = [&](int error = errno) {
         return fail_by_system(ErrorKind::input, called_input(path), "read", error);
     };
-    // A pipe without a writer would hold `open`: it is waited for below, where the request to stop is heard.
+    // `open` would block on a pipe without a writer. With O_NONBLOCK the wait below also checks the request to stop.
     const Descriptor file = path == standard_stream
                                 ? standard(STDIN_FILENO)
                                 : Descriptor(::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC));
@@ -252,7 +254,7 @@ Outcome<Buffer<std::byte>> read_file(const std::string& path, const Execution& e
     struct stat status{};
     if (::fstat(file.get(), &status) != 0) return unreadable();
     if (S_ISDIR(status.st_mode)) return unreadable(EISDIR);
-    // One byte more than expected, to see the end; pipes tell no size and grow.
+    // One byte more than expected, to detect the end. Pipes have no size, so the buffer grows.
     Buffer<std::byte> bytes(static_cast<std::size_t>(std::max<off_t>(status.st_size, 65535)) + 1);
     Watch watch(called_input(path), S_ISREG(status.st_mode) ? nullptr : &bound);
     std::size_t size = 0;
@@ -373,7 +375,7 @@ struct SharedFile::Open {
 
 namespace {
 
-/// The same for the same name, of whatever length: FNV-1a.
+/// FNV-1a hash: a name of fixed length, equal for equal names.
 std::string mark_of(std::string_view name) {
     std::uint64_t hash = 14695981039346656037U;
     for (const char c : name) hash = (hash ^ static_cast<unsigned char>(c)) * 1099511628211U;
@@ -387,7 +389,7 @@ auto unwritable(const std::string& path, int error = errno) {
     return fail_by_system(ErrorKind::write, path, "written", error);
 }
 
-/// True if the name is still that of the open file.
+/// True if the name still refers to the open file.
 bool is_of(const Descriptor& file, const std::string& name) {
     struct stat open{}, named{};
     return ::fstat(file.get(), &open) == 0 && ::stat(name.c_str(), &named) == 0 && open.st_dev == named.st_dev &&
@@ -430,7 +432,7 @@ Outcome<SharedFile> SharedFile::join(const std::string& path, const std::string&
 
 Outcome<Done> SharedFile::write(std::uint64_t offset, std::span<const std::byte> bytes,
                                 const Execution& execution) const {
-    constexpr std::size_t largest = std::size_t{1} << 24U;  // the request to stop is looked for between two of these
+    constexpr std::size_t largest = std::size_t{1} << 24U;  // bytes between two checks of the request to stop
     while (!bytes.empty()) {
         if (execution.stop.stop_requested()) return fail(ErrorKind::stopped, "stopped on request", open_->path);
         const ssize_t n =

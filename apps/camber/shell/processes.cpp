@@ -37,9 +37,9 @@ namespace camber::app {
 
 namespace {
 
-constexpr int handed_over = 3;  // the descriptor that the child writes to
+constexpr int handed_over = 3;  // descriptor to which the child writes
 
-/// A child, which does not outlive its owner.
+/// A child process that is killed with its owner.
 class Child {
   public:
     explicit Child(pid_t pid) : pid_(pid) {}
@@ -53,7 +53,7 @@ class Child {
         (void)status();
     }
 
-    /// As waitpid gives it, when it has ended.
+    /// Waits for the end; status of waitpid.
     [[nodiscard]] int status() {
         int status = 0;
         while (waitpid(pid_, &status, 0) < 0 && errno == EINTR) {
@@ -66,14 +66,14 @@ class Child {
     pid_t pid_;
 };
 
-/// The shell's one setting of the process: see start_itself_by.
+/// The module's only global setting, see `start_itself_by`.
 std::vector<std::string>& own_words() {
     static std::vector<std::string> words{"/proc/self/exe"};
     return words;
 }
 
-/// Starts a program, found along PATH, after prepare(files, attributes). Returns 0 and sets the number of the process,
-/// or returns the number of an error.
+/// Starts a program, found along PATH, after prepare(files, attributes). Returns 0 and sets `pid`, or returns an errno
+/// value.
 int start(std::vector<std::string> words, pid_t& pid, auto&& prepare) {
     posix_spawn_file_actions_t files;
     posix_spawnattr_t attributes;
@@ -111,7 +111,7 @@ std::string name_of_signal(int signal) {
     }
 }
 
-/// The failure of a process: "exit code 3", "segmentation fault"; empty: it did not.
+/// "exit code 3", "segmentation fault"; empty: success.
 std::string failure(int status) {
     if (WIFSIGNALED(status)) return name_of_signal(WTERMSIG(status));
     const int code = WEXITSTATUS(status);
@@ -126,7 +126,7 @@ bool can_start_itself() { return !own_words().empty(); }
 Outcome<ChildResult> run_self(const std::vector<std::string>& arguments, const ChildLimits& limits,
                               const Execution& execution) {
     using Clock = std::chrono::steady_clock;
-    constexpr int tick = 50;  // ms, between looks at the clock and at the request to stop
+    constexpr int tick = 50;  // ms between two checks of the clock and of the request to stop
     std::array<int, 2> pipe{};
     if (pipe2(pipe.data(), O_CLOEXEC) != 0) return fail(ErrorKind::internal, "cannot create a pipe to another process");
     pid_t pid = -1;
@@ -185,10 +185,10 @@ bool hand_over(std::string_view bytes) {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-constexpr std::chrono::milliseconds tick(20);  // between looks at it, at the clock and at the request to stop
-constexpr std::chrono::seconds grace(2);       // from the asking to the killing
+constexpr std::chrono::milliseconds tick(20);  // between two checks of the process, the clock and the request to stop
+constexpr std::chrono::seconds grace(2);       // between SIGTERM and SIGKILL
 
-/// A process group by its leader, which is waited for.
+/// A process group, identified by its leader.
 class Group {
   public:
     explicit Group(pid_t leader) : leader_(leader) {}
@@ -200,7 +200,7 @@ class Group {
         if (!ended_) end();
     }
 
-    /// As waitpid gives it, once the leader has ended.
+    /// Status of waitpid if the leader has ended.
     [[nodiscard]] std::optional<int> status() {
         int status = 0;
         if (waitpid(leader_, &status, WNOHANG) != leader_) return std::nullopt;
@@ -213,7 +213,7 @@ class Group {
         kill(-leader_, SIGTERM);
         const auto until = Clock::now() + grace;
         while (!status() && Clock::now() < until) std::this_thread::sleep_for(tick);
-        kill(-leader_, SIGKILL);  // whoever of the group is left, too
+        kill(-leader_, SIGKILL);  // also kills other processes of the group
         while (!ended_ && !status()) std::this_thread::sleep_for(tick);
     }
 
@@ -287,13 +287,13 @@ const std::string& command_line() { return the_line(); }
 
 namespace {
 
-/// Never destroyed: a signal may come at any time.
+/// Never destroyed, because a signal can arrive at any time.
 std::stop_source& source() {
     static auto* const only = new std::stop_source;
     return *only;
 }
 
-/// Names that a handler may read whenever it comes: in memory that is never given back.
+/// State of a name. The signal handler reads names at any time, so their memory is never freed.
 enum class Place : std::uint8_t { free, taken, registered };
 struct Name {
     std::atomic<Place> place = Place::free;
@@ -301,8 +301,7 @@ struct Name {
 };
 std::array<Name, 8> to_remove;
 
-/// Sound in a handler as nobody registers callbacks on the token: then it is one atomic exchange. The system allows
-/// unlink.
+/// Safe in a signal handler: unlink is allowed, and without callbacks `request_stop` is one atomic exchange.
 extern "C" void request_stop(int) {
     for (const Name& name : to_remove)
         if (name.place.load() == Place::registered) ::unlink(name.path.data());
@@ -312,7 +311,7 @@ extern "C" void request_stop(int) {
 }  // namespace
 
 std::stop_token stop_on_signals() {
-    const std::stop_token token = source().get_token();  // made before any handler can run
+    const std::stop_token token = source().get_token();  // created before any handler can run
     struct sigaction once{};
     once.sa_handler = request_stop;
     once.sa_flags = static_cast<int>(SA_RESETHAND | SA_RESTART);
@@ -340,7 +339,7 @@ RemovedOnSignals::~RemovedOnSignals() {
 
 namespace {
 
-/// That of Linux: ulimit -s 8192.
+/// Default of Linux.
 constexpr std::size_t usual_stack = std::size_t{8} << 20U;
 
 bool has_usual_stack() {
@@ -371,7 +370,7 @@ int with_usual_stack(const std::function<int()>& work) {
     };
     try {
         std::thread(run).join();
-    } catch (const std::system_error&) {  // no memory for a thread: the work says so, or has enough of a small stack
+    } catch (const std::system_error&) {  // no memory for a thread: the work may still succeed, or reports this
         return work();
     }
     if (failure) std::rethrow_exception(failure);

@@ -28,7 +28,7 @@ namespace {
 
 constexpr std::size_t widest = 100, narrowest = 60;
 
-/// Removes the text up to the first `mark`, with the mark. Returns it without the mark.
+/// Removes the text up to and including the first `mark`. Returns it without the mark.
 std::string_view taken(std::string_view& text, char mark) {
     const std::size_t end = std::min(text.find(mark), text.size());
     const std::string_view front = text.substr(0, end);
@@ -71,7 +71,7 @@ std::string wrapped(std::string_view text, std::size_t width, std::size_t indent
 
 namespace {
 
-constexpr double shown_from = 1;  // second of a stage
+constexpr double shown_from = 1;  // seconds after the start of a stage
 
 /// "850", "27 k", "1.3 M".
 std::string short_count(double count) {
@@ -101,7 +101,7 @@ void Progress::begin(std::string stage) {
 void Progress::begin_in_rounds(std::string_view stage, const std::string& step) {
     if (!rounds_) {
         begin({});
-        share_ = StageShare();  // passes change the elements: there is no rate
+        share_ = StageShare();  // elements change, so there is no rate
         rounds_.emplace();
     }
     rounds_->begin(step);
@@ -187,7 +187,7 @@ StepWrapper steps_shown(Progress& progress, Execution execution) {
 void protect_standard_streams() {
     std::signal(SIGPIPE, SIG_IGN);
     std::signal(SIGXFSZ, SIG_IGN);
-    int fd = 0;  // the lowest that is free; opened for reading only, so that writing fails as on a closed one
+    int fd = 0;  // open() returns the lowest free number; read-only, so that writing fails as on a closed stream
     while (fd >= 0 && fd <= STDERR_FILENO) fd = ::open("/dev/null", O_RDONLY);
     if (fd > STDERR_FILENO) ::close(fd);
 }
@@ -221,7 +221,7 @@ Meter::Meter() : start_(std::chrono::steady_clock::now()) {}
 Usage Meter::read() const {
     const std::chrono::duration<double> passed = std::chrono::steady_clock::now() - start_;
     struct rusage usage{};
-    ::getrusage(RUSAGE_SELF, &usage);  // the mark is never reset: whoever waits for this process reads it too
+    ::getrusage(RUSAGE_SELF, &usage);  // the peak is never reset, because a parent process also reads it
     return {passed.count(), static_cast<std::size_t>(usage.ru_maxrss) * 1024};
 }
 
@@ -229,14 +229,14 @@ namespace {
 
 constexpr std::size_t unlimited = std::numeric_limits<std::size_t>::max();
 
-/// A file of one number; "max", and what is not there or no number, is no limit.
+/// Unlimited if the file is missing or contains no number, such as "max".
 std::size_t number_in(const std::string& path) {
     std::ifstream file(path);
     std::size_t number = 0;
     return file >> number ? number : unlimited;
 }
 
-/// The group of this process: in version 2 the line "0::/a/b", in version 1 "7:memory:/a/b" (cgroups(7)).
+/// Control group of this process: in version 2 the line "0::/a/b", in version 1 "7:memory:/a/b" (cgroups(7)).
 std::string group_of_process(bool version_2) {
     std::ifstream groups("/proc/self/cgroup");
     for (std::string line; std::getline(groups, line);) {

@@ -47,8 +47,7 @@ py::array unpacked(const Column<double>& values, std::size_t n) {
     return read_only(std::move(out));
 }
 
-/// Number of the first matrix that is not symmetric: two entries differ by more than `rounding` times its largest
-/// entry.
+/// First matrix with two opposite entries that differ by more than `rounding` of its largest entry.
 std::optional<std::size_t> first_asymmetric(const Doubles& matrices, std::size_t n, double rounding) {
     const double* m = matrices.data();
     for (py::ssize_t r = 0; r < matrices.shape(0); ++r, m += n * n) {

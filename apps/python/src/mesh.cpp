@@ -120,7 +120,6 @@ std::vector<std::string> notices(const MeshHandle& mesh) {
 
 // ---------------------------------------------------------------- from arrays
 
-/// Nodes and references of one cell type.
 template <int Nodes>
 CellArray<Nodes> cell_array(const py::dict& cells, const py::dict& references, const char* name) {
     CellArray<Nodes> out;

@@ -33,10 +33,8 @@ namespace py = pybind11;
 
 // ---------------------------------------------------------------- errors and work
 
-/// Raises the error as a camber exception.
 [[noreturn]] void raise(const Error& error);
 
-/// Returns the value or raises the error.
 template <class T>
 T value_of(Outcome<T> outcome) {
     if (!outcome) raise(outcome.error());
@@ -50,8 +48,8 @@ class BackgroundTask {
     /// `progress`: None or a function of stage and share (0 to 1); if it returns False, the work stops.
     explicit BackgroundTask(py::object progress) : progress_(std::move(progress)) {}
 
-    /// Runs f(host) on another thread. Raises exceptions of Python callbacks (KeyboardInterrupt, `progress`), else the
-    /// error of f.
+    /// Runs f(host) on another thread. Raises exceptions of Python callbacks (KeyboardInterrupt, `progress`), else f's
+    /// error.
     template <class F>
     auto run(F&& f) {
         using Result = std::invoke_result_t<F, app::Host>;
@@ -70,8 +68,8 @@ class BackgroundTask {
         return value_of(std::move(*result));
     }
 
-    /// The work calls this to run f on the calling thread, with the interpreter's lock. Returns false if f raised; then
-    /// the work must end.
+    /// The work calls this to run f on the calling thread with the interpreter's lock. False if f raised; then the work
+    /// must end.
     bool call(std::function<void()> f);
 
   private:
@@ -104,11 +102,9 @@ py::array view_of(const Column<T>& column, std::size_t width) {
     return view;
 }
 
-/// Makes the array permanently read-only.
 py::array read_only(py::array array);
 
-/// Returns an owner that keeps an immutable array alive; any thread may release it. Null if the array may change and
-/// must be copied.
+/// Keeps an immutable array alive until any thread releases it; null if the array may change and must be copied.
 std::shared_ptr<const void> owner_of(const py::array& array);
 
 /// Shares the memory of an immutable array, else copies.
@@ -133,7 +129,7 @@ py::array array_of(const Solution& metric);
 
 struct MeshHandle {
     DecodedMesh value;
-    /// Number of each node in the input (from 1), 0 for a new node; empty if the numbers are 1, 2, 3 …
+    /// Input number (from 1) of each node, 0: a new node; empty: 1, 2, 3 …
     Column<std::uint32_t> input_numbers = {};
 
     [[nodiscard]] int dimension() const;

@@ -28,7 +28,7 @@ namespace {
 
 using Words = std::vector<std::string>;
 
-/// Converts fields of a mesh with a row for each vertex or for each node.
+/// The fields have a row for each vertex or for each node.
 std::vector<run::NamedField> solution_on(const MeshHandle& mesh, const py::dict& fields) {
     bool is_at_vertices = true;
     for (const auto& [name, values] : fields) {

@@ -13,11 +13,11 @@ namespace camber::occ {
 
 using Point = std::array<double, 3>;
 
-/// Point of a surface at (u, v) with derivatives.
+/// Surface point at (u, v) with derivatives.
 struct SurfaceJet {
     Point point, u, v, uu, uv, vv;
 };
-/// Point of a curve at t with derivatives.
+/// Curve point at t with derivatives.
 struct CurveJet {
     Point point, first, second;
 };
@@ -54,9 +54,9 @@ struct EdgeFacts {
 };
 
 struct Losses {
-    std::size_t faces = 0;        ///< faces that could not be converted
-    std::size_t entities = 0;     ///< entities whose transfer failed
-    std::size_t open_shells = 0;  ///< open shells in solids
+    std::size_t faces = 0;        ///< not converted
+    std::size_t entities = 0;     ///< transfer failed
+    std::size_t open_shells = 0;  ///< in solids
 };
 
 /// An immutable, thread-safe CAD model.
@@ -86,7 +86,6 @@ class Kernel {
     [[nodiscard]] virtual bool has(std::size_t face, double u, double v) const = 0;
 };
 
-/// File format, selected by the extension.
 enum class Format { step, iges, brep };
 
 struct Opened {
@@ -102,7 +101,6 @@ using Restore = void(const std::string& bytes, double millimetres, Opened& opene
 
 }  // namespace camber::occ
 
-/// Functions that the library exports.
 extern "C" __attribute__((visibility("default"))) void camber_occ_open(const char* path, camber::occ::Format format,
                                                                        double millimetres, camber::occ::Opened& opened);
 extern "C" __attribute__((visibility("default"))) void camber_occ_restore(const std::string& bytes, double millimetres,

@@ -48,7 +48,7 @@ namespace camber::occ {
 
 namespace {
 
-/// Length of a unit by its name in files; 0: unknown name.
+/// Millimetres of the unit with this name in CAD files; 0 if unknown.
 double millimetres_of(std::string name) {
     std::transform(name.begin(), name.end(), name.begin(), [](unsigned char c) { return std::tolower(c); });
     constexpr std::array<std::pair<std::string_view, double>, 20> units{
@@ -96,7 +96,6 @@ Read in_unit(TopoDS_Shape shape, std::string unit) {
     return out;
 }
 
-/// Numbers of faces and entities of a file that were not converted.
 Losses losses_of(const Handle(XSControl_WorkSession) & session) {
     Losses losses;
     const auto model = session->Model();

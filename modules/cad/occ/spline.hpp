@@ -41,7 +41,7 @@ class SplineBasis {
 /// to rounding.
 class SplineSurface {
   public:
-    /// Empty for other surfaces.
+    /// Empty for surfaces that are not splines.
     [[nodiscard]] static std::optional<SplineSurface> of(const Handle(Geom_Surface) & surface, double scale);
     [[nodiscard]] SurfaceJet evaluate(double u, double v) const;
 
